@@ -26,7 +26,7 @@ from .track import POSITION, Track
 
 MOST_MOVES_S, LEAST_MOVE_RAD = 6.0, 0.1  # that are looked at (assumed)
 LONGEST_STEP, FARTHEST_RAD = 1.6, 0.01  # in times of the loop; an emulation farther off is not of the same loop (assumed)
-UNSEEN = 0.02  # of Kp, by which drive and emulation differ beyond what is fitted (assumed)
+UNSEEN = 0.035  # of Kp, by which drive and emulation differ beyond what is fitted: twice the rms of nine planted motors
 UNKNOWN_GAIN = 1.0  # of log gains that nothing is known of: a factor of e either way
 BOOT_S, RATE_HZ, T_95 = 0.3, 2000, 1.96
 DELAY_MS = 0.2  # how well it is known beforehand (assumed)
@@ -188,7 +188,7 @@ def fit_position_loop(track: Track, timing: Timing, balance: BalanceFit, speed_k
     jacobian[: len(emulation.time)] /= math.sqrt(float(np.mean(rest**2)) * correlation_length(rest))
     covariance = np.linalg.inv(jacobian.T @ jacobian)
     kp = loops["angle_kp"] * math.exp(at[ANGLE_KP])
-    fit = PositionFit(Estimate(kp, kp * math.hypot(UNSEEN, T_95 * math.sqrt(covariance[ANGLE_KP, ANGLE_KP]))), emulation.time - emulation.time[0],
-                      emulation.logged, emulated)  # fmt: skip
+    width = kp * math.hypot(UNSEEN, T_95 * math.sqrt(covariance[ANGLE_KP, ANGLE_KP]))
+    fit = PositionFit(Estimate(kp, width), emulation.time - emulation.time[0], emulation.logged, emulated)
     rms = float(np.sqrt(np.mean((emulated - emulation.logged) ** 2)))
     return fit if kp * track.step_s <= LONGEST_STEP and rms <= FARTHEST_RAD else None

@@ -75,7 +75,7 @@ class Windows:
 class Balance:
     """What the windows of a track are made of: integrals from the first sample to each."""
 
-    def __init__(self, track: Track, timing: Timing, window_s: float = WINDOW_S) -> None:
+    def __init__(self, track: Track, timing: Timing) -> None:
         self.track, self.timing = track, timing
         self.commands = Commands(track, timing)
         # Of each sample: the speed, half of the time that it is the mean of, the middle of that time, and the angle then.
@@ -100,7 +100,7 @@ class Balance:
         self.even_orders = np.interp(timing.orders, timing.time, even)
         # Samples before which torque alone was commanded for a while.
         self.follows = self.commands.only_torque(timing.time - FOLLOWS_S, timing.time)
-        self.windows = self._windows(window_s)
+        self.windows = self._windows(WINDOW_S)
 
     def _less_noise_by_angles(self) -> bool:
         """Noise of a speed from stamps that are off, and from a report that is late by up to twice its usual lag."""
