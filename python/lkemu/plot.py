@@ -10,9 +10,10 @@ import re
 import warnings
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
-from . import command
-from .command import StartError, printable
-from .run_csv import LARGEST, Column, RunCsv, drives_of
+# With the name of the package, so that a copy of this file runs.
+from lkemu import command
+from lkemu.command import StartError, printable
+from lkemu.run_csv import LARGEST, Column, RunCsv, drives_of
 
 with command.libraries("plot", __name__):
     import matplotlib

@@ -4,6 +4,7 @@ import math
 import os
 import random
 import re
+import shutil
 import struct
 import subprocess
 import sys
@@ -292,6 +293,13 @@ def test_the_default_is_an_svg_beside_the_input(csv):
     root = xml.etree.ElementTree.parse("sub/run.svg").getroot()
     assert root.find(SVG + "title").text == "run" and root.get("width") == "825pt"  # 1100 px of 96 to the inch
     assert "drive 1" in [(text.text or "").strip() for text in root.iter(SVG + "text")]
+
+
+def test_a_copy_runs(csv):
+    shutil.copy(plot.__file__, "my_plot.py")
+    package = os.path.dirname(os.path.dirname(plot.__file__))
+    done = subprocess.run([sys.executable, "my_plot.py", "run.csv"], capture_output=True, text=True, env={**os.environ, "PYTHONPATH": package})
+    assert (done.returncode, done.stdout) == (0, "run.svg: 1 drive, 2 rows, 0 to 0.5 s\n"), done.stderr
 
 
 def test_a_png_is_2200_pixels_wide(csv):
