@@ -9,6 +9,7 @@ import os
 import pathlib
 import socket
 import subprocess
+import sys
 import time
 from typing import Any
 
@@ -156,8 +157,10 @@ class WebSocket:
 
 
 def environment(folder: pathlib.Path) -> dict[str, str]:
-    """The caller's environment with `folder` as home, so that no ROM, socket or setting of the user is used."""
-    return {**os.environ, "HOME": str(folder), "XDG_RUNTIME_DIR": str(folder), "XDG_STATE_HOME": str(folder),
+    """The caller's environment with `folder` as home, so that no ROM, socket or setting of the user is used. The commands in
+    Python run with the Python of this program, whatever other comes first in PATH."""
+    path = f"{os.path.dirname(sys.executable)}{os.pathsep}{os.environ.get('PATH', os.defpath)}"
+    return {**os.environ, "PATH": path, "HOME": str(folder), "XDG_RUNTIME_DIR": str(folder), "XDG_STATE_HOME": str(folder),
             "XDG_CONFIG_HOME": str(folder), "XDG_DATA_HOME": str(folder), "TMPDIR": str(folder)}
 
 
