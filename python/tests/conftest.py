@@ -7,9 +7,11 @@ import pytest
 HERE = os.path.dirname(os.path.abspath(__file__))
 
 
-@pytest.fixture(autouse=True)
-def package_for_subprocesses(monkeypatch):
-    monkeypatch.setenv("PYTHONPATH", os.path.dirname(HERE))
+@pytest.fixture(autouse=True, scope="session")
+def package_for_subprocesses():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", os.path.dirname(HERE))
+        yield
 
 
 @pytest.fixture(scope="session")
