@@ -1,8 +1,8 @@
 #pragma once
 
-/// @file What the tick uses of std::experimental::simd, made of a plain array: for standard
-/// libraries that do not have it, of which libc++ is one. The same IEEE operations on every
-/// element, hence the same bits. Names and meanings are those of the Parallelism TS 2.
+/// @file The part of std::experimental::simd that the tick uses, built on a plain array, for
+/// standard libraries without it (libc++). Every element gets the same IEEE operations, hence the
+/// same bits. Names and meanings follow the Parallelism TS 2.
 
 #include <array>
 #include <cmath>
@@ -117,7 +117,7 @@ class simd {
   }
 
  private:
-  // Not initialised, as the standard's is not.
+  // Not initialised, as in the standard.
   std::array<T, Abi::kSize> element_;
 };
 
@@ -138,7 +138,7 @@ template <class T, std::size_t n>
 using deduce_t = Elements<n>;
 }  // namespace simd_abi
 
-/// `where(mask, x) = a`: elements of x where the mask is set.
+/// Result of `where(mask, x)`: assigns to the elements of x whose mask is set.
 template <class T, class Abi>
 class Chosen {
  public:

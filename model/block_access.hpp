@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file One drive's share of a block.
+/// @file Access to the data of one drive in a block.
 
 #include <algorithm>
 
@@ -9,7 +9,7 @@
 
 namespace lk::model {
 
-/// A scalar struct of the tick goes into, or comes out of, one lane of its stored form.
+/// Copies a scalar struct of the tick into or out of one lane of its stored form.
 template <class Stored, class Scalar>
 void put(Stored& stored, std::size_t lane, const Scalar& value) {
   for_each_field(fields(stored), fields(value),
@@ -23,7 +23,7 @@ Scalar get(const Stored& stored, std::size_t lane) {
   return value;
 }
 
-/// Whether some drive of the block needs the tick that looks at faults.
+/// Returns true if a drive of the block needs the tick with faults.
 template <class Store>
 bool any_faulty(const TickBlock<Store>& block) {
   return std::any_of(block.faults.begin(), block.faults.end(),

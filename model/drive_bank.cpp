@@ -17,12 +17,12 @@
 namespace lk::model {
 namespace {
 
-/// Total: what is no number, of a motor that cannot exist, is 0.
+/// Converts to an integer. NaN and values from 9e18 on, of impossible motors, give 0.
 std::int64_t whole_counts(double counts) {
   return std::abs(counts) < 9e18 ? static_cast<std::int64_t>(counts) : 0;
 }
 
-/// A plant at rest at `theta_m`, all of it at `temp`, its link charged.
+/// Returns a plant at rest at `theta_m`, all parts at `temp`, its link charged if `connected`.
 PlantState<double> plant_at_rest(const DriveParams& p, double theta_m, double temp,
                                  bool connected = true) {
   PlantState<double> s;
@@ -33,7 +33,7 @@ PlantState<double> plant_at_rest(const DriveParams& p, double theta_m, double te
   return s;
 }
 
-/// What the encoder shows at rest, noise aside.
+/// Returns the encoder reading at rest without noise and non-linearity, counts.
 double counts_at(const DriveParams& p, double theta_m) {
   const double seen = p.encoder.direction * theta_m + p.encoder.offset;
   return floored(seen * static_cast<double>(1 << p.encoder.bits) / kTwoPi);
@@ -43,8 +43,8 @@ constexpr auto kCountsOf = [](const auto& block, std::size_t lane) {
   return lane_of(block.loop.encoder_counts, lane);
 };
 
-/// What the drive takes for its supply current: electrical power over the link voltage. Without
-/// current sensors it has i_q from R·i_q = v_q − ω·ψ.
+/// Returns the drive's estimate of its supply current: electrical power over link voltage, A.
+/// Without current sensors, i_q follows from R·i_q = v_q − ω·ψ.
 double bus_current(const MotionParams& p, const CurrentLoopState<double>& loop, double omega,
                    double v_bus) {
   const double i_q =
@@ -127,8 +127,8 @@ void DriveBank::State::take_in(const State& other, std::size_t drive) {
   });
 }
 
-/// They hold a drive at rest, its bridge on and nothing on its shaft: they cost nothing odd (no
-/// infinities) and need no more of the tick than their neighbours.
+/// A drive at rest without load, bridge on, causes no infinities and needs no more parts of the
+/// tick than its neighbours.
 void DriveBank::State::fill_spare_lanes() {
   DriveParams resting = units.back().params;
   resting.load = LoadParams{};
@@ -183,7 +183,7 @@ PlantParams<double> DriveBank::State::plant_of(const Unit& unit, const Faults& f
   DriveParams params = with_faults(unit.params, faults);
   if (unit.mounted) params.load.J = unit.params.load.J;
   params.supply.v_source = source_voltage(unit, faults);
-  if (!unit.connected || faults.supply_cut) {  // a source of nothing that takes nothing back
+  if (!unit.connected || faults.supply_cut) {  // 0 V, and no current back into it
     params.supply.i_regen_max = 0.0;
   }
   params.mechanics.tau_coulomb += params.brake.tau * unit.brake.pressed;
@@ -217,7 +217,7 @@ void DriveBank::State::run_firmware(std::size_t drive) {
   if (unit.params.brake.tau > 0.0 && move_brake(unit.params.brake, T_m / unit.faults.clock_ratio,
                                                 unit.brake, unit.faults.brake_delay)) {
     derive_plant(drive);
-    stopped = true;  // the tick has the plant's numbers in registers
+    stopped = true;  // the tick keeps plant parameters in registers
   }
   const double v_link = with_block(
       drive, [](const auto& block, std::size_t lane) { return lane_of(block.plant.v_link, lane); });
@@ -230,7 +230,7 @@ void DriveBank::State::run_firmware(std::size_t drive) {
   }
 }
 
-/// Without a controller the switches are open and the brake's coil is dead.
+/// Opens all switches and the brake coil, as without a controller.
 void DriveBank::State::die(std::size_t drive) {
   Unit& unit = units[drive];
   unit.setpoint = Off{};
@@ -307,8 +307,8 @@ void DriveBank::advance(std::int64_t n_ticks) {
 }
 
 bool DriveBank::advance_to_edge(std::int64_t until) {
-  // Block by block through the whole time, so that each stays in the cache: drives do not influence
-  // each other.
+  // Advances block by block over the whole time, so that each block stays in the cache. Drives do
+  // not influence each other.
   bool edge = false;
   for (std::size_t drive = 0; drive < state_->units.size(); drive += state_->kernel.width) {
     edge = advance_to_edge(until, drive) || edge;
@@ -321,7 +321,7 @@ bool DriveBank::State::advance_to_edge(std::int64_t until, std::size_t drive) {
   BlockDrives drives{this, drive - drive % kLanes};
   Stretch stretch{until, stride, give_orders, &drives};
   const auto run = [&](auto& block, auto tick_kernel) {
-    // What had to stop on the way goes on from there, unless somebody has to hear of it first.
+    // A stretch that ended early continues, unless the caller has to handle an edge first.
     while (!edge && block.at[stretch.drive] < until) {
       tick_kernel(block, stretch);
     }
@@ -367,8 +367,8 @@ void DriveBank::configure(std::size_t drive, const ControlSettings& settings) {
   settings_changed(settings.protections, unit.protection);
   state_->derive_control(drive);
   if (had_no_ramp && unit.motion_params.accel_max > 0.0) {
-    // The references were at the target at once; a ramp begins where the shaft is, as if what is
-    // commanded were commanded now, out of the present speed.
+    // Without a ramp, the references are at the target. The new ramp starts at the shaft's state,
+    // as if the setpoint were commanded now.
     unit.motion.omega_ref = unit.motion.omega_hat;
     setpoint_changed(unit.motion_params, Speed{}, unit.setpoint,
                      state_->with_block(drive, kCountsOf), unit.motion);
@@ -393,7 +393,7 @@ void DriveBank::set_supply_voltage(std::size_t drive, double v_source) {
 void DriveBank::set_supply_drop(std::size_t drive, double v_drop) {
   State::Unit& unit = state_->units[drive];
   unit.supply_drop = v_drop;
-  // Of the plant's numbers this one alone is another: all of them take too long, so often.
+  // Updates only this parameter: deriving all of them on every call is too slow.
   const double v_source = State::source_voltage(unit, unit.faults);
   state_->with_block(drive, [&](auto& block, std::size_t lane) {
     lane_of(block.plant_params.v_source, lane) = v_source;
@@ -423,7 +423,7 @@ void DriveBank::turn_shaft(std::size_t drive, double angle) {
     if (unit.faults.encoder != EncoderFault::kNone) {
       return;
     }
-    // A hand takes its time: encoder and estimator have followed, and there is no speed in it.
+    // A hand turns slowly: the encoder has followed, and the estimator must not see a speed.
     lane_of(block.loop.encoder_counts, lane) += nearest(turn * unit.motion_params.counts_per_rad);
     encoder_leapt(unit.motion_params, lane_of(block.loop.encoder_counts, lane), unit.motion);
   });
@@ -443,7 +443,7 @@ Telemetry DriveBank::telemetry(std::size_t drive) const {
     t.v_bus = unit.slow.v_bus;
     t.i_bus = bus_current(unit.motion_params, loop, unit.motion.omega_hat, unit.slow.v_bus);
     t.i_q = loop.i_q;
-    // A voltage limited to nothing is 0 with the one sign or the other, as the compiler likes.
+    // `+ 0.0` turns −0.0 into 0.0: the sign of a zero voltage depends on the compiler.
     t.power = loop.v_q / (unit.motion_params.modulation * std::max(unit.slow.v_bus, 1.0)) + 0.0;
     t.i_a = loop.i_a;
     t.i_b = loop.i_b;

@@ -1,4 +1,4 @@
-// What is broken about a drive of the bank: put in force, and what that does at once.
+// Fault functions of DriveBank.
 #include <algorithm>
 
 #include "model/block_access.hpp"
@@ -11,20 +11,20 @@
 namespace lk::model {
 namespace {
 
-/// What a healthy encoder would show of this plant, noise aside.
+/// Returns the reading of a healthy encoder without noise, counts.
 double counts_without_noise(PlantParams<double> p, const PlantState<double>& s) {
   p.encoder_noise = 0.0;
   std::uint64_t unused = 1;
   return encoder(p, s.theta, s.omega, unused);
 }
 
-/// No rotor is thrown beyond ω_max.
+/// Clamps a rotor speed to ±ω_max.
 double held(const PlantParams<double>& p, double omega) {
   return std::clamp(omega, -p.omega_max, p.omega_max);
 }
 
-/// Rotor and output together again: the output where the rotor is. Where nothing gives, both go on
-/// with the speed that keeps their momentum; `J_rotor` is the rotor's own, kg·m².
+/// Reconnects rotor and output: the output moves to the rotor's angle. With a rigid gear, both get
+/// the speed that keeps their momentum. `J_rotor`: inertia of the rotor alone, kg·m².
 void join(const PlantParams<double>& p, double J_rotor, PlantState<double>& s) {
   s.theta_out = s.theta * p.inv_gear;
   if (p.compliant == 0.0) {
@@ -59,7 +59,7 @@ void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
 
     double& counts = lane_of(block.loop.encoder_counts, lane);
     if (before.encoder != EncoderFault::kNone && faults.encoder == EncoderFault::kNone) {
-      // The chip shows the truth again, and nobody has seen the speed of that leap.
+      // The encoder shows the true angle again; the estimator must not see the jump as speed.
       counts = counts_without_noise(p, s);
       encoder_leapt(unit.motion_params, counts, unit.motion);
     }
@@ -67,7 +67,7 @@ void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
         lane_faults(unit.params, faults, block.faults[lane], counts, unit.slow_noise);
     block.faulty = any_faulty(block);
   });
-  // A body stays where it is: they grip at another angle than before.
+  // The body keeps its angle, so the offset between shaft and body changes.
   if (unit.mounted) unit.mounted_at += state_->joint(drive).theta - joint_before;
 }
 
@@ -81,7 +81,7 @@ bool DriveBank::takes_effect(std::size_t drive, const Faults& one) const {
   return state_->with_block(drive, [&](const auto& block, std::size_t lane) {
     const auto s = get<PlantState<double>>(block.plant, lane);
     const auto loop = get<CurrentLoopState<double>>(block.loop, lane);
-    // An encoder fault that is not in force begins now.
+    // An encoder fault that is not active yet starts now.
     const LaneFaults lane_of_one =
         lane_faults(unit.params, one, block.faults[lane], loop.encoder_counts, 1);
     const LaneFaults none;
@@ -90,7 +90,7 @@ bool DriveBank::takes_effect(std::size_t drive, const Faults& one) const {
     const bool follows = std::holds_alternative<Speed>(unit.setpoint) ||
                          std::holds_alternative<Position>(unit.setpoint);
     const bool times = unit.life.life == Life::kBooting || (alive && (follows || s.omega != 0.0));
-    // Without current there is nothing that flows the wrong way.
+    // A commutation offset has no effect without current.
     const bool commutates = alive && loop.bridge != 0.0 && (loop.i_d != 0.0 || loop.i_q != 0.0);
     return plants_differ(with, without, unit.slow_sensors) || heat_flows_differ(with, without) ||
            (one.commutation_offset != 0.0 && commutates) ||

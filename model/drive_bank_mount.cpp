@@ -1,4 +1,4 @@
-// A shaft on a body that is computed elsewhere (docs/decisions/0031).
+// Coupling of an output shaft to a body simulated elsewhere (docs/decisions/0031).
 #include <cassert>
 #include <cmath>
 
@@ -11,11 +11,11 @@
 namespace lk::model {
 namespace {
 
-/// rad, rad/s: what rounding makes of a joint on its way through a body.
+/// rad, rad/s: largest rounding error of a joint after a pass through the body simulation.
 constexpr double kRounding = 1e-12;
 
-/// Rotor and output with their joint where the body has it; what is between them stays as it is.
-/// What rests stays at rest, bit for bit: friction tells that from the smallest speed.
+/// Moves rotor and output to the body's joint angle and speed; the twist between them stays. Skips
+/// changes within rounding: a shaft at rest must stay exactly at rest for the friction model.
 template <class State, class Joint>
 void move(State& plant, std::size_t lane, double ratio, const Joint& joint, double theta,
           double omega) {
@@ -46,7 +46,7 @@ DriveBank::State::Joint DriveBank::State::joint(std::size_t drive) const {
   const double flange = unit.faults.inertia * p.J_out;
   const bool springy = p.gear_stiffness_out > 0.0;
   const bool apart = unit.faults.coupling_broken || (springy && !unit.mounted_stiff);
-  // Of a rigid gear both are at the same place.
+  // Rigid gear: rotor and output have the same angle.
   double share = springy ? rotor / (rotor + flange + unit.params.load.J) : 1.0;
   if (apart) share = 0.0;
   return with_block(drive, [&](const auto& block, std::size_t lane) {
@@ -70,7 +70,7 @@ void DriveBank::mount(std::size_t drive, const Mount& mount) {
   const State::Joint joint = state_->joint(drive);
   const MechanicsParams mechanics = with_faults(unit.params, unit.faults).mechanics;
   state_->with_block(drive, [&](auto& block, std::size_t lane) {
-    // Of the plant's numbers these alone are others: all of them take too long, so often.
+    // Updates only the parameters that change: deriving all of them on every call is too slow.
     auto& p = block.plant_params;
     const bool compliant = lane_of(p.compliant, lane) != 0.0;
     const Inertia inertia = inertia_of(mechanics, mount.J, compliant, lane_of(p.f_s, lane));

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file What a DriveBank keeps, for its own sources only: the blocks of the fast tick, and with
-/// them vector registers.
+/// @file Private state of DriveBank. Only its own sources include this header, because it depends
+/// on vector types.
 
 #include <cassert>
 #include <cstddef>
@@ -31,9 +31,9 @@ struct DriveBank::State {
     BrakeState brake;
     bool connected = true;
     double supply_drop = 0.0;  // V
-    bool mounted = false;      // on a body, which faults of the drive do not make heavier
+    bool mounted = false;      // on a body; inertia faults do not scale its J
     bool mounted_stiff = false;
-    double mounted_at = 0.0;  // rad: the shaft's angle, less the body's
+    double mounted_at = 0.0;  // rad: shaft angle minus body angle
     Faults faults;
     bool slow_sensors_faulty = false;
     Setpoint setpoint = Idle{};
@@ -41,7 +41,7 @@ struct DriveBank::State {
     SlowMeasurement slow;
     std::uint64_t slow_noise = 1;
   };
-  /// The drives of one block, as the tick sees them from inside a stretch.
+  /// Context of `give_orders`: the bank and the first drive of the block.
   struct BlockDrives {
     State* bank;
     std::size_t begin;
@@ -51,22 +51,22 @@ struct DriveBank::State {
   TickBlock<double> alone;            // used when there is exactly one drive
   std::vector<TickBlock<Wide>> wide;  // used otherwise, kLanes drives each
   NamedKernel kernel;
-  bool edge = false;     // of the stretch under way: a drive died or came alive,
-  bool stopped = false;  // or it had to end for some reason
-  int stride = 1;        // ticks between instants at which some motion loop may run
+  bool edge = false;     // a drive died or came alive in this stretch
+  bool stopped = false;  // this stretch has to end early
+  int stride = 1;        // ticks between possible runs of a motion loop
 
   State(std::span<const DriveInit> drives, NamedKernel chosen);
   explicit State(std::span<const DriveOf> drives);
 
-  /// Room for the fast states of so many drives.
+  /// Reserves the fast states of `count` drives.
   void make_room(std::size_t count);
-  /// What lanes without a drive hold.
+  /// Puts a drive at rest into each unused lane.
   void fill_spare_lanes();
-  /// A drive of another bank becomes the next one of this.
+  /// Appends a copy of a drive of another bank.
   void take_in(const State& other, std::size_t drive);
 
-  /// Where a drive's fast state lives: the scalar block when it is alone, else a lane of a wide
-  /// one.
+  /// Calls `access(block, lane)` with the drive's fast state: the scalar block of a bank of one
+  /// drive, else a lane of a wide block.
   template <class Access>
   decltype(auto) with_block(std::size_t drive, Access access) {
     assert(drive < units.size());
@@ -80,27 +80,27 @@ struct DriveBank::State {
                         : access(wide[drive / kLanes], drive % kLanes);
   }
 
-  /// What of a drive a body has at its joint, at the output.
+  /// State of a drive's joint as a mounted body sees it, at the output.
   struct Joint {
     double theta, omega;  // rad, rad/s
-    double rotor_share;   // of the rotor in these, 0 to 1; the rest is the output's
+    double rotor_share;   // weight of the rotor in these, 0..1; the rest is the output's
     double armature;      // kg·m²
   };
   Joint joint(std::size_t drive) const;
 
-  /// DriveBank's of the same names.
+  /// As the functions of DriveBank with the same names.
   bool advance_to_edge(std::int64_t until, std::size_t drive);
   void restart(std::size_t drive);
-  /// What the drive does once every few ticks.
+  /// Runs the slow part of a drive, once every `motion_divider` ticks.
   void run_firmware(std::size_t drive);
   void run_motion_loops(std::size_t drive);
   void die(std::size_t drive);
   /// Returns true if the stretch must end: a drive died or came alive, or a brake moved.
   static bool give_orders(void* block_drives, std::size_t first, std::size_t count,
                           std::int64_t tick);
-  /// V, what the drive is supplied with, with these faults.
+  /// Returns the supply voltage of the drive with these faults, V.
   static double source_voltage(const Unit& unit, const Faults& faults);
-  /// The plant of a drive as it would be with these faults.
+  /// Returns the plant parameters of the drive with these faults.
   static PlantParams<double> plant_of(const Unit& unit, const Faults& faults);
   void derive_plant(std::size_t drive);
   void derive_control(std::size_t drive);

@@ -1,9 +1,9 @@
 #pragma once
 
-/// @file The numbers of one drive, SI units throughout: what a motor profile states.
+/// @file Parameters of one drive in SI units, as a motor profile states them.
 ///
 /// Symbols are those of docs/notation.md. Angles in rad, speeds in rad/s of the *rotor* unless a
-/// name says `_out` (behind the gear). Every number's origin stands beside it in `configs/motors/`.
+/// name says `_out` (behind the gear). `configs/motors/` gives the source of every number.
 
 namespace lk::model {
 
@@ -20,13 +20,12 @@ struct MotorParams {
 
 /// Three half bridges and their timer.
 struct InverterParams {
-  double f_pwm = 32e3;     // Hz, also the rate of the current loop
-  double t_dead = 200e-9;  // s
-  double R_on = 10e-3;     // Ω, one switch
-  double v_diode = 0.8;    // V, body diode
-  double timer_counts =
-      2625;                // timer counts per half period: the duty's resolution is 1/timer_counts
-  double duty_max = 0.98;  // largest duty of a leg, smallest is 1 − duty_max
+  double f_pwm = 32e3;         // Hz, also the rate of the current loop
+  double t_dead = 200e-9;      // s
+  double R_on = 10e-3;         // Ω, one switch
+  double v_diode = 0.8;        // V, body diode
+  double timer_counts = 2625;  // per half period; the duty's resolution is 1/timer_counts
+  double duty_max = 0.98;      // largest duty of a leg, smallest is 1 − duty_max
   double i_dead_zone = 0.1;  // A, > 0: below it the dead-time voltage error fades linearly to zero
 };
 
@@ -37,27 +36,25 @@ struct MechanicsParams {
   double backlash_out = 0.0;        // rad at the output, total play
   double gear_stiffness_out = 0.0;  // Nm/rad at the output; 0 = rigid coupling without play
   double gear_damping_out = 0.0;    // Nm·s/rad at the output, while the teeth touch
-  double J_out =
-      0.0;  // kg·m², inertia of the output flange itself; > 0 with gear_stiffness_out > 0
+  double J_out = 0.0;             // kg·m², output flange itself; > 0 with gear_stiffness_out > 0
   double tau_coulomb_out = 0.0;   // Nm at the output, seals and bearings behind the gear
   double tau_coulomb = 0.0;       // Nm
   double tau_static = 0.0;        // Nm, break-away torque, ≥ tau_coulomb
   double omega_stribeck = 1.0;    // rad/s, where the break-away excess has fallen to a half
   double B = 0.0;                 // Nm·s/rad, viscous
-  double hysteresis_share = 0.0;  // 0..1 of tau_coulomb: what the stator's iron takes
-  double eddy_share = 0.0;        // 0..1 of B: the same
+  double hysteresis_share = 0.0;  // 0..1 of tau_coulomb: lost in the stator's iron
+  double eddy_share = 0.0;        // 0..1 of B: lost in the stator's iron
   double tau_cogging = 0.0;       // Nm, amplitude
   int cogging_per_turn = 84;      // periods per rotor turn
 };
 
-/// A stop this far away is none: no shaft gets there.
+/// An end stop at this angle means none: no shaft gets there.
 inline constexpr double kNoStop = 1e9;  // rad
 
-/// What hangs on the output shaft; can be changed while running.
+/// Load on the output shaft; can be changed while running.
 struct LoadParams {
-  double J = 0.0;  // kg·m², at the output
-  double tau =
-      0.0;  // Nm at the output, constant, positive pushes clockwise (towards larger angles)
+  double J = 0.0;            // kg·m², at the output
+  double tau = 0.0;          // Nm at the output, constant; > 0: clockwise (towards larger angles)
   double tau_gravity = 0.0;  // Nm, m·g·l of an arm: the torque is −tau_gravity·sin(theta_out)
   double theta_min = -kNoStop;  // rad at the output, hard end stops
   double theta_max = kNoStop;
@@ -67,22 +64,22 @@ struct SupplyParams {
   double v_source = 24.0;    // V, can be changed while running
   double R_source = 0.05;    // Ω
   double C_link = 470e-6;    // F
-  double i_regen_max = 1e3;  // A the source takes back; 0 = a rectifier
+  double i_regen_max = 1e3;  // A, largest current into the source; 0 = a rectifier
   double i_logic = 0.0;      // A at 24 V, what the drive's electronics draw from the link
 };
 
-/// The drive's controller: what it needs to be alive.
+/// Voltage limits and boot time of the drive's controller.
 struct LogicParams {
   double v_reset = 5.0;             // V at the link, below it the controller is in reset
   double v_reset_hysteresis = 0.5;  // V above v_reset at which it starts
-  double boot_time = 0.05;          // s from there until it answers
+  double boot_time = 0.05;          // s from that start until it answers
 };
 
 /// Power-off brake on the rotor: a spring holds it, a coil releases it.
 struct BrakeParams {
   double tau = 0.0;            // Nm at the rotor; 0 = none fitted
   double engage_time = 0.02;   // s from coil off to full torque
-  double release_time = 0.03;  // s from coil on to none
+  double release_time = 0.03;  // s from coil on to no torque
 };
 
 /// Two-body motor (winding, housing) and a power stage, against ambient.
@@ -99,7 +96,7 @@ struct ThermalParams {
 struct EncoderParams {
   int bits = 14;             // 10..18
   int direction = 1;         // +1 or −1: sign of counts against the rotor angle
-  double offset = 0.0;       // rad, where the magnet was glued: raw angle at rotor angle 0
+  double offset = 0.0;       // rad, mounting angle of the magnet: raw angle at rotor angle 0
   double inl_1 = 0.0;        // rad, integral non-linearity, once per turn
   double inl_1_phase = 0.0;  // rad
   double inl_2 = 0.0;        // rad, twice per turn
@@ -108,7 +105,7 @@ struct EncoderParams {
   double latency = 2e-6;     // s
 };
 
-/// Two phase-current amplifiers (a, b); the drive takes c = −a − b.
+/// Two phase-current amplifiers (a, b); the drive computes c = −a − b.
 struct CurrentSensorParams {
   double range = 33.0;    // A, full scale to either side
   int bits = 12;          // ADC over −range..range
@@ -123,12 +120,12 @@ struct SlowSensorParams {
   double v_lsb = 0.01;    // V, bus voltage ADC
   double v_noise = 0.02;  // V rms
   double temp_lsb = 0.5;  // K, temperature ADC
-  // How much of what the board is warmer than the housing the motor's thermistor on it shows.
+  // Share of (board − housing) temperature that the motor's thermistor, on the board, adds.
   double board_share = 0.0;
 };
 
-/// How the firmware is built: rates, and the rule that turns byte gains into physical ones
-/// (docs/model.md §11). A bandwidth scales linearly with its byte and holds at the reference byte.
+/// Rates of the firmware, and the rule that converts byte gains into physical ones (docs/model.md
+/// §11). A bandwidth is proportional to its byte; the value here is for the reference byte.
 struct ControlParams {
   int motion_divider = 4;             // current-loop periods per speed/position-loop period
   bool has_current_loop = true;       // false: MS series, the loops set the voltage vector
@@ -145,7 +142,7 @@ struct ControlParams {
   double J_nominal = 933e-7;  // kg·m², rotor side, the speed gain was designed for
 };
 
-/// Everything that makes one drive different from another and does not change while it runs.
+/// All parameters of one drive; load, supply and ambient may change while it runs.
 struct DriveParams {
   MotorParams motor;
   InverterParams inverter;

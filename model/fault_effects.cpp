@@ -8,18 +8,18 @@
 namespace lk::model {
 namespace {
 
-// A shaft moves differently from these on (assumed), far above rounding.
+// Smallest change of shaft motion that counts as an effect (assumed); far above rounding.
 constexpr double kSpeedStep = 1e-7;  // rad/s within a period
 constexpr double kAngleStep = 1e-9;  // rad
-// More than a step of the current sensors makes of a winding in a period, and a thousandth of what
-// the losses at rated torque make (assumed).
+// More than a current sensor's step heats a winding in a period, and a thousandth of the heating at
+// rated torque (assumed).
 constexpr double kHeatStep = 1e-6;  // K within a period
-// An encoder dissipates a hundred times as much; rounding errors are a billionth of it (assumed).
+// A hundredth of an encoder's power, and a billion times the rounding errors (assumed).
 constexpr double kHeatFlowStep = 1e-3;  // W
-/// Of a state that others decide: it comes out differently with them, or a period later.
+/// For states that follow from others: these differ as well, or differ a period later.
 constexpr double kFollows = HUGE_VAL;
 
-/// The largest deviate of the sensors' noise: four numbers of 16 bits (noise.hpp).
+/// Largest value of normal_deviate(), a sum of four 16-bit numbers (noise.hpp).
 constexpr double kLargestDeviate = 3.4642;
 
 PlantState<double> after(const Period& period) {
@@ -46,8 +46,7 @@ Measurement<double> shown(const Period& period) {
   return falsified(faults, measure<double>(p, i_abc, s.theta, s.omega, unused));
 }
 
-/// Heat flows from the winding to the housing, from the housing to the air, from the stage to the
-/// air, W.
+/// Returns the heat flows winding → housing, housing → ambient and stage → ambient, W.
 std::array<double, 3> heat_flows(const Period& period) {
   const PlantParams<double>& p = period.plant;
   const PlantState<double>& s = period.state;
@@ -56,12 +55,12 @@ std::array<double, 3> heat_flows(const Period& period) {
           (s.temp_stage - p.temp_ambient) * p.g_stage_ambient};
 }
 
-/// All of a plant's states.
+/// Returns all state variables of a plant.
 auto values(const PlantState<double>& state) {
   return std::apply([](const auto&... each) { return std::array{each...}; }, fields(state));
 }
 
-/// Noise beside what is there without, of which the largest deviate is a `step`.
+/// Returns true if the additional noise can reach `step`.
 bool noise_shows(double with, double without, double step) {
   return kLargestDeviate * std::sqrt(std::max(with * with - without * without, 0.0)) >= step;
 }
@@ -72,8 +71,8 @@ bool plants_differ(const Period& with, const Period& without, const SlowSensors&
   const PlantState<double> a = after(with);
   const PlantState<double> b = after(without);
   const double i_step = without.plant.current_lsb;
-  // For each of the plant's states, in their order, how far apart is different. The rotor's angle
-  // follows from its speed; an output that has come off may be anywhere.
+  // Smallest difference that counts, for each plant state in the order of fields(). The rotor's
+  // angle follows from its speed; a disconnected output may have any angle.
   const auto differences =
       std::array{i_step,     i_step,      kFollows,    // i_d, i_q, theta
                  kSpeedStep, kAngleStep,  kSpeedStep,  // omega, theta_out, omega_out
@@ -104,11 +103,11 @@ bool measurements_differ(const Period& with, const Period& without) {
   const PlantParams<double>& p = without.plant;
   const Measurement<double> a = shown(with);
   const Measurement<double> b = shown(without);
-  // What stands still may stand where noise had put it.
+  // A stuck encoder may hold a reading that contains noise.
   const double held_noise =
       with.faults.encoder == EncoderFault::kStuck ? kLargestDeviate * p.encoder_noise : 0.0;
   const double counts_step = 1.0 + held_noise * p.counts_per_rad;
-  // Both are whole steps.
+  // Both readings are multiples of current_lsb.
   const double i_step = 0.5 * p.current_lsb;
   return std::abs(a.encoder_counts - b.encoder_counts) >= counts_step ||
          std::abs(a.i_a - b.i_a) >= i_step || std::abs(a.i_b - b.i_b) >= i_step ||

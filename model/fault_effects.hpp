@@ -1,14 +1,14 @@
 #pragma once
 
-/// @file Whether a fault makes a difference at an instant (docs/model.md §14): the coming period is
-/// computed with it and without, from the same state.
+/// @file Tests whether a fault has an effect now (docs/model.md §14): computes the next period with
+/// it and without it, from the same state.
 
 #include "model/plant/slow_sensors.hpp"
 #include "model/tick.hpp"
 
 namespace lk::model {
 
-/// A drive's coming period, without noise: its plant, its state, and what acts on it.
+/// Input of a drive's next period, without noise: its plant, its state, and what acts on it.
 struct Period {
   const PlantParams<double>& plant;
   const PlantState<double>& state;
@@ -16,18 +16,18 @@ struct Period {
   const LaneFaults& faults;
 };
 
-/// Currents or link voltage come out differently by a step of their converter, the shafts move
-/// differently, or something gets warmer or colder.
+/// Returns true if currents or link voltage differ by a step of their converter, or if the motion
+/// of the shafts or a temperature differs.
 bool plants_differ(const Period& with, const Period& without, const SlowSensors& steps);
 
-/// Heat flows another way, or more or less of it: what is warmer or colder than what it lies beside
-/// will differ, in seconds or minutes. No single period shows that.
+/// Returns true if a heat flow differs. Temperatures then differ after seconds or minutes, which no
+/// single period shows.
 bool heat_flows_differ(const Period& with, const Period& without);
 
-/// The fast sensors show something else.
+/// Returns true if the fast sensors show different values.
 bool measurements_differ(const Period& with, const Period& without);
 
-/// The slow sensors show something else.
+/// Returns true if the slow sensors show different values.
 bool slow_measurements_differ(const Faults& faults, const PlantState<double>& state,
                               const SlowSensors& sensors);
 

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file What can be broken about one drive (docs/model.md §14): a plain value, SI, healthy by
-/// default. `DriveBank::set_faults` puts it in force.
+/// @file Injectable faults of one drive (docs/model.md §14): a plain value in SI units, healthy by
+/// default. `DriveBank::set_faults` activates it.
 
 #include <array>
 #include <cstdint>
@@ -14,27 +14,27 @@ namespace lk::model {
 /// One half bridge and the wire to its phase.
 enum class LegFault : std::uint8_t {
   kNone,
-  kPhaseOpen,    // the wire is broken: no current at all
+  kPhaseOpen,    // the phase wire is broken: no current
   kHighOpen,     // the upper switch never closes; its diode works
-  kLowOpen,      // the lower switch likewise
-  kHighShorted,  // the upper switch is a wire
-  kLowShorted,   // the lower switch is a wire
+  kLowOpen,      // the lower switch never closes; its diode works
+  kHighShorted,  // the upper switch always conducts
+  kLowShorted,   // the lower switch always conducts
 };
 
 enum class EncoderFault : std::uint8_t {
   kNone,
-  kStuck,       // shows what it showed when the fault began
-  kGarbage,     // anything within the turn, anew for each sample
-  kLostMagnet,  // where the magnet was last seen, wandering, with large noise
+  kStuck,       // keeps the reading from when the fault began
+  kGarbage,     // a random angle within the turn, new for each sample
+  kLostMagnet,  // the last angle seen, plus a mean-reverting random walk and large noise
 };
 
 struct Faults {
   // Sensors
   EncoderFault encoder = EncoderFault::kNone;
-  double encoder_offset = 0;   // rad of the magnet, added: a jump, or a drift if it is moved
-  double encoder_noise = 0;    // rad rms, ≥ 0, in addition to the sensor's own (in quadrature)
-  double encoder_latency = 0;  // s, ≥ 0, in addition
-  /// The channel shows gain·(what it showed healthy) + offset, or `stuck`.
+  double encoder_offset = 0;   // rad, added to the magnet's angle: a jump or slow drift
+  double encoder_noise = 0;    // rad rms, ≥ 0, added to the sensor's own noise in quadrature
+  double encoder_latency = 0;  // s, ≥ 0, added to the sensor's own latency
+  /// The channel reads gain·x + offset, x being the healthy reading without noise, or `stuck`.
   struct Current {
     double offset = 0;              // A
     double gain = 1;                // 1
@@ -42,7 +42,7 @@ struct Faults {
     friend bool operator==(const Current&, const Current&) = default;
   };
   Current current_a{}, current_b{};
-  double current_noise = 0;             // A rms, ≥ 0, in addition (in quadrature), both channels
+  double current_noise = 0;             // A rms, ≥ 0, added to both channels in quadrature
   std::optional<double> v_bus_stuck{};  // V
   double v_bus_offset = 0;              // V
   std::optional<double> temp_motor_stuck{}, temp_driver_stuck{};  // °C
@@ -50,36 +50,36 @@ struct Faults {
 
   // Power stage
   bool bridge_dead = false;        // the switches never close; the firmware does not know
-  double commutation_offset = 0;   // rad electrical, of what the firmware commutates by
+  double commutation_offset = 0;   // rad electrical, added to the firmware's commutation angle
   std::array<LegFault, 3> legs{};  // phases a, b, c
 
   // Mechanics
-  /// Dry friction added at the output, as a share of k_t·(full scale of the current sensors)·N, the
-  /// torque a lossless gear would make of the largest current the drive can measure. From 1 on
-  /// locked, whatever pushes.
+  /// Dry friction added at the output. 1 is k_t·(full scale of the current sensors)·N, the torque
+  /// of a lossless gear at the largest measurable current. From 1 on, the shaft is locked against
+  /// any torque.
   double jam = 0;          // ≥ 0
-  double friction = 1;     // ≥ 0, factor on Coulomb, static and viscous friction and the output's
+  double friction = 1;     // ≥ 0, factor on Coulomb, static, viscous and output friction
   double inertia = 1;      // > 0, factor on rotor, flange and load
-  double backlash = 1;     // ≥ 0, factor; a gear without stiffness has none
+  double backlash = 1;     // ≥ 0, factor; no effect on a gear without stiffness
   double load_torque = 0;  // Nm at the output, added to the load's
-  /// Rotor and output are apart, each with its own inertia, friction and torques; healed, the
-  /// output is put back to where the rotor is.
+  /// Rotor and output are disconnected, each with its own inertia, friction and torques. When the
+  /// fault ends, the output moves to the rotor's angle.
   bool coupling_broken = false;
-  double theta_min = -kNoStop, theta_max = kNoStop;  // rad at the output, beside the load's own
+  double theta_min = -kNoStop, theta_max = kNoStop;  // rad at the output, besides the load's
   double brake_delay = 0;  // s, ≥ 0, from switching the coil until the brake begins to move
 
   // Power
-  double v_source_max = 1e9;     // V, the source gives no more than this
-  bool supply_cut = false;       // disconnected, whatever `connect_supply` says
-  bool no_regeneration = false;  // the source takes nothing back
+  double v_source_max = 1e9;     // V, upper limit of the source voltage
+  bool supply_cut = false;       // disconnected; overrides `connect_supply`
+  bool no_regeneration = false;  // the source accepts no current
 
   // Heat
-  double R_housing_ambient = 1;  // > 0, factor: the housing gets rid of its heat worse
+  double R_housing_ambient = 1;  // > 0, factor on the resistance; > 1 cools worse
 
   // Controller
-  /// The drive's clock against true time: > 1 runs fast. All the firmware measures and times with
-  /// it is off: a second of the drive's is 1/clock_ratio of a second. The switching frequency
-  /// stays.
+  /// Speed of the drive's clock relative to true time; > 1 runs fast. One second of the drive lasts
+  /// 1/clock_ratio seconds, so all times and speeds of the firmware are wrong. The PWM frequency
+  /// does not change.
   double clock_ratio = 1;  // > 0
 
   friend bool operator==(const Faults&, const Faults&) = default;

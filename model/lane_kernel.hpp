@@ -7,7 +7,7 @@
 
 namespace lk::model {
 
-// model/tick.hpp has these; who only chooses a kernel need not compile them.
+// Forward declarations: callers need not include model/tick.hpp.
 template <class Store>
 struct TickBlock;
 struct Wide;
@@ -19,9 +19,9 @@ using AloneKernel = void (*)(TickBlock<double>& block, const Stretch& stretch);
 struct NamedKernel {
   std::string_view name;  // "baseline", "avx2", "avx512"
   LaneKernel run = nullptr;
-  AloneKernel run_alone = nullptr;  // the same tick for a drive that has no company
-  std::size_t width = 1;            // drives of a block that `run` computes together
-  LaneKernel run_faulty = nullptr;  // the tick of blocks in which some drive is faulty, as wide
+  AloneKernel run_alone = nullptr;  // the same tick, for a bank of one drive
+  std::size_t width = 1;            // number of drives that `run` computes together
+  LaneKernel run_faulty = nullptr;  // for blocks with a faulty drive; same width
 };
 
 void run_alone_baseline(TickBlock<double>& block, const Stretch& stretch);
@@ -33,12 +33,12 @@ void run_lanes_avx512(TickBlock<Wide>& block, const Stretch& stretch);
 void run_lanes_faulty_baseline(TickBlock<Wide>& block, const Stretch& stretch);
 void run_lanes_faulty_avx2(TickBlock<Wide>& block, const Stretch& stretch);
 void run_lanes_faulty_avx512(TickBlock<Wide>& block, const Stretch& stretch);
-/// Of a faulty drive that has no company: one for every processor.
+/// For a bank of one faulty drive; one build serves every processor.
 void run_alone_faulty(TickBlock<double>& block, const Stretch& stretch);
 
-/// The fastest kernel this processor can run. All give the same bits.
+/// Returns the fastest kernel for this processor. All kernels give the same bits.
 NamedKernel best_lane_kernel();
-/// Kernel by name, or one with `run == nullptr` if this build or processor does not have it.
+/// Returns the kernel of that name; `run` is null if this build or processor does not have it.
 NamedKernel lane_kernel(std::string_view name);
 
 }  // namespace lk::model

@@ -1,5 +1,4 @@
-// Compiled with the instruction set of its name; everything it instantiates lives in a namespace of
-// that name (see real.hpp).
+// Compiled for AVX2. The namespace LKEMU_ISA separates its template instances (see real.hpp).
 #define LKEMU_ISA isa_avx2
 #include "model/stored_real.hpp"
 #include "model/tick.hpp"

@@ -2,7 +2,7 @@
 
 namespace lk::model {
 
-/// The only thing that crosses from the plant to the firmware in the fast tick.
+/// The only data that the firmware gets from the plant in the fast tick.
 template <class T>
 struct Measurement {
   T encoder_counts{};  // unwrapped, native bits of the encoder

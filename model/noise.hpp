@@ -29,9 +29,9 @@ constexpr std::uint64_t noise_seed(std::uint64_t seed) {
 
 inline namespace LKEMU_ISA {
 
-/// One deviate of mean 0 and variance 1: xorshift64 (Marsaglia 2003), its four 16-bit quarters
-/// added up (Irwin–Hall, n = 4: bounded by ±3.46, kurtosis 2.7), so that no logarithm is needed.
-/// `Word` is one generator or a register of them.
+/// Returns a deviate of mean 0 and variance 1: the sum of the four 16-bit quarters of xorshift64
+/// (Marsaglia 2003), without a logarithm. Irwin–Hall, n = 4: bounded by ±3.46, kurtosis 2.7. `Word`
+/// is one generator or a register of them.
 template <class Word>
 inline auto normal_deviate(Word& word) {
   word ^= word << 13;
@@ -40,17 +40,17 @@ inline auto normal_deviate(Word& word) {
   const Word quarters = 0x0000FFFF0000FFFFU;
   const Word pairs = (word & quarters) + ((word >> 16) & quarters);
   const Word sum = (pairs & Word(0x1FFFFU)) + (pairs >> 32);
-  // The sum becomes the low mantissa bits of 2^52; taking 2^52 and the mean (4·65535/2) off leaves
-  // it centred. Standard deviation: sqrt(4·(65536² − 1)/12) = 37837.2.
+  // Puts the sum into the low mantissa bits of 2^52, then subtracts 2^52 and the mean (4·65535/2).
+  // Standard deviation: sqrt(4·(65536² − 1)/12) = 37837.2.
   const auto centred = as_number(sum | Word(0x4330000000000000U)) - (0x1p52 + 131070.0);
   return centred * (1.0 / 37837.227);
 }
 inline Pair normal_deviate(WordPair& words) {
-  // One after the other: braces fix the order, and each half has its own generators anyway.
+  // Braces fix the order of evaluation; each half has its own generators anyway.
   return {normal_deviate(words.low), normal_deviate(words.high)};
 }
 
-// Generators from their stored form and back, beginning at drive `first` of the block.
+// Copies generators from and to their stored form, starting at drive `first` of the block.
 template <class Word>
 inline void load(Word& word, const NoiseState<double>& stored, std::size_t /*first*/) {
   word = stored.word[0];

@@ -1,14 +1,14 @@
 #pragma once
 
-/// @file The number type of the fast tick: one drive (`double`) or eight drives side by side
-/// (`Lanes`).
+/// @file The number type of the fast tick: one drive (`double`) or several drives in vector
+/// registers (`Lanes`).
 ///
-/// Everything the tick computes is written once over `Real`. The functions here are the only place
-/// that knows there are two of them; both do the same IEEE operations in the same order, so a drive
-/// gives the same bits whether it runs alone or in a lane.
+/// All code of the tick is a template over `Real`. Only the functions here differ by type. All
+/// types do the same IEEE operations in the same order, so a drive gives the same bits alone or in
+/// a lane.
 ///
-/// LKEMU_ISA names an inline namespace: lane kernels are compiled for several instruction sets, and
-/// the linker must never merge a function built for one with that of another.
+/// LKEMU_ISA names an inline namespace for each instruction set. It keeps the linker from merging
+/// functions that were compiled for different instruction sets.
 
 #include <array>
 #include <bit>
@@ -35,12 +35,12 @@ struct alignas(64) Wide {
 inline namespace LKEMU_ISA {
 
 using Vector = stdx::native_simd<double>;
-/// Whole 64-bit words in a register of the same size: noise generators, and the bits of numbers.
+/// 64-bit words in a register of the same size, for noise generators and the bits of doubles.
 using Words = stdx::rebind_simd_t<std::uint64_t, Vector>;
 static_assert(Words::size() == Vector::size());
 
-/// Two vector registers side by side. The tick is a long chain of dependent operations; the second
-/// register fills the gaps in which the first one waits.
+/// Two vector registers. The tick is a long chain of dependent operations; work on the second
+/// register fills the latency of the first.
 struct Pair {
   struct Mask {
     Vector::mask_type low, high;
@@ -99,7 +99,7 @@ using SimdMask = stdx::simd_mask<double, Abi>;
 template <class Abi>
 inline Simd<Abi> select(const SimdMask<Abi>& mask, const Simd<Abi>& a, const Simd<Abi>& b) {
 #if defined(__clang__) && defined(__AVX512F__)
-  // There libstdc++ takes the mask for one truth (simd_x86.h: "a boolean choice, not a blend").
+  // libstdc++ treats the mask as one bool here (simd_x86.h: "a boolean choice, not a blend").
   return Simd<Abi>([&](std::size_t lane) { return mask[lane] ? a[lane] : b[lane]; });
 #else
   Simd<Abi> result = b;
@@ -126,12 +126,12 @@ inline Simd<Abi> abs(const Simd<Abi>& x) {
 }
 inline Pair abs(const Pair& x) { return {abs(x.low), abs(x.high)}; }
 
-/// What the lane kernels compute with: a pair, or one register where that holds a whole block.
+/// Number type of the lane kernels: a pair, or one register if it holds a whole block.
 using Lanes = std::conditional_t<Vector::size() < kLanes, Pair, Vector>;
 static_assert(kLanes % Lanes::size() == 0);
 
-/// What a drive without company computes with: the same number twice. Choices in a register need no
-/// branch, and half of those of a `double` would be mispredicted, for they hang on sensor noise.
+/// Number type of a single drive: the same number twice. A select in a register needs no branch.
+/// The branches of a `double` depend on sensor noise, and half of them would be mispredicted.
 using Solo = Simd<stdx::simd_abi::deduce_t<double, 2>>;
 static_assert(!std::is_same_v<Solo, Lanes>);
 
@@ -140,8 +140,8 @@ inline bool any(bool mask) { return mask; }
 inline double sqrt(double x) { return std::sqrt(x); }
 inline double abs(double x) { return std::abs(x); }
 
-// The same choice between equal arguments as stdx's, which argument-dependent look-up prefers for
-// lanes.
+// For equal arguments, min and max return the same one as those of stdx, which argument-dependent
+// look-up prefers for lanes.
 inline double min(double a, double b) { return a < b ? a : b; }
 inline double max(double a, double b) { return a > b ? a : b; }
 inline double clamp(double x, double low, double high) { return min(high, max(low, x)); }
@@ -163,8 +163,8 @@ inline Simd<Abi> clamp(const Simd<Abi>& x, const Simd<Abi>& low, const Simd<Abi>
   return min(high, max(low, x));
 }
 
-/// `a` where `mask` is set, else `b`, in a build of the tick for drives that `can` have it set;
-/// else `b` and nothing to compute.
+/// Returns select(mask, a, b) if `can`; else `b`, without any computation. `can`: a drive of this
+/// build of the tick may set the mask.
 template <bool can, class Mask, class Real>
 inline Real select_if(const Mask& mask, const Real& a, const Real& b) {
   if constexpr (can) {

@@ -1,14 +1,14 @@
 #pragma once
 
-/// @file Nearest integers and odd ones, by the bits of a double.
+/// @file Rounding and parity of doubles, by their bits.
 
 #include "model/real.hpp"
 
 namespace lk::model {
 inline namespace LKEMU_ISA {
 
-/// Nearest integer, ties to even, for |x| < 2^51, still carrying the 1.5·2^52 whose addition loses
-/// exactly the fraction bits: in this form the last bit says whether it is odd.
+/// Returns the nearest integer plus 1.5·2^52, ties to even, for |x| < 2^51. The addition drops
+/// exactly the fraction bits, so that the last bit is the parity of the integer.
 template <class Real>
 inline Real shifted_nearest(const Real& x) {
   return x + 0x1.8p52;
@@ -29,7 +29,7 @@ inline Real floored(const Real& x) {
   return select(x < integer, integer - 1.0, integer);
 }
 
-// Bits as numbers and numbers as bits.
+// Reinterpret bits as numbers, and numbers as bits.
 inline double as_number(std::uint64_t bits) { return std::bit_cast<double>(bits); }
 template <class Abi>
 inline auto as_number(const stdx::simd<std::uint64_t, Abi>& bits) {
@@ -42,7 +42,7 @@ inline auto as_bits(const Simd<Abi>& x) {
   return std::bit_cast<stdx::rebind_simd_t<std::uint64_t, Simd<Abi>>>(x);
 }
 
-/// −x where `n`, from shifted_nearest(), is odd: its last bit moves to where the sign is.
+/// Returns −x if `n`, from shifted_nearest(), is odd, else x: its last bit flips the sign.
 template <class Real>
 inline Real negate_if_odd(const Real& x, const Real& n) {
   return as_number(as_bits(x) ^ (as_bits(n) << 63));

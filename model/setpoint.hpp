@@ -6,9 +6,8 @@
 
 namespace lk::model {
 
-// What the host wants of the shaft. Positions are rotor angles in the frame of
-// `Telemetry::encoder_position` (0 rad = encoder count 0 of the turn in which the drive powered
-// up).
+// Setpoints from the host. Positions are rotor angles in the frame of encoder_position: 0 rad is
+// encoder count 0 of the turn in which the drive powered up.
 struct Off {};   // bridge off, shaft free
 struct Idle {};  // bridge on, current reference 0 (speed and position loops at rest)
 struct Torque {
@@ -25,15 +24,15 @@ struct Position {
 struct OpenLoop {
   double power = 0;
 };  // −1..1, v_q as a share of the largest voltage the bus allows (MS series)
-/// The current's vector, in MS drives the voltage's, turns by itself from where the rotor stands,
-/// and leads the rotor, whatever the encoder says: as drives calibrate.
+/// The current vector (MS drives: the voltage vector) turns by itself from the rotor's present
+/// angle and pulls the rotor along, independent of the encoder. Drives calibrate this way.
 struct Lead {
   double omega_e = 0;
 };  // rad/s, electrical
 using Setpoint = std::variant<Off, Idle, Torque, Speed, Position, OpenLoop, Lead>;
 
-/// Gains as the wire carries them: bytes in `legacy`, 16 bits in `v236`, on one scale;
-/// docs/model.md gives the rule that makes them physical.
+/// Gains as sent on the wire: bytes in `legacy`, 16 bits in `v236`, on one scale. docs/model.md
+/// gives the rule that makes them physical.
 struct GainBytes {
   std::uint16_t angle_kp = 100, angle_ki = 100;
   std::uint16_t speed_kp = 50, speed_ki = 40;
@@ -57,8 +56,8 @@ inline constexpr int kErrorKinds = 8;
 using ErrorBits = std::uint8_t;  // bit n = Error(n)
 constexpr ErrorBits bit(Error e) { return static_cast<ErrorBits>(1U << static_cast<unsigned>(e)); }
 
-/// One protection: trips when the quantity has been beyond `threshold` for `delay`; its cause is
-/// over when the quantity is back by `hysteresis`. Units by kind: V, V, °C, °C, A, A, s, s.
+/// One protection: trips when the quantity has been beyond `threshold` for `delay`; its cause ends
+/// when it is back by `hysteresis`. Units in the order of Error: V, V, °C, °C, A, A, s, s.
 struct Protection {
   bool enabled = false;
   double threshold = 0;
@@ -77,10 +76,10 @@ struct ControlSettings {
   double omega_max = 293.2;   // rad/s, > 0: "Max Speed"
   double accel_max = 0.0;     // rad/s², 0 = no ramp: "Max Acceleration"
   double current_ramp = 0.0;  // A/s, 0 = none
-  std::array<Protection, kErrorKinds> protections{};  // by Error; lost input is fed by `feed_input`
+  std::array<Protection, kErrorKinds> protections{};  // indexed by Error
 };
 
-/// What the drive knows of itself after the last control tick (measured, never the true state).
+/// Values that the drive measures or estimates, after the last control tick; never the true state.
 struct Telemetry {
   double temp_motor = 0;   // °C
   double temp_driver = 0;  // °C
@@ -88,16 +87,15 @@ struct Telemetry {
   double i_bus = 0;        // A, estimated from duties and phase currents
   double i_q = 0;          // A; MS series: v_q/v_bus as a fraction −1..1 is in `power`
   double power = 0;        // −1..1, v_q as a share of the largest voltage the bus allows
-  double i_a = 0, i_b = 0, i_c = 0;  // A
-  double omega = 0;                  // rad/s, rotor
-  std::int64_t encoder_position =
-      0;                 // counts of the rotor encoder, unwrapped since power-up; mod 2^bits = raw
-  ErrorBits errors = 0;  // latched
+  double i_a = 0, i_b = 0, i_c = 0;   // A
+  double omega = 0;                   // rad/s, rotor
+  std::int64_t encoder_position = 0;  // rotor counts, unwrapped since power-up; mod 2^bits = raw
+  ErrorBits errors = 0;               // latched
   bool bridge_on = true;
   bool alive = true;  // the controller has power and has booted
 };
 
-/// The true state, for tests, plots and the bench; never for the control.
+/// The true state, for tests, plots and the bench; never an input of the control.
 struct Truth {
   double theta_m = 0;                                         // rad, rotor, unwrapped
   double omega_m = 0;                                         // rad/s, rotor
@@ -107,16 +105,16 @@ struct Truth {
   double tau_e = 0;                                           // Nm
   double v_bus = 0;                                           // V
   double temp_winding = 0, temp_housing = 0, temp_stage = 0;  // °C
-  double i_q_ref = 0, omega_ref = 0, theta_ref = 0;           // what the loops were told
+  double i_q_ref = 0, omega_ref = 0, theta_ref = 0;           // references of the loops
   std::array<double, 3> duty_abc{};
 };
 
-/// Where the energy went since power-up, J. `supply` = the sum of all the others plus the change of
-/// `stored`, up to the integrator's error (docs/model.md §8).
+/// Energy since power-up, J. `supply` = the sum of all the others plus the change of `stored`, up
+/// to the integrator's error (docs/model.md §8).
 struct EnergyLedger {
   double supply = 0;  // at the drive's terminals
   double copper = 0;
-  double inverter = 0;  // and the drive's electronics
+  double inverter = 0;  // including the drive's electronics
   double friction = 0;
   double gear = 0;
   double load = 0;    // work done on the constant load torque

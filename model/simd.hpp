@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file `stdx`: std::experimental::simd of libstdc++, or what stands for it where there is none.
-/// libc++ has a header of that name, with a part of what it should have.
+/// @file `stdx`: std::experimental::simd of libstdc++, or model/array_simd.hpp as a replacement.
+/// The header of libc++ is incomplete and not used.
 
 #include <version>
 

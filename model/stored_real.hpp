@@ -1,13 +1,13 @@
 #pragma once
 
-/// @file A `Real` and the form in which a block stores it; one drive of it.
+/// @file Conversions between a `Real`, its stored form in a block, and the value of one drive.
 
 #include "model/real.hpp"
 
 namespace lk::model {
 inline namespace LKEMU_ISA {
 
-/// A word beside every drive of a `Real`.
+/// One 64-bit word for each drive of a `Pair`.
 struct WordPair {
   Words low, high;
 };
@@ -26,7 +26,7 @@ struct WordsBeside<double> {
 template <class Real>
 using WordsOf = typename WordsBeside<Real>::type;
 
-/// How many drives a `Real` holds.
+/// Number of drives in a `Real`.
 template <class Real>
 inline constexpr std::size_t kSizeOf = Real::size();
 template <>
@@ -34,7 +34,7 @@ inline constexpr std::size_t kSizeOf<double> = 1;
 template <>
 inline constexpr std::size_t kSizeOf<Solo> = 1;
 
-// A `Real` from its stored form and back, beginning at drive `first` of the block.
+// Copies a `Real` from and to its stored form, starting at drive `first` of the block.
 inline void load(double& value, const double& stored, std::size_t /*first*/) { value = stored; }
 inline void load(Solo& value, const double& stored, std::size_t /*first*/) { value = stored; }
 inline void load(Lanes& value, const Wide& stored, std::size_t first) {
@@ -46,7 +46,7 @@ inline void store(const Lanes& value, Wide& stored, std::size_t first) {
   value.copy_to(stored.lane.data() + first, stdx::vector_aligned);
 }
 
-// One drive's share of a value, for what is decided drive by drive.
+// Access to the value of one drive, for code that branches per drive.
 inline double get_lane(double x, std::size_t /*lane*/) { return x; }
 inline double get_lane(const Solo& x, std::size_t /*lane*/) { return x[0]; }
 inline double get_lane(const Lanes& x, std::size_t lane) { return x[lane]; }
@@ -64,7 +64,7 @@ inline bool lane_set(const Lanes::mask_type& mask, std::size_t lane) { return ma
 
 }  // namespace LKEMU_ISA
 
-// One drive's value in stored form.
+// Returns the stored value of one drive.
 inline double& lane_of(double& stored, std::size_t /*lane*/) { return stored; }
 inline double& lane_of(Wide& stored, std::size_t lane) { return stored.lane[lane]; }
 inline double lane_of(const double& stored, std::size_t /*lane*/) { return stored; }

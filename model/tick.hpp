@@ -16,7 +16,7 @@
 
 namespace lk::model {
 
-/// Everything the fast tick reads and writes: of one drive (`Store` = double) or of eight (Wide).
+/// All data of the fast tick, of one drive (`Store` = double) or of eight (Wide).
 template <class Store>
 struct TickBlock {
   PlantParams<Store> plant_params;
@@ -27,14 +27,13 @@ struct TickBlock {
   NoiseState<Store> noise;
   std::array<std::int64_t, std::tuple_size_v<decltype(noise.word)>> at{};  // ticks done, by lane
   std::array<LaneFaults, std::tuple_size_v<decltype(noise.word)>> faults{};
-  bool faulty = false;  // some of them is any(): the block needs a tick that looks at them
+  bool faulty = false;  // `any()` of a drive: the block needs the tick with faults
 };
 
-/// Ticks up to end − 1 of the drives that are computed together beginning with `drive` of the
-/// block, and who gives them their orders on the way: before every tick that is a multiple of
-/// `stride`, to drives first to first + count − 1 of the block, from what the block then holds.
-/// Orders are all that may change in the block; when something else did, `give_orders` returns
-/// true, and these drives stop after that tick.
+/// Ticks up to end − 1 of the drives computed together, starting at `drive` of the block. Before
+/// each tick that is a multiple of `stride`, the kernel calls `give_orders` for drives first to
+/// first + count − 1. The callback reads the block and may change its orders only. If anything else
+/// changed, it returns true, and these drives stop after that tick.
 struct Stretch {
   std::int64_t end;
   int stride;
@@ -45,9 +44,9 @@ struct Stretch {
 
 inline namespace LKEMU_ISA {
 
-/// One period of drives that need no more than `parts`. The duties that act are those the firmware
-/// computed in the period before: the delay of one sample that every digital drive has. `faults`
-/// are those of these drives, looked at where they are a part.
+/// Computes one period of drives that need no more than `parts`. The bridge uses the duties of the
+/// previous period: the one-sample delay of every digital drive. `faults` of these drives are read
+/// only if `parts.faults`.
 template <Parts parts, class Real>
 inline void tick(const PlantParams<Real>& plant_params, PlantState<Real>& plant,
                  const CurrentLoopParams<Real>& loop_params, CurrentLoopState<Real>& loop,
@@ -66,7 +65,7 @@ inline void tick(const PlantParams<Real>& plant_params, PlantState<Real>& plant,
   advance<parts>(plant_params, plant, duty, bridge, i_abc, theta_e, faults);
 }
 
-/// Whether the common parts suffice until the next orders.
+/// Returns true if the common parts suffice until the next orders.
 template <class Real>
 inline bool is_common(const PlantParams<Real>& p, const CurrentLoopState<Real>& loop,
                       const CurrentOrders<Real>& orders) {
@@ -82,8 +81,8 @@ inline void for_each_field(To to, From from, Op op) {
   (std::make_index_sequence<std::tuple_size_v<To>>{});
 }
 
-/// The periods of `stretch`, of the drives of a block that one `Real` holds. Their numbers stay in
-/// registers and on the stack from one order to the next.
+/// Runs `stretch` for the drives of a block that one `Real` holds. Their data stays in registers
+/// and on the stack from one order to the next.
 template <class Real, bool faulty = false, class Store>
 inline void run_block(TickBlock<Store>& block, const Stretch& stretch) {
   const std::size_t first = kSizeOf<Real> < block.at.size() ? stretch.drive : 0;

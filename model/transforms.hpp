@@ -23,7 +23,7 @@ inline namespace LKEMU_ISA {
 
 inline constexpr double kSqrt3 = 1.73205080756887729353;
 
-/// α = (2a − b − c)/3, β = (b − c)/√3: what all three have in common drops out.
+/// α = (2a − b − c)/3, β = (b − c)/√3: the common mode drops out.
 template <class Real>
 inline AlphaBeta<Real> clarke(const Abc<Real>& x) {
   return {(2.0 * x.a - x.b - x.c) * (1.0 / 3), (x.b - x.c) * (1.0 / kSqrt3)};

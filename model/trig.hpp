@@ -16,12 +16,11 @@ struct SinCos {
   Real sin, cos;
 };
 
-/// An angle less the whole half turns in it: |x| ≤ π/2, its sine and cosine are those of the angle
-/// times −1 for every half turn.
+/// An angle minus its whole half turns, |x| ≤ π/2. Each half turn negates sine and cosine.
 template <class Real>
 struct HalfTurn {
   Real x;
-  Real turns;  // in the form whose last bit is the parity (see shifted_nearest)
+  Real turns;  // the last bit is the parity (see shifted_nearest)
 };
 
 template <class Real>
@@ -34,14 +33,14 @@ inline HalfTurn<Real> within_half_turn(const Real& theta) {
 /// sin x = x + x³·P(x²) for |x| ≤ π/2, P the minimax polynomial of degree 4: error < 2e-11.
 template <class Real>
 inline Real sine_series(const Real& x, const Real& x2, const Real& x4) {
-  // Pairs instead of Horner's chain: the halves of a polynomial do not wait for each other.
+  // Pairs of terms instead of Horner's chain: the halves of a polynomial are computed in parallel.
   const Real tail =
       (-0.16666666606467134 + x2 * 0.008333330495676389) +
       x4 * ((-1.9840804039771915e-4 + x2 * 2.7522618881175285e-6) + x4 * -2.384669445306741e-8);
   return x + (x * x2) * tail;
 }
 
-/// cos x = 1 + x²·P(x²) likewise: error < 3e-10.
+/// cos x = 1 + x²·P(x²) for |x| ≤ π/2, P as above: error < 3e-10.
 template <class Real>
 inline Real cosine_series(const Real& x2, const Real& x4) {
   const Real tail =
@@ -50,8 +49,8 @@ inline Real cosine_series(const Real& x2, const Real& x4) {
   return 1.0 + x2 * tail;
 }
 
-/// sin and cos of `theta` [rad], |theta| < 1e9; absolute error < 3e-10 + |theta|·3e-16: far below a
-/// ten-thousandth of one count of an 18-bit encoder.
+/// Returns sin and cos of `theta` [rad], |theta| < 1e9. Absolute error < 3e-10 + |theta|·3e-16: far
+/// below a ten-thousandth of one count of an 18-bit encoder.
 template <class Real>
 inline SinCos<Real> sincos(const Real& theta) {
   const HalfTurn<Real> part = within_half_turn(theta);
@@ -61,7 +60,7 @@ inline SinCos<Real> sincos(const Real& theta) {
           negate_if_odd(cosine_series(x2, x4), part.turns)};
 }
 
-/// sin of `theta` [rad] alone, at half the price.
+/// Returns only the sine of `theta` [rad], at half the cost of sincos().
 template <class Real>
 inline Real sine(const Real& theta) {
   const HalfTurn<Real> part = within_half_turn(theta);
@@ -69,8 +68,8 @@ inline Real sine(const Real& theta) {
   return negate_if_odd(sine_series(part.x, x2, Real(x2 * x2)), part.turns);
 }
 
-/// sin and cos of a small angle, |x| ≤ 0.5 rad: what a rotor turns in half a period (error < 2e-7
-/// there, 1e-13 at the 0.1 rad of ordinary speeds).
+/// sin and cos of a small angle, |x| ≤ 0.5 rad: the turn of a rotor in half a period. Error < 2e-7
+/// at 0.5 rad, 1e-13 at the 0.1 rad of ordinary speeds.
 template <class Real>
 inline SinCos<Real> sincos_small(const Real& x) {
   const Real x2 = x * x;
@@ -87,8 +86,8 @@ inline Real exp_small(const Real& x) {
          x2 * ((1.0 / 2 + x * (1.0 / 6)) + x2 * ((1.0 / 24 + x * (1.0 / 120)) + x2 * (1.0 / 720)));
 }
 
-/// exp(x) for x ≤ 0 of any size: halved until the series holds, then squared back. Not libm's,
-/// because derived numbers have to be the same bits everywhere too.
+/// Returns exp(x) for any x ≤ 0: halves x until the series holds, then squares the result back.
+/// Avoids libm, because derived parameters need the same bits on every machine.
 inline double exp_decay(double x) {
   int halvings = 0;
   while (x < -0.25 && halvings < 12) {

@@ -10,7 +10,7 @@
 
 namespace lk::model {
 
-/// Gains and calibration. Change when the host writes current gains.
+/// Gains and calibration; they change when the host writes current gains.
 template <class T>
 struct CurrentLoopParams {
   T closed{};                                        // 1: current loop; 0: voltage mode (MS series)
@@ -22,7 +22,7 @@ struct CurrentLoopParams {
   T timer_counts{}, timer_lsb{}, duty_max{};
 };
 
-/// What the slower loops tell this one; held between their runs.
+/// Inputs from the slower loops; constant between their runs.
 template <class T>
 struct CurrentOrders {
   T i_q_ref{};  // A
@@ -30,7 +30,7 @@ struct CurrentOrders {
   T omega_e{};  // rad/s, estimated
   T v_bus{24.0};
   T bridge_on{};  // 1 or 0
-  T behind_e{};   // rad, electrical: so far behind the rotor the vector is, that leads elsewhere
+  T behind_e{};   // rad, electrical: angle of the frame behind the rotor in Lead, else 0
 };
 
 template <class T>
@@ -40,7 +40,7 @@ struct CurrentLoopState {
   T encoder_counts{};                       // last measurement
   T v_d{}, v_q{};                           // V, requested, after limiting
   T duty_a{0.5}, duty_b{0.5}, duty_c{0.5};  // acting in the next period
-  T bridge{};                               // 1 while the bridge acts in the next period
+  T bridge{};                               // 1 if the bridge is on in the next period
 };
 
 inline namespace LKEMU_ISA {
@@ -67,17 +67,17 @@ constexpr auto fields(S& s) {
                   s.duty_a, s.duty_b, s.duty_c, s.bridge);
 }
 
-/// What follows from the orders, for as long as they hold.
+/// Values derived from the orders, constant until the next orders.
 template <class Real>
 struct Held {
-  Real v_max, v_d_max;             // V, the voltage circle, and what of it the flux axis may take
+  Real v_max, v_d_max;             // V, limits of |v| and of |v_d|
   Real inv_v_bus;                  // 1/V
-  SinCos<Real> advance;            // of ω_e·1.5·T_s: where the rotor is when the duties act
+  SinCos<Real> advance;            // rotation by ω_e·1.5·T_s, until the duties act
   Real omega_L_d, omega_L_q, emf;  // V/A, V/A, V: decoupling
 };
 
-/// Of the voltage, what the flux axis may take (assumed). With all of it there is none left to
-/// brake the other one, and a motor that is reversed at full speed loses hold of its current.
+/// Largest share of the voltage for the d axis (assumed). If d used all, none would remain for the
+/// q axis, and a motor reversed at full speed would lose control of its current.
 inline constexpr double kFluxShare = 0.9;
 
 template <class Real>
@@ -92,10 +92,9 @@ inline Held<Real> hold(const CurrentLoopParams<Real>& p, const CurrentOrders<Rea
           orders.omega_e * p.psi_f};
 }
 
-/// v = K_p·(i_ref − i) + x + decoupling, inside the voltage circle, d first, up to its share: with
-/// the flux axis under control a motor that has run out of voltage still turns as fast as its
-/// back-EMF allows; x += K_i·T·e + unwind·(v_limited − v): the integrator follows what the bridge
-/// can really give.
+/// Controller: v = K_p·(i_ref − i) + x + decoupling, limited to the voltage circle. The d axis
+/// comes first, up to its share: a motor out of voltage still turns as fast as its back-EMF allows.
+/// Anti-windup to the real voltage: x += K_i·T·e + unwind·(v_limited − v).
 template <class Real>
 inline Dq<Real> current_controller(const CurrentLoopParams<Real>& p,
                                    const CurrentOrders<Real>& orders, const Held<Real>& held,
@@ -114,7 +113,7 @@ inline Dq<Real> current_controller(const CurrentLoopParams<Real>& p,
   return v;
 }
 
-/// Measurement in, duties of the next period out. Without `may_be_off` every bridge is on.
+/// Computes the duties of the next period. Pre: without `may_be_off`, every bridge is on.
 template <bool may_be_off = true, class Real>
 inline void current_loop(const CurrentLoopParams<Real>& p, const CurrentOrders<Real>& orders,
                          const Held<Real>& held, const Measurement<Real>& m,

@@ -1,20 +1,20 @@
 #pragma once
 
-/// @file What the current loop is given: gains, calibration and limits, of a drive's parameters.
+/// @file Derives gains, calibration and limits of the current loop from a drive's parameters.
 
 #include "model/drive_params.hpp"
 #include "model/setpoint.hpp"
 
 namespace lk::model {
 
-// Of the fast tick, which is heavy (model/control/current_loop.hpp).
+// Defined in model/control/current_loop.hpp, which is slow to compile.
 template <class T>
 struct CurrentLoopParams;
 
-/// Largest |v| as a fraction of v_bus: the circle inside the hexagon, less what the legs keep back.
+/// Returns the largest |v| / v_bus: the circle inside the voltage hexagon, reduced by duty_max.
 double modulation(const InverterParams& inverter);
 
-/// Derived anew whenever a register changes.
+/// Call again whenever a register changes.
 CurrentLoopParams<double> current_loop_params(const DriveParams& drive,
                                               const ControlSettings& settings);
 

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file The controller between power-up and brown-out (docs/model.md §13).
+/// @file Reset, boot and brown-out of the controller (docs/model.md §13).
 
 #include <cstdint>
 
@@ -15,8 +15,8 @@ struct LifeState {
   double boot_left = 0;  // s
 };
 
-/// One period of `T` seconds with `v_link` volts at the link, as a reset supervisor compares them.
-/// Returns true if the controller came alive or died.
+/// Models a reset supervisor for `T` seconds with `v_link` volts at the link. Returns true if the
+/// controller came alive or died.
 bool live(const LogicParams& p, double v_link, double T, LifeState& s);
 
 }  // namespace lk::model

@@ -12,17 +12,17 @@
 namespace lk::model {
 namespace {
 
-/// Inside this distance of its target the angle integrator works: it trims, it does not travel.
+/// The angle integrator acts only within this distance of the target.
 constexpr double kTrimAngle = 0.02;  // rad, assumed
-/// Bits of the encoder field of the replies, from which the reported speed is made (assumed: a real
-/// drive at rest reports speeds in steps of about 5 °/s, 360°/65536 in a millisecond).
+/// Bits of the encoder field in replies, which the reported speed is made from. Assumed: a real
+/// drive at rest reports speeds in steps of about 5 °/s, 360°/65536 in a millisecond.
 constexpr int kShownBits = 16;
-/// Slower than this the sign of the estimated speed is noise, and nothing is called braking.
+/// Below this speed, the sign of the estimate is noise, and no motion counts as braking.
 constexpr double kRampSpeed = 0.5;  // rad/s, assumed
 
-/// Speed and angle from the counts (docs/model.md §11): the difference of two readings, low-passed,
-/// for the loops; for the replies how far the encoder went, in whole counts of the reply, within
-/// the last window.
+/// Estimates the speed from the counts (docs/model.md §11). For the loops: the difference of two
+/// readings, low-passed. For the replies: the distance within the last window, in whole counts of
+/// the reply.
 void observe(const MotionParams& p, double encoder_counts, MotionState& s) {
   const double difference = (encoder_counts - s.counts_before) * p.rad_s_per_count;
   s.omega_hat += p.estimator_share * (difference - s.omega_hat);
@@ -35,18 +35,18 @@ void observe(const MotionParams& p, double encoder_counts, MotionState& s) {
   }
 }
 
-/// Of the current limit, in voltage mode of the voltage, what leads the rotor: enough for friction
-/// and cogging, too little to heat a jammed motor at once (assumed).
+/// Share of the current limit for Lead, and of the voltage in voltage mode (assumed). Enough for
+/// friction and cogging, too little to heat a jammed motor at once.
 constexpr double kLeadCurrent = 0.5, kLeadVoltage = 0.25;
 
 double limit(double x, double most) { return std::clamp(x, -most, most); }
 
-/// Currents between which the speed loop may choose.
+/// Range of the speed loop's output, A.
 struct CurrentRange {
   double low, high;
 };
 
-/// ±i_max; in voltage mode also what the voltage left beside the back-EMF can drive through R.
+/// Returns ±i_max; in voltage mode also limited by (±v_max − back-EMF)/R.
 CurrentRange current_range(const MotionParams& p, double i_max, double v_bus,
                            const MotionState& s) {
   if (p.has_current_loop) {
@@ -58,8 +58,8 @@ CurrentRange current_range(const MotionParams& p, double i_max, double v_bus,
           std::clamp((v_max - emf) / p.R_s, -i_max, i_max)};
 }
 
-/// Speed PI with conditional integration: the integrator does not push further into a limit, and
-/// without a gain there is none.
+/// Speed PI with conditional integration: the integrator does not push further into a limit, and is
+/// 0 without a gain.
 double speed_loop(const MotionParams& p, double omega_ref, const CurrentRange& range,
                   MotionState& s) {
   s.omega_ref = omega_ref;
@@ -76,14 +76,14 @@ double speed_loop(const MotionParams& p, double omega_ref, const CurrentRange& r
   return given;
 }
 
-/// Largest speed from which `distance` still suffices to stop at `accel`, period by period: the
-/// discrete form of √(2·a·d), so that the profile lands on its target instead of beside it.
+/// Returns the largest speed from which the shaft can stop within `distance` at `accel`. Discrete
+/// form of √(2·a·d): the profile ends exactly on its target.
 double stopping_speed(double distance, double accel, double T) {
   const double steps = std::sqrt(0.25 + 2.0 * distance / (accel * T * T)) - 0.5;
   return std::min(accel * T * steps, distance / T);
 }
 
-/// One step of the trapezoid towards `target` under accel_max and `omega_max`.
+/// Advances the trapezoid towards `target` by one period, under accel_max and `omega_max`.
 void trapezoid(const MotionParams& p, double target, double omega_max, MotionState& s) {
   const double distance = target - s.theta_ref;
   const double allowed =
@@ -94,9 +94,8 @@ void trapezoid(const MotionParams& p, double target, double omega_max, MotionSta
   s.theta_ref += s.omega_profile * p.T_m;
 }
 
-/// The angle integrator: works near the target only, starts anew on either side of it, and never
-/// asks for more speed than the limit, however long the shaft is held. Without a gain there is
-/// none.
+/// Angle integrator: acts only near the target and restarts when the error changes sign. It never
+/// asks for more speed than the limit, and is 0 without a gain.
 void trim(const MotionParams& p, double error, double omega_max, MotionState& s) {
   const bool other_side = error * s.angle_integral < 0.0;
   if (p.angle_ki == 0.0 || error == 0.0 || other_side || std::abs(error) > kTrimAngle) {
@@ -116,13 +115,12 @@ double position_loop(const MotionParams& p, const Position& setpoint, double enc
     s.theta_ref = setpoint.theta;
     s.omega_profile = 0.0;
   }
-  // In whole counts, and nothing within the resolution of the wire: there is nothing left to
-  // correct.
+  // The error is in whole counts, and 0 within the resolution of the wire.
   const double error_counts = nearest(s.theta_ref * p.counts_per_rad) - encoder_counts;
   const double distance = error_counts * p.rad_per_count;
   const double error = std::abs(distance) > kHoldAngle ? distance : 0.0;
   trim(p, error, omega_max, s);
-  // A profile that comes down from more than a new limit allows is followed on its ramp.
+  // While the profile slows down to a new limit, the ramp's own speed is the limit.
   const double omega_most = std::max(omega_max, std::abs(s.omega_profile));
   const double omega_ref =
       limit(s.omega_profile + p.angle_kp * error + s.angle_integral, omega_most);
@@ -144,8 +142,8 @@ bool follows(const Setpoint& setpoint) {
   return std::holds_alternative<Speed>(setpoint) || std::holds_alternative<Position>(setpoint);
 }
 
-/// How far behind the rotor the axis of the current stands: a quarter of a turn first, where it
-/// holds the rotor and makes no torque.
+/// Returns how far the control frame is behind the rotor, rad electrical. It starts at a quarter
+/// turn, where the current holds the rotor without torque.
 double lead_behind(const MotionParams& p, const Lead& setpoint, double encoder_counts,
                    MotionState& s) {
   s.lead += setpoint.omega_e * p.T_m;
@@ -153,7 +151,7 @@ double lead_behind(const MotionParams& p, const Lead& setpoint, double encoder_c
   return turned - s.lead + 0.5 * std::numbers::pi;
 }
 
-/// Current reference of the setpoint in force, before the current ramp.
+/// Returns the current reference of the setpoint, before the current ramp, A.
 double wanted_current(const MotionParams& p, const Setpoint& setpoint, double encoder_counts,
                       double v_bus, MotionState& s) {
   s.i_limit = p.i_q_max;
@@ -172,11 +170,11 @@ double wanted_current(const MotionParams& p, const Setpoint& setpoint, double en
   return 0.0;
 }
 
-/// The current ramp: how fast the speed loop's current may grow while it accelerates the shaft. It
-/// bounds the current by an envelope that grows by the ramp while it is in the way and shrinks
-/// fifty times slower (assumed), so that noise is not rectified. Braking is never delayed: the ramp
-/// softens starts without taking the loop's damping away; the envelope goes with its current, which
-/// at rest may have a load to hold. The integrator stays inside the envelope.
+/// Current ramp: limits the growth of the speed loop's current while it accelerates the shaft. The
+/// envelope grows by the ramp while it limits, and shrinks fifty times slower (assumed), so that
+/// noise is not rectified. Braking is never delayed, to keep the loop's damping. The envelope
+/// follows the braking current, which may have to hold a load at rest. The integrator stays inside
+/// it.
 double soft_start(const MotionParams& p, double wanted, MotionState& s) {
   const bool brakes = wanted * s.omega_hat < 0.0 && std::abs(s.omega_hat) > kRampSpeed;
   if (p.current_step <= 0.0) {
@@ -193,8 +191,7 @@ double soft_start(const MotionParams& p, double wanted, MotionState& s) {
   return limit(wanted, s.i_envelope);
 }
 
-/// Without current sensors the loops set the voltage that would drive the current: v_q = R·i_q +
-/// ω·ψ.
+/// Returns v_q, V. Without current sensors the loops set v_q = R·i_q + ω·ψ.
 double voltage_for(const MotionParams& p, const Setpoint& setpoint, double v_bus,
                    const MotionState& s) {
   if (const auto* open_loop = std::get_if<OpenLoop>(&setpoint)) {
@@ -242,7 +239,7 @@ MotionParams motion_params(const DriveParams& drive, const ControlSettings& sett
 
 bool near_limit(const MotionParams& p, const MotionState& s, double v_bus, double i_q, double v_q) {
   constexpr double kMost = 0.8;
-  constexpr double kNothing = 1e-3;  // A, assumed: who is allowed no more does nothing
+  constexpr double kNothing = 1e-3;  // A, assumed: smaller limits are never reached
   if (p.has_current_loop) {
     return s.i_limit > kNothing && std::abs(i_q) > kMost * s.i_limit;
   }

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Position and speed loops, once every few PWM periods (docs/model.md §11). Scalar: they are
-/// decisions more than arithmetic. They see measurements only.
+/// @file Position and speed loops, once every few PWM periods (docs/model.md §11). Scalar, because
+/// they are mostly decisions. They see measurements only.
 
 #include <cstdint>
 #include <numbers>
@@ -11,15 +11,15 @@
 
 namespace lk::model {
 
-// Of the fast tick, which is heavy (model/control/current_loop.hpp).
+// Defined in model/control/current_loop.hpp, which is slow to compile.
 template <class T>
 struct CurrentOrders;
 
-/// rad. Closer than this to its target the shaft is there: two steps of the wire's 0.01°, less than
-/// one count of a 14-bit encoder.
+/// rad. A shaft this close to its target has arrived: two steps of the wire's 0.01°, less than one
+/// count of a 14-bit encoder.
 inline constexpr double kHoldAngle = 0.02 * (2 * std::numbers::pi) / 360.0;
 
-/// Physical gains and limits; derived anew whenever a register changes.
+/// Physical gains and limits, derived again whenever a register changes.
 struct MotionParams {
   double T_m = 1.0 / 8000;    // s, period of these loops
   double rad_per_count = 0;   // rotor rad per encoder count, signed by the encoder's direction
@@ -27,16 +27,15 @@ struct MotionParams {
   double pole_pairs = 1;
   double angle_kp = 0, angle_ki = 0;  // 1/s, 1/s²
   double speed_kp = 0, speed_ki = 0;  // A·s/rad, A/rad
-  double rad_s_per_count = 0;         // speed of one encoder count a period
-  double estimator_share = 1;         // of the low-pass of the speed that the loops see
-  int window_periods = 1;             // of the reported speed
-  double shown_per_count = 1;         // counts of the reply an encoder count, at most 1
-  double rad_s_per_shown = 0;         // speed of one such count a window
-  double i_q_max = 0, omega_max = 0, accel_max = 0,
-         current_step = 0;  // A, rad/s, rad/s², A per period
-  double i_hardware = 0;    // A, what the current sensor can show
-  double modulation = 0;    // largest |v| / v_bus
-  double power_max = 1;     // share of it that the speed and position loops may use (voltage mode)
+  double rad_s_per_count = 0;         // speed of one encoder count per period
+  double estimator_share = 1;         // low-pass coefficient of the loops' speed
+  int window_periods = 1;             // periods in a window of the reported speed
+  double shown_per_count = 1;         // reply counts per encoder count, at most 1
+  double rad_s_per_shown = 0;         // speed of one reply count per window
+  double i_q_max = 0, omega_max = 0, accel_max = 0, current_step = 0;  // A, rad/s, rad/s², A/period
+  double i_hardware = 0;  // A, range of the current sensor
+  double modulation = 0;  // largest |v| / v_bus
+  double power_max = 1;   // share of `modulation` for speed and position loops (voltage mode)
   bool has_current_loop = true;
   double R_s = 0, psi_f = 0;  // nominal, for the voltage mode
 };
@@ -46,33 +45,33 @@ struct MotionState {
   double shown_before = 0, omega_report = 0;  // counts of the reply, rad/s: reported speed
   int periods_in_window = 0;
   double speed_integral = 0;                // A
-  double i_envelope = 0;                    // A, what the current ramp lets through
+  double i_envelope = 0;                    // A, limit by the current ramp
   double angle_integral = 0;                // rad/s
-  double theta_ref = 0, omega_profile = 0;  // rad, rad/s: where the profile is now
-  double omega_ref = 0;                     // rad/s, what the speed loop was told
+  double theta_ref = 0, omega_profile = 0;  // rad, rad/s: state of the profile
+  double omega_ref = 0;                     // rad/s, reference of the speed loop
   double i_q_ref = 0;                       // A
   double i_limit = 1e9;                     // A, in force for i_q_ref
-  double lead = 0, lead_counts = 0;         // rad electrical since, and where, Lead began
+  double lead = 0, lead_counts = 0;         // rad electrical since Lead began; counts at its start
 };
 
 MotionParams motion_params(const DriveParams& drive, const ControlSettings& settings);
 
-/// The drive does about all it may: with more than 0.8 (assumed) of the limit in force, of
-/// the current or, without current sensors, of the voltage.
+/// Returns true above 0.8 (assumed) of the limit in force: of the current or, without current
+/// sensors, of the voltage.
 bool near_limit(const MotionParams& p, const MotionState& s, double v_bus, double i_q, double v_q);
 
-/// The estimator's start: at rest where the encoder stands.
+/// Returns the initial state: at rest at the encoder's reading.
 MotionState motion_state_at(const MotionParams& p, double encoder_counts);
 
-/// The encoder shows another angle, and there is no speed in it.
+/// Takes over a jump of the encoder's reading without a change of speed.
 void encoder_leapt(const MotionParams& p, double encoder_counts, MotionState& s);
 
-/// One period: observer, then the loops the setpoint asks for. `v_bus` as measured.
-/// Writes the orders for the current loop; `Off` turns the bridge off.
+/// Runs one period: observer, then the loops of the setpoint. `v_bus` as measured. Writes the
+/// orders for the current loop; `Off` turns the bridge off.
 void motion_loops(const MotionParams& p, const Setpoint& setpoint, double encoder_counts,
                   double v_bus, MotionState& s, CurrentOrders<double>& orders);
 
-/// A new setpoint has replaced another: the references start from where the shaft is.
+/// Call when a setpoint replaces another: the references start from the state of the shaft.
 void setpoint_changed(const MotionParams& p, const Setpoint& before, const Setpoint& after,
                       double encoder_counts, MotionState& s);
 

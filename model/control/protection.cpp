@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kStallSpeed = 1.0;  // rad/s, slower than this is standing still (assumed)
 
-/// How far a quantity is beyond its threshold (> 0: beyond), in the unit of the threshold.
+/// Returns how far a quantity is beyond its threshold (> 0: beyond), in the unit of the threshold.
 double excess(Error error, const Protection& p, const Watched& w, const ProtectionState& s) {
   switch (error) {
     case Error::kUnderVoltage:

@@ -8,9 +8,9 @@
 namespace lk::model {
 inline namespace LKEMU_ISA {
 
-/// Duties 0..1 of the three legs for a phase-voltage request: the common mode −(max + min)/2
-/// centres the three, which is the symmetric space-vector sequence (Zhou & Wang 2002). Linear up to
-/// |v| = v_bus/√3. Rounded to the timer, then kept within duty_min..duty_max.
+/// Returns the duties 0..1 of the three legs. The common mode −(max + min)/2 centres them, as in
+/// the symmetric space-vector sequence (Zhou & Wang 2002). Linear up to |v| = v_bus/√3. Rounds to
+/// the timer, then limits to duty_min..duty_max.
 template <class Real>
 inline Abc<Real> svpwm(const AlphaBeta<Real>& v, const Real& inv_v_bus, const Real& timer_counts,
                        const Real& timer_lsb, const Real& duty_max) {

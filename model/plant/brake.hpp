@@ -19,14 +19,14 @@ struct BrakeState {
     coil_on = on;
     since_switched = 0.0;
   }
-  /// It has not begun to follow its coil, `delay` seconds late.
+  /// Returns true while the brake has not begun to follow its coil, `delay` seconds late.
   bool waits(double delay) const {
     return since_switched < delay && pressed != (coil_on ? 0.0 : 1.0);
   }
 };
 
-/// `T` seconds; returns true if the torque changed. Even in time either way (assumed), from `delay`
-/// seconds after the coil was switched on.
+/// Advances by `T` seconds; returns true if the torque changed. The torque changes linearly
+/// (assumed), from `delay` seconds after the coil was switched.
 inline bool move_brake(const BrakeParams& p, double T, BrakeState& s, double delay = 0.0) {
   const bool waits = s.waits(delay);
   s.since_switched += T;

@@ -8,7 +8,7 @@ Leg broken_leg(const LegParts& parts, LegFault fault, bool bridge_on, double dut
   const double v_diode = parts.v_diode;
   const double R_on = parts.R_on;
   const Leg diodes{Leg::Kind::kDiodes, 0.0, 1.0, v_diode, v_diode, 0.0};
-  // While both switches are off the current picks the diode.
+  // While both switches are off, the direction of the current decides which diode conducts.
   const double least = std::max(duty - parts.dead_fraction, 0.0);
   const double most = std::min(duty + parts.dead_fraction, 1.0);
   switch (fault) {
@@ -23,8 +23,8 @@ Leg broken_leg(const LegParts& parts, LegFault fault, bool bridge_on, double dut
     case LegFault::kPhaseOpen:
       return {Leg::Kind::kOpen, 0.0, 0.0, 0.0, 0.0, 0.0};
     case LegFault::kHighOpen:
-      // Into the motor: the lower diode where the upper switch should conduct. Out of it: the upper
-      // diode there. Else the lower switch.
+      // While the upper switch should conduct, current into the motor takes the lower diode,
+      // current out of it the upper one. Otherwise the lower switch conducts.
       return bridge_on ? Leg{Leg::Kind::kDiodes, 0.0, most, most * v_diode, most * v_diode,
                              (1.0 - most) * R_on}
                        : diodes;
@@ -32,7 +32,7 @@ Leg broken_leg(const LegParts& parts, LegFault fault, bool bridge_on, double dut
       return bridge_on ? Leg{Leg::Kind::kDiodes,      least,       1.0, (1.0 - least) * v_diode,
                              (1.0 - least) * v_diode, least * R_on}
                        : diodes;
-    // Shorted: tied to a rail; while the other switch conducts too, the two halve the link.
+    // Shorted: connected to a rail, or to half the link while the other switch conducts too.
     case LegFault::kHighShorted: {
       const double share = 1.0 - 0.5 * shoot_through(parts, fault, bridge_on, duty);
       return {Leg::Kind::kSwitches, share, share, 0.0, 0.0, R_on};
@@ -63,7 +63,7 @@ BrokenBridgeStep broken_bridge_step(const LegBridgeInput& in, const LegParts& pa
     legs[n] = broken_leg(parts, bridge.legs[n], bridge.on, bridge.duty[n]);
     shorted += shoot_through(parts, bridge.legs[n], bridge.on, bridge.duty[n]);
   }
-  constexpr double kSlack = 1e-3;  // rad: what 1e5 rad/s² do to 14 pole pairs within 32 µs
+  constexpr double kSlack = 1e-3;  // rad: turn by 1e5 rad/s² of 14 pole pairs within 32 µs
   LegBridgeInput input = in;
   input.slack = kSlack;
   const LegBridgeStep solved = leg_bridge(input, legs);
@@ -71,8 +71,7 @@ BrokenBridgeStep broken_bridge_step(const LegBridgeInput& in, const LegParts& pa
   result.step.p_inverter += solved.p_cut;
   result.step.i_link = std::min(result.step.i_link, bridge.i_emptying);
   if (shorted > 0.0) {
-    constexpr double kLeast =
-        1e-4;  // Ω, no switch is better: ideal ones would be a short of nothing
+    constexpr double kLeast = 1e-4;  // Ω; ideal switches would give an infinite current
     const double R = std::max(2.0 * parts.R_on, kLeast);
     const double left = exp_decay(-shorted / (bridge.link_rate * R));
     const double most = bridge.i_emptying - std::max(result.step.i_link, 0.0);

@@ -9,7 +9,7 @@
 namespace lk::model {
 namespace {
 
-constexpr double kLocked = 1e12;  // Nm: no shaft gets past this
+constexpr double kLocked = 1e12;  // Nm: more than any torque on a shaft
 
 void add_mechanical(const Faults& f, double jam_torque, MechanicsParams& m, LoadParams& load) {
   m.tau_coulomb *= f.friction;
@@ -27,7 +27,7 @@ void add_mechanical(const Faults& f, double jam_torque, MechanicsParams& m, Load
 }
 
 void add_sensors(const Faults& f, EncoderParams& encoder, CurrentSensorParams& current) {
-  // Through the square root only where there is something to add: a healthy drive keeps its bits.
+  // No square root without additional noise: a healthy drive keeps its exact bits.
   const auto add_noise = [](double more, double& noise) {
     noise = more > 0.0 ? std::sqrt(noise * noise + more * more) : noise;
   };
@@ -41,7 +41,7 @@ void add_sensors(const Faults& f, EncoderParams& encoder, CurrentSensorParams& c
   add_noise(f.current_noise, current.noise);
 }
 
-/// What a current channel shows that is stuck there: a step of its converter.
+/// Returns the reading of a stuck current channel, rounded to a step of its converter.
 std::optional<double> stuck_channel(const DriveParams& d, const Faults::Current& fault) {
   if (!fault.stuck || !d.control.has_current_loop) {
     return std::nullopt;

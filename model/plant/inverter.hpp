@@ -7,7 +7,7 @@
 
 namespace lk::model {
 
-/// What the bridge does to the windings in one period, per dq axis of the mid-period rotor angle.
+/// Effect of the bridge on the windings in one period, in dq of the mid-period rotor angle.
 template <class Real>
 struct InverterOutput {
   Dq<Real> duty;    // effective duty: link current = 3/2·(duty · i)
@@ -16,10 +16,10 @@ struct InverterOutput {
 
 inline namespace LKEMU_ISA {
 
-/// duty_eff,x = duty_x − (t_dead·f_pwm)·sat(i_x/i_zone): while both switches are off the current
-/// picks the diode, so the leg spends the dead time at the wrong rail (Holmes & Lipo 2003, ch. 1).
-/// Valid for |i| well above the ripple; inside ±i_zone the error fades out (soft commutation,
-/// assumed). Turning into the rotor's frame is linear, so wanted duty and error are turned apart.
+/// duty_eff,x = duty_x − (t_dead·f_pwm)·sat(i_x/i_zone). While both switches are off, the current
+/// selects the diode: the leg spends the dead time at the wrong rail (Holmes & Lipo 2003, chapter
+/// 1). Valid for |i| well above the ripple; inside ±i_zone the error fades out (soft commutation,
+/// assumed). The Park transform is linear, so duty and error are transformed separately.
 template <class Real>
 inline InverterOutput<Real> inverter(const PlantParams<Real>& p, const Abc<Real>& duty,
                                      const Abc<Real>& i, const SinCos<Real>& theta_e) {

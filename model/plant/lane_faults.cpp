@@ -7,10 +7,10 @@ namespace lk::model {
 namespace {
 
 // An encoder chip without its magnet measures stray fields (all three numbers assumed): noise,
-// around an angle that wanders, but not arbitrarily far.
+// around an angle that drifts within bounds.
 constexpr double kLostNoise = 0.02;     // turns rms
 constexpr double kLostWander = 0.0015;  // turns rms per sample
-constexpr double kLostReturn = 1e-4;    // per sample; so it wanders by 0.1 turns rms
+constexpr double kLostReturn = 1e-4;    // per sample; gives a drift of 0.1 turns rms
 
 double encoder_shows(LaneFaults& f, double healthy) {
   switch (f.encoder) {
@@ -19,7 +19,7 @@ double encoder_shows(LaneFaults& f, double healthy) {
     case EncoderFault::kStuck:
       return f.held_counts;
     case EncoderFault::kGarbage: {
-      normal_deviate(f.noise);  // one step of the generator; its bits are as good as its deviate
+      normal_deviate(f.noise);  // one step of the generator; only its bits are used
       const double share = static_cast<double>(f.noise >> 11U) * 0x1p-53;
       const double turn = floored(f.held_counts / f.counts_per_turn);
       return floored((turn + share) * f.counts_per_turn);

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file What is broken about one drive of a block that no number of its plant can say
-/// (docs/model.md §14). The tick looks here only where it has every part, drive by drive.
+/// @file Faults of one drive of a block that no plant parameter can express (docs/model.md §14).
+/// Only a tick with every part reads them, drive by drive.
 
 #include "model/faults.hpp"
 #include "model/measurement.hpp"
@@ -12,11 +12,11 @@ namespace lk::model {
 
 struct LaneFaults {
   EncoderFault encoder = EncoderFault::kNone;
-  double held_counts = 0;          // what the encoder showed when the fault began
+  double held_counts = 0;          // reading of the encoder when the fault began
   double counts_per_turn = 1;      // counts
-  double wander = 0;               // counts, of an encoder that has lost its magnet
-  std::uint64_t noise = 1;         // of these faults alone: the sensors' own goes on undisturbed
-  std::optional<double> i_a, i_b;  // A, as a stuck converter shows them
+  double wander = 0;               // counts, drift of an encoder without its magnet
+  std::uint64_t noise = 1;         // generator of these faults only; sensors have their own
+  std::optional<double> i_a, i_b;  // A, readings of stuck channels
   bool bridge_dead = false;
   std::array<LegFault, 3> legs{};
 
@@ -26,12 +26,12 @@ struct LaneFaults {
   }
 };
 
-/// What a drive with these faults gets to see instead of `healthy`.
+/// Returns the measurement with these faults.
 Measurement<double> falsified(LaneFaults& faults, const Measurement<double>& healthy);
 
 inline namespace LKEMU_ISA {
 
-/// The measurements, and whether the bridge acts, of the drives of a `Real`, with their faults.
+/// Applies the faults to the measurements and the bridge state of the drives of a `Real`.
 template <class Real>
 inline void falsify(LaneFaults* faults, Measurement<Real>& m, Real& bridge) {
   for (std::size_t n = 0; n < kSizeOf<Real>; ++n) {

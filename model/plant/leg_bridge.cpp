@@ -38,8 +38,8 @@ Dq<double> slope(const LegBridgeInput& in, const Dq<double>& i, const Phases& v,
           (v_dq.q - in.R_s * i.q - in.omega_e * (in.L_d * i.d + in.psi_f)) / in.L_q};
 }
 
-/// d(i_n)/dt of one phase, the rotation of the axes included. Which one is known to the compiler:
-/// numbers that are stored by an index have to be waited for.
+/// d(i_n)/dt of one phase, including the rotation of the axes. The phase is a template parameter,
+/// because indexed stores would add latency.
 template <std::size_t n>
 double phase_slope(const LegBridgeInput& in, const Dq<double>& i, const Phases& v,
                    const std::array<SinCos<double>, 3>& axes) {
@@ -48,7 +48,7 @@ double phase_slope(const LegBridgeInput& in, const Dq<double>& i, const Phases& 
          in.omega_e * (i.d * axes[n].sin + i.q * axes[n].cos);
 }
 
-/// The voltage at which a floating phase keeps its zero current: its slope is affine in it.
+/// Returns the voltage at which a floating phase keeps its zero current: its slope is affine in it.
 template <std::size_t n>
 double floating_voltage(const LegBridgeInput& in, const Dq<double>& i, Phases v,
                         const std::array<SinCos<double>, 3>& axes) {
@@ -59,8 +59,8 @@ double floating_voltage(const LegBridgeInput& in, const Dq<double>& i, Phases v,
   return -at_zero / per_volt;
 }
 
-/// Of each leg; +1: current into the motor, −1: out of it, 0: floating. Legs that are always
-/// connected are 1, whatever their current.
+/// State of each leg; +1: current into the motor, −1: out of it, 0: floating. Legs that are always
+/// connected are 1 at any current.
 using Pattern = std::array<int, 3>;
 
 Pattern conducting(const Legs& legs, const Phases& i, double i_zero = kZeroCurrent) {
@@ -82,11 +82,11 @@ Pattern conducting(const Legs& legs, const Phases& i, double i_zero = kZeroCurre
 
 bool carries_current(const Pattern& pattern) { return std::ranges::count(pattern, 0) < 2; }
 
-/// A leg's terminal, and what its current costs.
+/// Voltage of a leg's terminal, and losses of its current.
 struct Terminal {
   double v;      // V
-  double share;  // of its current that comes from the link
-  double drop;   // V, along the current: lost, besides R·i
+  double share;  // of the current that comes from the link
+  double drop;   // V, loss along the current, besides R·i
 };
 
 Terminal terminal(const LegBridgeInput& in, const Leg& leg, double i, int pattern) {
@@ -100,7 +100,7 @@ Terminal terminal(const LegBridgeInput& in, const Leg& leg, double i, int patter
   return {share * in.v_link - drop - leg.R * i, share, drop};
 }
 
-/// No current at all: the pair whose back-EMF drives hardest starts, if any does.
+/// Returns the pattern after zero current: the pair with the largest driving back-EMF, if any.
 Pattern starting(const LegBridgeInput& in, const Legs& legs,
                  const std::array<SinCos<double>, 3>& axes) {
   const Phases emf = to_phases({0.0, in.omega_e * in.psi_f}, axes);
@@ -130,7 +130,7 @@ using Terminals = std::array<Terminal, 3>;
 
 Phases voltages(const Terminals& t) { return {t[0].v, t[1].v, t[2].v}; }
 
-/// The terminal of phase n, which floats; pushed beyond what its diodes block it joins the pattern.
+/// Sets the terminal of floating phase n. Beyond its diodes' blocking voltage it joins the pattern.
 template <std::size_t n>
 void float_phase(const LegBridgeInput& in, const Legs& legs, const Dq<double>& i,
                  const std::array<SinCos<double>, 3>& axes, Pattern& pattern, Terminals& result) {
@@ -148,7 +148,7 @@ void float_phase(const LegBridgeInput& in, const Legs& legs, const Dq<double>& i
   }
 }
 
-/// Terminals of a pattern, in which one phase at most floats.
+/// Returns the terminals of a pattern. Pre: at most one phase floats.
 Terminals terminals(const LegBridgeInput& in, const Legs& legs, const Dq<double>& i,
                     const std::array<SinCos<double>, 3>& axes, Pattern& pattern) {
   const Phases current = to_phases(i, axes);
@@ -168,8 +168,8 @@ Terminals terminals(const LegBridgeInput& in, const Legs& legs, const Dq<double>
   return result;
 }
 
-/// A phase whose current has reversed where it cannot, or that floats, stays at zero; the others
-/// share the remainder.
+/// Sets the current of a floating phase to zero, and of a phase whose diodes block the new
+/// direction. The others share the remainder.
 Phases without_reversals(Phases i, const Legs& legs, const Pattern& pattern) {
   const auto reversed = [&](std::size_t n, double current) {
     return legs[n].kind != Leg::Kind::kSwitches && current * pattern[n] <= 0.0;
@@ -206,7 +206,7 @@ Legs open_switches(double v_diode) {
   const double dt = in.T_s * kShare;
   WindingStep<double> step{};
   double cut = 0.0;          // J
-  double p_backwards = 0.0;  // W, of diodes in the moment in which their current reverses
+  double p_backwards = 0.0;  // W, of diodes while their current reverses
   Dq<double> i = in.i;
   auto axes_end = phase_axes(in.theta_e);
   for (int k = 0; k < kSubsteps; ++k) {

@@ -13,26 +13,25 @@ struct Motion {
   Real theta_out, omega_out;  // rad, rad/s: output shaft
 };
 
-/// The shafts' period: where they are at its end, and where the power went (means, W).
+/// Result of one period: state of the shafts at its end, and mean powers, W.
 template <class Real>
 struct MechanicsStep {
   Motion<Real> next;
   Real p_friction, p_gear, p_load;
-  Real p_iron;  // of p_friction, what arises in the stator's iron
+  Real p_iron;  // part of p_friction, in the stator's iron
 };
 
 inline namespace LKEMU_ISA {
 
-/// Torque that friction takes from a body whose momentum per period would be `drive` [Nm]: as much
-/// as it needs to stop it, at most `level`. So a body at rest under less than `level` stays exactly
-/// there.
+/// Returns the friction torque on a body whose momentum per period would be `drive` [Nm]: as much
+/// as stops it, at most `level`. A body at rest under less than `level` thus stays exactly at rest.
 template <class Real>
 inline Real dry_friction(const Real& drive, const Real& level) {
   return clamp(drive, -level, level);
 }
 
 /// Gear with stiffness, damping and play: torque at the output [Nm] for the twist half a period
-/// ahead. The teeth push, they never pull. Split into the spring's part and what damping takes.
+/// ahead. The teeth push, they never pull. `total` includes `damping`.
 template <class Real>
 struct ToothTorque {
   Real total, damping;
@@ -62,10 +61,10 @@ inline Real gravity(const PlantParams<Real>& p, const Motion<Real>& m) {
   return p.tau_gravity * sine<Real>(m.theta_out + 0.5 * p.T_s * m.omega_out);
 }
 
-/// Hard, inelastic end stops at the output: a shaft that was `before` gets no further out. One that
-/// found itself beyond when the stops were put there may come back, and is not thrown. Gives what
-/// the impact destroys, as a mean over the period, W: kinetic energy, less what taking the shaft
-/// back to the stop stores against `holding`, the spring's and gravity's torque on the output.
+/// Hard, inelastic end stops at the output: a shaft that was at `before` gets no further out. A
+/// shaft already beyond a new stop may come back, but is not moved. Returns the mean power lost in
+/// the impact, W: kinetic energy minus the energy stored by the way back to the stop. That way is
+/// against `holding`, the torque of spring and gravity on the output [Nm].
 template <class Real>
 inline Real stop_at_ends(const PlantParams<Real>& p, const Real& before, const Real& holding,
                          Motion<Real>& m) {
@@ -87,24 +86,24 @@ inline Real stop_at_ends(const PlantParams<Real>& p, const Real& before, const R
   return destroyed;
 }
 
-/// Which of the seldom needed parts a tick is built with. A part that is left out would have
-/// changed no bit of the drives it is left out for.
+/// Rarely needed parts that a tick is built with. To leave out an unneeded part changes no bit of
+/// the results.
 struct Parts {
   bool bridge_off;  // some bridge is off: diodes conduct
   bool compliant;   // some gear has stiffness and play
-  bool end_stops;   // some output shaft has them
-  bool faults;      // of some drive are such as the tick has to know (lane_faults.hpp)
+  bool end_stops;   // some output shaft has end stops
+  bool faults;      // some drive has faults of lane_faults.hpp
 };
 inline constexpr Parts kFaultyParts{true, true, true, true};
 inline constexpr Parts kEveryPart{true, true, true, false};
 inline constexpr Parts kCommonParts{false, false, false, false};
 
 /// J·(ω₁ − ω₀)/T = τ − B·(ω₀ + ω₁)/2 − τ_dry,  θ₁ = θ₀ + T·(ω₀ + ω₁)/2,
-/// forces taken at the middle of the period: position Verlet with implicit friction, second order.
+/// with forces at the middle of the period: position Verlet with implicit friction, second order.
 /// Stribeck: τ_dry ≤ τ_c + (τ_s − τ_c)/(1 + (ω/ω_s)²), the rational form that needs no exponential.
-/// The gear loses (1 − η) of the torque it transmits, as friction on the rotor, in either
-/// direction; at rest in that in which the rotor is pushed. At ω_max the rotor is held, whatever
-/// pushes: beyond it the equations hold no more.
+/// The gear loses (1 − η) of the torque it transmits, as friction on the rotor, in either direction
+/// of motion. At rest, the direction of the torque counts. The rotor's speed is clamped to ω_max,
+/// beyond which the equations are not valid.
 template <Parts parts = kEveryPart, class Real>
 inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Real>& m,
                                      const Real& tau_e) {
@@ -116,7 +115,7 @@ inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Re
   const Real tau_gravity = gravity(p, m);
   const Real tau_world = p.tau_load - tau_gravity;
 
-  // What the output asks of the rotor's side of the gear.
+  // Torque that the gear transmits, at the output.
   const Real transmitted = select_if<parts.compliant>(compliant, tooth.total, Real(-tau_world));
   const Real bearing =
       p.tau_coulomb + p.tau_static_excess / (1.0 + m.omega * m.omega * p.inv_omega_stribeck2);

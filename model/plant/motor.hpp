@@ -8,7 +8,7 @@
 
 namespace lk::model {
 
-/// The windings' period: currents at its end, and the means that torque, link and heat need.
+/// Result of one period: currents at its end, and the means for torque, link and heat.
 template <class Real>
 struct WindingStep {
   Dq<Real> i_next, i_mean;

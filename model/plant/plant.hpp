@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file One PWM period of everything the hardware does (docs/model.md §1): bridge → windings →
-/// mechanics → link and heat. The firmware's part is in control/.
+/// @file One PWM period of all the hardware (docs/model.md §1): bridge → windings → mechanics →
+/// link and heat. The firmware's part is in control/.
 
 #include <tuple>
 
@@ -38,7 +38,7 @@ constexpr auto fields(State& s) {
                   s.p_supply, s.p_copper, s.p_inverter, s.p_friction, s.p_gear, s.p_load);
 }
 
-/// One drive at the start of a period, as the solver of legs takes it.
+/// Returns the input of the leg solver for drive `n` at the start of a period.
 template <class Real>
 inline LegBridgeInput leg_bridge_input(const PlantParams<Real>& p, const PlantState<Real>& s,
                                        const Real& v_link, const Real& R_s, const Real& psi_f,
@@ -68,8 +68,8 @@ inline void set_step(WindingStep<Real>& step, std::size_t n, const WindingStep<d
   set_lane(step.p_inverter, n, one.p_inverter);
 }
 
-/// The windings of every drive whose bridge is off and whose diodes conduct, one drive at a time:
-/// rare, and full of decisions. Writes the lanes of `mask` only.
+/// Computes the windings of drives whose bridge is off and whose diodes conduct, one drive at a
+/// time: rare and full of branches. Writes the lanes of `mask` only.
 template <class Real, class Mask>
 inline void freewheel(const PlantParams<Real>& p, const PlantState<Real>& s, const Real& v_link,
                       const Real& R_s, const Real& psi_f, const Real& omega_e, const Mask& mask,
@@ -84,8 +84,8 @@ inline void freewheel(const PlantParams<Real>& p, const PlantState<Real>& s, con
   }
 }
 
-/// The windings of every drive with a broken leg, likewise. `i_short` is the part of the link's
-/// current that goes from rail to rail.
+/// Computes the windings of drives with a broken leg, one drive at a time. Part of the link's
+/// current, `i_short`, flows from rail to rail.
 template <class Real>
 inline void broken_bridge(const LaneFaults* faults, const PlantParams<Real>& p,
                           const PlantState<Real>& s, const Real& v_link, const Real& R_s,
@@ -120,9 +120,8 @@ inline void clear_where(const Mask& mask, WindingStep<Real>& step) {
   }
 }
 
-/// Advances the plant by T_s under constant duties. `i_abc` and `theta_e` (sin, cos) are those of
-/// the start of the period, which the sensors need as well. `faults` are those of these drives,
-/// looked at where they are a part.
+/// Advances the plant by T_s under constant duties. Current `i_abc` and angle `theta_e` (sin, cos)
+/// are those at the start of the period. Faults of these drives are read only if `parts.faults`.
 template <Parts parts = kEveryPart, class Real>
 inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<Real>& duty,
                     const Real& bridge_on, const Abc<Real>& i_abc, const SinCos<Real>& theta_e,
@@ -133,7 +132,7 @@ inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<R
   const Real v_middle = 0.5 * (s.v_link + link(p, s.v_link, s.i_link).v_next);
 
   const Real R_s = p.R_25 * (1.0 + p.alpha_cu * (s.temp_winding - 25.0));
-  // Far above what a magnet survives its flux is gone; it does not come back the other way round.
+  // Far beyond the limits of a magnet its flux is zero; it must not change its sign.
   const Real psi_f = max(p.psi_25 * (1.0 + p.alpha_pm * (s.temp_winding - 25.0)), Real(0.0));
 
   const SinCos<Real> middle = rotate(theta_e, sincos_small<Real>(0.5 * p.T_s * omega_e));

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file The plant's numbers in the form the tick uses them: derived once from `DriveParams`, one
-/// `T` per drive. Changing a load, supply or ambient derives them anew.
+/// @file Plant parameters in the form the tick uses, derived from `DriveParams`, one `T` per drive
+/// or block. They are derived again when load, supply or ambient change.
 
 #include <tuple>
 
@@ -23,12 +23,11 @@ struct PlantParams {
 
   // Mechanics (§4)
   T gear_ratio{}, inv_gear{};
-  T inertia_rate{},
-      inertia_rate_out{};  // J/T_s of rotor (or of both, when rigid) and of the output
+  T inertia_rate{}, inertia_rate_out{};    // J/T_s of rotor (of both when rigid) and of the output
   T B_half{}, mobility{}, mobility_out{};  // B/2; 1/(J/T_s + B/2); T_s/J_out, 0 when rigid
-  T omega_max{};                           // rad/s: no rotor gets beyond
+  T omega_max{};                           // rad/s: limit of the rotor's speed
   T tau_coulomb{}, tau_static_excess{}, inv_omega_stribeck2{}, tau_coulomb_out{};
-  T tau_hysteresis{}, B_eddy{};  // of the friction, what the iron takes
+  T tau_hysteresis{}, B_eddy{};  // parts of the friction, in the stator's iron
   T tau_cogging{}, cogging_per_turn{};
   T compliant{};  // 1: gear with stiffness and play, 0: rigid
   T gear_stiffness{}, gear_damping{}, half_backlash{}, loss_driving{}, loss_driven{};
@@ -45,8 +44,7 @@ struct PlantParams {
 
   // Sensors (§7)
   T counts_per_rad{}, encoder_offset{}, encoder_noise{};
-  T inl_sin{}, inl_cos{}, inl_sin_2{},
-      inl_cos_2{};  // rad, Fourier coefficients of the non-linearity
+  T inl_sin{}, inl_cos{}, inl_sin_2{}, inl_cos_2{};  // rad, Fourier coefficients of the error
   T encoder_direction{}, encoder_latency{};
   T gain_a{}, gain_b{}, offset_a{}, offset_b{}, current_noise{}, current_lsb{}, inv_current_lsb{};
   T current_max{};
@@ -78,21 +76,21 @@ constexpr auto fields(Params& p) {
 
 }  // namespace LKEMU_ISA
 
-/// Derives the tick's numbers. Preconditions: the ranges stated in drive_params.hpp (asserted). Not
-/// `coupled`, rotor and output are two bodies with nothing between them; an output without inertia
-/// then stands still.
+/// Derives the parameters of the tick. Pre: the ranges stated in drive_params.hpp. If not
+/// `coupled`, rotor and output are two bodies without a connection; an output without inertia then
+/// stands still.
 PlantParams<double> plant_params(const DriveParams& drive, bool coupled = true);
 
-/// What moves with the rotor and what with the output, in the form the tick uses it.
+/// Inertia of rotor and output, in the form the tick uses.
 struct Inertia {
   double rate, rate_out;          // Nm·s/rad per period
-  double mobility, mobility_out;  // of `rate` with B/2; of `rate_out`, 0 when rigid
+  double mobility, mobility_out;  // 1/(rate + B/2); 1/rate_out, 0 when rigid
 };
-/// `compliant`: the two are apart, by a gear that gives or a coupling that is broken.
+/// `compliant`: rotor and output move apart: a compliant gear or a broken coupling.
 Inertia inertia_of(const MechanicsParams& mechanics, double J_load, bool compliant, double f_s);
 
-/// What the iron takes is a share of a `healthy` drive's friction: what a brake or a fault adds is
-/// none of it. plant_params() takes its own drive for one.
+/// Sets the iron losses, a share of a `healthy` drive's friction. Friction of brakes and faults
+/// does not count. The drive of plant_params() is taken as healthy.
 void set_iron(PlantParams<double>& plant, const MechanicsParams& healthy);
 
 }  // namespace lk::model

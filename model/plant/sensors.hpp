@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What the firmware gets to see in the fast tick (docs/model.md §7).
+/// @file Sensors that the firmware reads in the fast tick (docs/model.md §7).
 
 #include "model/measurement.hpp"
 #include "model/noise.hpp"
@@ -20,8 +20,8 @@ inline Real non_linearity(const PlantParams<Real>& p, const Real& seen) {
          t.cos * p.inl_cos + p.inl_cos_2;
 }
 
-/// Counts of the encoder, unwrapped: floor of the magnet's angle as the chip sees it: late by its
-/// latency, bent by its non-linearity, and noisy.
+/// Returns the encoder's counts, unwrapped: floor of the magnet's angle with latency, non-linearity
+/// and noise.
 template <class Real>
 inline Real encoder(const PlantParams<Real>& p, const Real& theta_m, const Real& omega_m,
                     WordsOf<Real>& noise) {
@@ -31,7 +31,7 @@ inline Real encoder(const PlantParams<Real>& p, const Real& theta_m, const Real&
                  p.counts_per_rad);
 }
 
-/// One phase-current channel: amplifier, noise, ADC with its step and its ends.
+/// One phase-current channel: amplifier, noise, ADC with its step and range.
 template <class Real>
 inline Real current_channel(const PlantParams<Real>& p, const Real& i, const Real& gain,
                             const Real& offset, WordsOf<Real>& noise) {

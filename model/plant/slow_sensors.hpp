@@ -14,11 +14,11 @@ namespace lk::model {
 
 struct SlowMeasurement {
   double v_bus = 0;        // V
-  double temp_motor = 0;   // °C, at the winding, from the board
+  double temp_motor = 0;   // °C, winding, seen from the board
   double temp_driver = 0;  // °C, at the power stage
 };
 
-/// The converters, with the inverses of their steps.
+/// Converter parameters, with the inverses of the steps.
 struct SlowSensors {
   double v_noise, v_lsb, inv_v_lsb, temp_lsb, inv_temp_lsb, board_share;
 };
@@ -29,7 +29,7 @@ inline SlowSensors slow_sensors(const SlowSensorParams& p) {
 
 inline SlowMeasurement measure_slowly(const SlowSensors& p, double v_link,
                                       const Temperatures<double>& temp, std::uint64_t& noise) {
-  // The converter has no negative end: noise around an empty link must not become a negative
+  // The converter cannot go below zero: noise around an empty link must not give a negative
   // voltage.
   const double v_seen = max(v_link + p.v_noise * normal_deviate(noise), 0.0);
   const double temp_motor = temp.winding + p.board_share * (temp.stage - temp.housing);
@@ -38,13 +38,13 @@ inline SlowMeasurement measure_slowly(const SlowSensors& p, double v_link,
           nearest(temp.stage * p.inv_temp_lsb) * p.temp_lsb};
 }
 
-/// Some of `faults` is about these sensors.
+/// Returns true if a fault affects these sensors.
 inline bool slow_sensors_faulty(const Faults& f) {
   return f.v_bus_stuck || f.temp_motor_stuck || f.temp_driver_stuck || f.v_bus_offset != 0.0 ||
          f.temp_motor_offset != 0.0 || f.temp_driver_offset != 0.0;
 }
 
-/// What is shown instead of `healthy`.
+/// Returns the readings with these faults.
 inline SlowMeasurement falsified(const SlowSensors& p, const Faults& f,
                                  const SlowMeasurement& healthy) {
   const auto quantised = [](double x, double lsb, double inv_lsb) {

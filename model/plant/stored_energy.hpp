@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What one drive's plant holds (docs/model.md §8).
+/// @file Energy stored in one drive's plant (docs/model.md §8).
 
 #include "model/plant/plant.hpp"
 

@@ -14,8 +14,8 @@ struct LinkStep {
 
 inline namespace LKEMU_ISA {
 
-/// C·dv/dt = i_source − i_link, i_source = (v_source − v)/R ≥ −i_regen_max, i_link constant over T:
-/// exponential towards v_source − R·i_link, or linear while the source refuses to take more back.
+/// C·dv/dt = i_source − i_link, i_source = (v_source − v)/R ≥ −i_regen_max, i_link constant over T.
+/// Exponential towards v_source − R·i_link, or linear while −i_regen_max limits the source.
 template <class Real>
 inline LinkStep<Real> link(const PlantParams<Real>& p, const Real& v, const Real& i_link) {
   const Real v_inf = p.v_source - p.R_source * i_link;
@@ -25,7 +25,7 @@ inline LinkStep<Real> link(const PlantParams<Real>& p, const Real& v, const Real
   return {select(i_source > i_free, v + (i_source - i_link) * p.inv_link_rate, v_free), i_source};
 }
 
-/// The largest current that a period may take from the link without leaving it below 0 V.
+/// Returns the largest current that a period may take from the link without leaving it below 0 V.
 template <class Real>
 inline Real emptying_current(const PlantParams<Real>& p, const Real& v) {
   const Real of_charge = v * p.link_rate;

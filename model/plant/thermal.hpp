@@ -12,13 +12,13 @@ struct Temperatures {
   Real winding, housing, stage;  // °C
 };
 
-/// What each is given, W.
+/// Heat into each node, W.
 template <class Real>
 struct Heat {
   Real winding, housing, stage;
 };
 
-/// °C. No housing gets warmer: what friction can be made to give beyond has burnt it (assumed).
+/// °C. Limit of the housing: friction that heats it beyond has burnt it (assumed).
 inline constexpr double kHottestHousing = 300.0;
 
 inline namespace LKEMU_ISA {
