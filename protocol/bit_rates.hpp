@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file The bit rates that drives can be set to, by the numbers that their settings and the
-/// vendor's PC tool have for them (docs/protocol.md §10.9, docs/rs485.md).
+/// @file Bit rates of drives, with the codes used in their settings and in the vendor's PC tool
+/// (docs/protocol.md §10.9, docs/rs485.md).
 
 #include <cstdint>
 
@@ -15,7 +15,7 @@ inline constexpr Value kSerialRates[] = {
 inline constexpr Value kCanRates[] = {
     {0, "100000"}, {1, "125000"}, {2, "250000"}, {3, "500000"}, {4, "1000000"}};
 
-/// bit/s, of a row of these.
+/// Returns the rate of a row, bit/s.
 constexpr std::int64_t bit_rate(const Value& row) {
   std::int64_t rate = 0;
   for (const char digit : row.word) rate = 10 * rate + (digit - '0');

@@ -14,7 +14,7 @@ using namespace row_codec;
 
 namespace {
 
-/// A function for each row of a table, by its place.
+/// Returns an array with a function for each row of a table.
 template <const auto& kRows, class Make>
 constexpr auto for_each_row(Make make) {
   return [&]<std::size_t... kPlaces>(std::index_sequence<kPlaces...>) {
@@ -56,7 +56,7 @@ constexpr std::array kReadReply =
       };
     });
 
-/// The place of a command in its table.
+/// Returns the index of a command in its table.
 std::size_t place_of(const CommandInfo& command, bool serial) {
   const CommandInfo* const first =
       command.identifier != 0
@@ -65,7 +65,7 @@ std::size_t place_of(const CommandInfo& command, bool serial) {
   return static_cast<std::size_t>(&command - first);
 }
 
-/// Is a value given that is not in the list of those that are known?
+/// Returns true if a field that selects something has an unknown value.
 bool has_unknown(std::span<const Field> fields, const Payload& data, const WireFormat& format) {
   return std::ranges::any_of(fields, [&](const Field& field) {
     return field.beyond == Beyond::kUnknownCommand && present(field, data, format) &&
@@ -74,7 +74,7 @@ bool has_unknown(std::span<const Field> fields, const Payload& data, const WireF
   });
 }
 
-/// Does the drive take a packet with this LEN for the command?
+/// Returns true if the drive accepts this LEN for the command.
 bool takes_length(const CommandInfo& command, std::uint8_t len, const Payload& data,
                   const WireFormat& format) {
   const PayloadLength right = command.query_len != nullptr
@@ -94,7 +94,7 @@ bool takes_length(const CommandInfo& command, std::uint8_t len, const Payload& d
   return false;
 }
 
-/// A query to one drive.
+/// Decodes a query to one drive.
 std::variant<Query, Reject> decode_single(int id, const Payload& data, std::uint8_t size,
                                           const WireFormat& format) {
   const bool serial = format.dialect.framing == Framing::kSerial;
@@ -110,19 +110,19 @@ std::variant<Query, Reject> decode_single(int id, const Payload& data, std::uint
   return Query{id, read(data, format), data, size};
 }
 
-/// What 0x288 can ask for on RS-485.
+/// Returns true if 0x288 can carry the command on RS-485.
 constexpr bool can_be_in_a_slot(std::uint8_t command) {
   constexpr Opcode kCan[] = {Off::kOpcode,        Stop::kOpcode,        Run::kOpcode,
                              ReadState1::kOpcode, ClearErrors::kOpcode, ReadState2::kOpcode};
   return std::ranges::find(kCan, static_cast<Opcode>(command)) != std::end(kCan);
 }
 
-/// A drive on the other wire never receives the frame.
+/// Returns true if the frame is on the wire of the drive.
 bool on_wire_of(const Frame& frame, const WireFormat& format) {
   return framing_of(frame) == format.dialect.framing;
 }
 
-/// Are the bytes of a reply those of its command?
+/// Returns true if the length of a reply is that of its command.
 bool has_length(const CommandInfo& command, const Frame& frame, const WireFormat& format) {
   if (frame.dlc == 0) return false;
   if (command.echoed || command.reply.empty()) return true;
@@ -234,7 +234,7 @@ std::variant<Query, Reject> for_drive(int id, const Query& query, const WireForm
 }
 
 std::variant<ReplyFrame, Reject> decode_reply(const Frame& frame, const WireFormat& format) {
-  // Where replies have identifiers of their own, they pass the same checks as queries would.
+  // Replies with their own identifiers pass the same checks as queries.
   Frame as_query = frame;
   as_query.id = frame.id - format.dialect.reply_id_base + kSingleDriveId;
   const auto addressed = address(as_query);
@@ -244,7 +244,7 @@ std::variant<ReplyFrame, Reject> decode_reply(const Frame& frame, const WireForm
   if (!on_wire_of(frame, format)) return Reject::kNoPacket;
   const int id = std::get<int>(addressed);
   if (id == kMultiDrive) {
-    return Reject::kForeignId;  // no drive answers there
+    return Reject::kForeignId;  // multi-drive identifiers have no replies
   }
   const bool serial = format.dialect.framing == Framing::kSerial;
   const CommandInfo* command = find_command(frame.data[0], format.dialect.framing);

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Frames to commands and replies, and back. Total on wire input: what cannot be decoded
-/// comes back as the reason, nothing throws.
+/// @file Conversion of frames to commands and replies, and back. Decoders accept any input and
+/// never throw: they return the reason why a frame is not valid.
 
 #include <cstdint>
 #include <optional>
@@ -14,16 +14,16 @@
 
 namespace lk::protocol {
 
-/// Why a frame is not part of the protocol, in the order in which it is checked.
+/// Reason why a frame is not part of the protocol, in the order of the checks.
 enum class Reject : std::uint8_t {
   kErrorFrame,
   kCanFd,
   kRemote,
   kExtended,
-  kForeignId,       // no drive's, nor one for several drives
+  kForeignId,       // neither of a drive nor of several drives
   kWrongLength,     // DLC is not 8; LEN is not the command's
-  kUnknownCommand,  // this drive has no such command, or no such parameter
-  kNoPacket,        // bytes on RS-485 that are no packet, or a frame of the other wire
+  kUnknownCommand,  // this drive has no such command or parameter
+  kNoPacket,        // no packet on RS-485, or a frame of the other wire
 };
 
 /// `Query::id` of a multi-drive command.
@@ -33,7 +33,7 @@ struct Query {
   int id = kMultiDrive;  // 1..32, or kMultiDrive
   Command command;
   Payload data{};                 // as received, for echoes
-  std::uint8_t size = kCanBytes;  // of them
+  std::uint8_t size = kCanBytes;  // bytes of `data`
 };
 
 struct ReplyFrame {
@@ -41,39 +41,38 @@ struct ReplyFrame {
   Reply reply;
 };
 
-/// The row of a command; on CAN there must be one.
+/// Returns the row of a command. Pre: the wire has the command.
 const CommandInfo& info_of(const Command& command, Framing framing = Framing::kCan);
-/// Is it one for several drives?
+/// Returns true for a command to several drives.
 bool is_multi_drive(const Command& command);
 
-/// DATA[0] of the reply to a command: a command to several asks each for that of one. None where
-/// each drive is asked for something else.
+/// Returns DATA[0] of the reply. A multi-drive command gets the reply of its single-drive command.
+/// Empty for MultiCommand and Restart.
 std::optional<std::uint8_t> reply_command(const Command& command);
 
-/// Whom a frame addresses: a drive's ID, kMultiDrive, or why it is not a query at all, whatever the
-/// drive. Does not look at DATA, so never gives kUnknownCommand, nor kWrongLength of a packet.
+/// Returns the address of a frame: a drive's ID or kMultiDrive; or why the frame is no query of any
+/// drive. Ignores DATA, so it never returns kUnknownCommand, nor kWrongLength for a packet.
 std::variant<int, Reject> address(const Frame& frame);
 
-/// The drive's side: what the host wants. Fields beyond their range are clamped to it, except the
-/// target and direction of 0xA5/0xA6 and the action of 0x8C, which the drive judges itself. An
-/// identifier for several drives that this one does not know is foreign to it; 0x280 is an unknown
-/// command to MS drives.
+/// Decodes a query, for the drive. Clamps fields to their range, except the target and direction of
+/// 0xA5/0xA6 and the action of 0x8C, which the drive checks itself. Returns kForeignId for a
+/// multi-drive identifier that this drive does not have; on MS drives, 0x280 is kUnknownCommand.
 std::variant<Query, Reject> decode_query(const Frame& frame, const WireFormat& format);
 
-/// What `query` means to the drive `id`: a MultiCommand becomes the command in the drive's slot,
-/// with a payload of zeros, and is foreign to a drive without a slot. All others stay as they are.
+/// Returns `query` as seen by the drive `id`. A MultiCommand becomes the command in the drive's
+/// slot, with a payload of zeros; without a slot, it is kForeignId. Other queries stay as they are.
 std::variant<Query, Reject> for_drive(int id, const Query& query, const WireFormat& format);
 
-/// The host's side: the query frame for the drive `id` (1..32), unused bytes 0. For the commands to
-/// several drives the `id` is ignored. The wire of `format` must have the command.
+/// Encodes a query to the drive `id` (1..32), for the host; unused bytes are 0. Multi-drive
+/// commands ignore `id`. Pre: the wire of `format` has the command.
 Frame encode_query(int id, const Command& command, const WireFormat& format);
 
-/// The drive's side: the reply frame of the drive `id` (1..32). Quantities round to the nearest LSB
-/// and saturate. Not for NoReply.
+/// Encodes a reply of the drive `id` (1..32), for the drive. Quantities round to the nearest LSB
+/// and saturate. Pre: `reply` is not NoReply.
 Frame encode_reply(int id, const Reply& reply, const WireFormat& format);
 
-/// The host's side: what a frame that is known to come from a drive says. (Query and reply share
-/// the identifier, so the frame alone does not tell.)
+/// Decodes a reply, for the host. Pre: the frame comes from a drive. The frame alone does not tell,
+/// because query and reply have the same identifier.
 std::variant<ReplyFrame, Reject> decode_reply(const Frame& frame, const WireFormat& format);
 
 }  // namespace lk::protocol

@@ -9,7 +9,7 @@
 namespace lk::protocol {
 namespace {
 
-/// The fields of a tuple of rows, without where their values are.
+/// Returns the fields of a list of rows, without their members.
 template <const auto& kRows, bool kOfQuery, std::size_t kPlace>
 constexpr auto fields() {
   constexpr const auto& rows = []() -> const auto& {
@@ -67,7 +67,7 @@ static_assert(std::ranges::adjacent_find(kMultiDriveCommands, std::ranges::great
                                          &CommandInfo::identifier) == kMultiDriveCommands.end(),
               "identifiers ascend, so each stands once");
 
-/// Where the command of a byte is; beyond the last: nowhere.
+/// Index of the command of a byte; 0xFF: none.
 template <const auto& kInfo>
 constexpr std::array<std::uint8_t, 256> kPlaces = [] {
   std::array<std::uint8_t, 256> places{};

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file The rows of command_table.hpp as plain data, for all who go through them.
+/// @file The rows of command_table.hpp as plain data, for code that iterates over them.
 
 #include <cstdint>
 #include <optional>
@@ -14,104 +14,103 @@
 
 namespace lk::protocol {
 
-/// Which series know a command. MS drives set voltages and have no current sensors.
+/// Series that have a command. MS drives set voltages and have no current sensors.
 enum class Fits : std::uint8_t { kAllSeries, kMsOnly, kAllButMs };
 
-/// Where the knowledge of a command comes from.
+/// Source of the description of a command.
 enum class Source : std::uint8_t {
   kManual,             // the vendor's CAN manual
-  kManualAndHardware,  // the manual, and its effect confirmed on real drives
-  kHardware,           // the manual prints another DATA[0]; real drives use this one
+  kManualAndHardware,  // the manual; effect confirmed on real drives
+  kHardware,           // the manual prints another DATA[0] than real drives use
   kNewerManuals,       // V2.35 and V2.36
   kSecondPrint,        // the second print of V2.36
-  kTool,               // what the vendor's PC tool sends on RS-485
+  kTool,               // sent by the vendor's PC tool on RS-485
 };
 
-/// What becomes of a query on RS-485 whose LEN is not the command's.
+/// Treatment of a query on RS-485 with a wrong LEN.
 enum class WrongLength : std::uint8_t {
-  kBySwitch,    // as Dialect::lax_length has it
+  kBySwitch,    // as Dialect::lax_length says
   kSilent,      // no reply
-  kAnswered,    // whatever LEN is
-  kEmptyTaken,  // LEN 0 is taken too
+  kAnswered,    // a reply for any LEN
+  kEmptyTaken,  // LEN 0 is accepted too
 };
 
-/// What a row says besides its fields.
+/// Properties of a command besides its fields.
 struct CommandTraits {
   std::string_view name;  // for people
   std::string_view name_zh = {};
-  std::string_view word = {};  // of scenarios
+  std::string_view word = {};  // key in scenarios
   Source source = Source::kManual;
   Fits fits = Fits::kAllSeries;
   When when = kAlways;
   bool writes_rom = false;
-  Opcode printed{};  // DATA[0] of the reply that the manual misprints, if it does
-  Opcode each{};     // of a command to several: what it is to each, where that is the same
+  Opcode printed{};  // wrong DATA[0] in the manual, if any
+  Opcode each{};     // multi-drive: the equivalent single-drive command, if any
   WrongLength wrong_length = WrongLength::kBySwitch;
-  // LEN of a query of RS-485 that no field describes; null: the fields have it.
+  // LEN of an RS-485 query without fields; null: derived from the fields.
   std::uint8_t (*query_len)(const WireFormat& format) = nullptr;
 };
 
 struct CommandInfo : CommandTraits {
-  Opcode opcode{};               // of one to a drive
-  std::uint32_t identifier = 0;  // of one to several
+  Opcode opcode{};               // of a single-drive command
+  std::uint32_t identifier = 0;  // of a multi-drive command
   bool echoed = false;           // the reply repeats the query
-  bool answered = true;          // it has a reply at all
+  bool answered = true;          // false: never a reply
   std::span<const Field> query = {};
-  std::span<const Field> reply = {};  // those of the query, where it is echoed
+  std::span<const Field> reply = {};  // those of the query if echoed
 };
 
-/// Commands to one drive, their bytes ascending: on CAN, and on RS-485.
+/// Return single-drive commands, sorted by their bytes: on CAN, and on RS-485.
 std::span<const CommandInfo> commands();
 std::span<const CommandInfo> serial_commands();
-/// Commands to several, their identifiers ascending.
+/// Return multi-drive commands, sorted by their identifiers.
 std::span<const CommandInfo> multi_drive_commands();
 std::span<const CommandInfo> serial_multi_drive_commands();
 
-/// The reply to this byte is a state, whose DATA[1] is a temperature.
+/// Returns true if the reply to this byte is a state, with a temperature in DATA[1].
 bool has_state(std::uint8_t byte);
-/// The command of a byte; null when no drive knows it.
+/// Returns the command of a byte; null if unknown to all drives.
 const CommandInfo* find_command(std::uint8_t byte, Framing framing = Framing::kCan);
-/// The command of an identifier; null when it is not one for several drives.
+/// Returns the command of an identifier; null if it is not a multi-drive one.
 const CommandInfo* find_multi_drive(std::uint32_t identifier, Framing framing = Framing::kCan);
 
-/// The reply repeats this field of the query, which says what the command is about.
+/// Returns true if the reply repeats this field, which selects what the query is about.
 bool repeats_in_reply(const CommandInfo& command, const Field& field);
-/// What a reply says a query says too, so that one may look like the other; not an echo.
+/// Returns true if query and reply have the same fields, so that they look alike; not for echoes.
 bool reply_says_the_same(const CommandInfo& command);
 
-/// The wire of a frame.
 constexpr Framing framing_of(const Frame& frame) {
   return is_serial(frame) ? Framing::kSerial : Framing::kCan;
 }
-/// The command that DATA[0] of a frame is on its wire; null: none, or no data.
+/// Returns the command of a frame's DATA[0] on its wire; null if there is none.
 inline const CommandInfo* command_of(const Frame& frame) {
   return frame.dlc > 0 && frame.kind != FrameKind::kBytes
              ? find_command(frame.data[0], framing_of(frame))
              : nullptr;
 }
 
-/// The lengths that a payload of RS-485 can have.
+/// Range of LEN of a payload on RS-485.
 struct PayloadLength {
   std::uint8_t min = 0;
-  std::uint8_t max = 0;  // with the fields that may be left out
+  std::uint8_t max = 0;  // including optional fields
 };
-/// LEN of a query or reply with these fields and this DATA.
+/// Returns the LEN of a query or reply with these fields and this DATA.
 PayloadLength payload_length(std::span<const Field> fields, const Payload& data,
                              const WireFormat& format);
 
-/// The quantities that replies of their own have, by their words, each once.
+/// Returns the words of all quantities in replies that are not echoes, without repeats.
 std::vector<std::string_view> reply_words();
-/// What a reply says of one; nothing where it does not.
+/// Returns the value of a quantity in a reply; empty if it has none.
 std::optional<double> reply_quantity(std::string_view word, const Payload& data,
                                      const WireFormat& format);
 
-/// Do drives of the series know it, those with the firmware for it?
+/// Returns true if drives of the series have the command, given the firmware.
 bool fits(const CommandInfo& command, Series series);
-/// Does a drive know the command? Those to several it knows in multi-drive mode only.
+/// Returns true if a drive has the command; a multi-drive one works only in multi-drive mode.
 bool knows(const WireFormat& format, const CommandInfo& command);
-/// Does it answer the byte?
+/// Returns true if a drive answers the byte.
 bool answers(const WireFormat& format, Opcode opcode);
-/// Does it know the identifier, in multi-drive mode?
+/// Returns true if a drive has the identifier, in multi-drive mode.
 bool knows_multi_drive(const WireFormat& format, std::uint32_t identifier);
 
 }  // namespace lk::protocol

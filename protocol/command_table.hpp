@@ -1,8 +1,8 @@
 #pragma once
 
-/// @file All of the wire: a row for each command, and in it one for each field of its query and of
-/// its reply. What is not in here gets no reply. The codec, the DBC files, the dissector, the table
-/// of docs/protocol.md, the words of decode and of scenarios and the ranges of advice come from it.
+/// @file The whole protocol: a row for each command, with one for each field of its query and
+/// reply. Other commands get no reply. Used for the codec, DBC files, the dissector, the table of
+/// docs/protocol.md, the words of decode and of scenarios, and the ranges of advice.
 
 #include <variant>
 
@@ -22,8 +22,8 @@ struct CommandRow {
   using QueryType = Query;
   using ReplyType = Reply;
   CommandTraits traits;
-  QueryFields query;  // rows of FieldRow
-  ReplyFields reply;  // empty for echoes, which repeat the query
+  QueryFields query;  // FieldRow values
+  ReplyFields reply;  // empty for echoes
 };
 
 namespace table {
@@ -42,7 +42,7 @@ inline constexpr auto kNoFields = rows();
 }  // namespace table
 
 // clang-format off
-/// Commands to one drive; their bytes ascend.
+/// Single-drive commands, sorted by their bytes.
 inline constexpr auto kCommandRows = [] {
   using namespace table;
   return rows(
@@ -90,13 +90,13 @@ inline constexpr auto kCommandRows = [] {
     command<Position5, State2>({.name = "position 5, increment", .name_zh = "增量位置 5", .word = "position_5", .source = Source::kHardware, .printed = Position3::kOpcode}, kIncrement, kState2),
     command<Position6, State2>({.name = "position 6, increment, max speed", .name_zh = "增量位置 6，限速", .word = "position_6", .source = Source::kHardware, .printed = Position4::kOpcode}, joined(kIncrement, kMaxSpeed), kState2),
     command<ReadParameter, ParameterValue>({.name = "read parameter", .name_zh = "读取参数", .word = "read_parameter", .source = Source::kNewerManuals, .when = kParameterCommands},
-      // A name of its own: nothing else depends on it here.
+      // Has its own name, because no other field depends on it here.
       rows(row(&ReadParameter::id, {.name = "read_parameter", .label = "Parameter", .key = "parameter", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .values = kParameters})), kParameter),
     command<WriteParameter, ParameterValue>({.name = "write parameter to RAM", .name_zh = "写入参数到 RAM", .word = "write_parameter", .source = Source::kNewerManuals, .when = kParameterCommands}, kParameter, kParameter));
 }();
 
-/// Commands to the drives 1..4 in multi-drive mode; their identifiers ascend. What each drive answers is the reply to the
-/// command of its slot.
+/// Commands to the drives 1..4 in multi-drive mode, sorted by their identifiers. Each drive replies
+/// as to the command of its slot.
 inline constexpr auto kMultiDriveRows = [] {
   using namespace table;
   return rows(
@@ -130,7 +130,7 @@ struct WithMore<std::variant<Those...>, More...> {
 
 }  // namespace table
 
-/// What a host asks: one alternative for each row, and for each that only serial_table.hpp has.
+/// Any query of a host: an alternative for each row, and for each that only serial_table.hpp has.
 using Command = table::WithMore<
     decltype(table::variant_of<table::Query>(joined(kCommandRows, kMultiDriveRows))), Connect,
     Disconnect, ReadProduct, ReadSettingsBlock, WriteSettingsBlock, ReadCalibration,

@@ -1,10 +1,10 @@
 #pragma once
 
-/// @file What a host can ask of a drive. Where its bytes are: command_table.hpp.
+/// @file Queries to one drive. Positions of their bytes: command_table.hpp.
 ///
-/// Angles, counts and gains stay the integers of the wire: their LSB is the same for all drives,
-/// the drive computes with them, and 0.01° has no exact binary fraction. Quantities whose LSB
-/// depends on the drive (A) or on the wire, or which only loops use (dps), are doubles.
+/// Angles, counts and gains stay integers of the wire: their LSB is the same for all drives, and
+/// the drive computes with them. Besides, 0.01° has no exact binary fraction. Quantities whose LSB
+/// depends on the drive (A) or on the wire, or that only loops use (dps), are doubles.
 
 #include <array>
 #include <cstdint>
@@ -14,13 +14,13 @@
 
 namespace lk::protocol {
 
-/// Starts the drive anew, without a reply.
+/// Restarts the drive, without a reply.
 struct Restart {
   static constexpr Opcode kOpcode{0x07};
   bool operator==(const Restart&) const = default;
 };
 
-/// Turns the shaft to and fro to find how the encoder lies to the windings.
+/// Turns the shaft back and forth to measure the angle between encoder and windings.
 struct Calibrate {
   static constexpr Opcode kOpcode{0x18};
   bool operator==(const Calibrate&) const = default;
@@ -66,7 +66,7 @@ struct ReadMaxTorque {
 
 struct WriteMaxTorque {
   static constexpr Opcode kOpcode{0x38};
-  std::int32_t max_torque_lsb = 0;  // of the iq command; per mille of the power on MS
+  std::int32_t max_torque_lsb = 0;  // LSB of the iq command; per mille of the power on MS
   bool operator==(const WriteMaxTorque&) const = default;
 };
 
@@ -74,7 +74,7 @@ struct WriteMaxTorque {
 
 struct ReadStoredSetting {
   static constexpr Opcode kOpcode{0x40};
-  StoredSetting setting;  // which
+  StoredSetting setting;  // its value is unused
   bool operator==(const ReadStoredSetting&) const = default;
 };
 
@@ -84,7 +84,7 @@ struct WriteStoredSetting {
   bool operator==(const WriteStoredSetting&) const = default;
 };
 
-// What 0x44 has to say to be obeyed.
+// DATA[2] that 0x44 needs to be executed.
 inline constexpr std::uint8_t kSaveItem = 0xFA;
 
 struct SaveSettings {
@@ -109,7 +109,7 @@ struct Run {
   bool operator==(const Run&) const = default;
 };
 
-// What 0x8C asks for. The drive judges the byte, so it comes through as sent.
+// Actions of 0x8C. The decoder passes the byte on, because the drive checks it.
 inline constexpr std::uint8_t kBrakeEngage = 0x00;
 inline constexpr std::uint8_t kBrakeRelease = 0x01;
 inline constexpr std::uint8_t kBrakeRead = 0x10;
@@ -120,7 +120,7 @@ struct Brake {
   bool operator==(const Brake&) const = default;
 };
 
-// What 0x90 asks for where it has a type (RS-485).
+// Types of 0x90, if it has a type (RS-485).
 inline constexpr std::uint8_t kEncoderZeroed = 0;
 inline constexpr std::uint8_t kEncoderRaw = 1;
 
@@ -204,8 +204,7 @@ struct Position2 {
   bool operator==(const Position2&) const = default;
 };
 
-// The direction of travel to a single-turn target. The drive judges the byte, so it comes through
-// as sent.
+// Direction to a single-turn target. The decoder passes the byte on, because the drive checks it.
 inline constexpr std::uint8_t kClockwise = 0;
 inline constexpr std::uint8_t kCounterClockwise = 1;
 

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file How one field of the wire is described: what command_table.hpp has a row of for each.
+/// @file Description of one field on the wire; command_table.hpp has a row for each field.
 
 #include <algorithm>
 #include <cstdint>
@@ -25,18 +25,18 @@ constexpr bool is_signed(Wire wire) {
          wire == Wire::kI64;
 }
 
-/// A quantity in its unit, of the number on the wire.
+/// Conversion of the number n on the wire to a quantity in its unit.
 enum class Scale : std::uint8_t {
   kOne,
-  kHundredth,     // n / 100, where the member is the integer
-  kThousandth,    // n / 1000, likewise
+  kHundredth,     // n / 100; the member is the integer n
+  kThousandth,    // n / 1000; the member is the integer n
   kCenti,         // n · 0.01
   kIqCommand,     // n · WireFormat::iq_command_lsb_A
   kIqReply,       // n · WireFormat::iq_reply_lsb_A
   kPhaseCurrent,  // n · WireFormat::phase_current_lsb_A
   kVoltage,       // n · WireFormat::voltage_lsb_V
   kFlag,          // 1 unless n is 0
-  kBridge,        // 1 unless n is 0x10, which says that the bridge is off
+  kBridge,        // 1 unless n is 0x10 (bridge off)
 };
 inline constexpr std::uint8_t kBridgeOff = 0x10;
 
@@ -53,7 +53,7 @@ enum class Unit : std::uint8_t {
   kDegreePerSecond2,
 };
 
-/// How a unit is written: in ASCII, and as people write it. Counts have no unit.
+/// Unit in ASCII, and as people write it. Counts have no unit.
 struct UnitTexts {
   std::string_view ascii, symbol;
 };
@@ -64,17 +64,17 @@ constexpr UnitTexts texts_of(Unit unit) {
   return kTexts[static_cast<std::size_t>(unit)];
 }
 
-/// What a field can be; most in integers of the wire.
+/// Range of a field, mostly in integers of the wire.
 enum class Range : std::uint8_t {
-  kWidth,         // whatever its bits can be
-  kWords,         // one of its words
+  kWidth,         // all values of its bits
+  kWords,         // one of Field::values
   kIqCommand,     // ±Dialect::iq_command_limit_lsb
   kIqLimit,       // 0..Dialect::iq_command_limit_lsb
   kIqReply,       // ±2048
   kOpenLoop,      // ±Dialect::open_loop_limit_permille
   kPowerReply,    // ±1000 per mille
   kTurn,          // 0..35999
-  kCircle,        // 0..what 0x94 of the drive can read
+  kCircle,        // 0..the largest value of 0x94 of the drive
   kMaxSpeed,      // ± the drive's Max Speed
   kMaxAngle,      // ± the drive's Max Angle
   kEncoder,       // 0..the drive's largest count
@@ -87,29 +87,29 @@ enum class Range : std::uint8_t {
   kBetween,       // Field::min..Field::max
 };
 
-/// What becomes of a value out of range.
+/// Treatment of a value out of range.
 enum class Beyond : std::uint8_t {
-  kClamped,         // the nearest in range, already on the wire
-  kDriveClamps,     // the nearest in range: the drive knows which
-  kNotExecuted,     // answered, not executed
+  kClamped,         // clamped by the codec
+  kDriveClamps,     // clamped by the drive, which knows the range
+  kNotExecuted,     // a reply, but no execution
   kUnknownCommand,  // no reply
 };
 
-/// In which a value begins anew.
+/// Period after which a value wraps around.
 enum class Period : std::uint8_t { kNone, kEncoder, kCircle };
 
-/// What a number stands for.
+/// Meaning of a number.
 struct Value {
   unsigned number = 0;
   std::string_view word;
 };
 
-/// A bit of a field that has a meaning of its own.
+/// A bit of a field with its own meaning.
 struct Flag {
   std::string_view name, label;
 };
 
-/// Where a command or a field exists.
+/// Condition under which a command or a field exists.
 struct When {
   std::string_view words;  // for people: the quirk that decides
   bool (*on)(const WireFormat& format);
@@ -117,30 +117,30 @@ struct When {
 inline constexpr When kAlways{"", [](const WireFormat&) { return true; }};
 
 struct Field {
-  std::string_view name = {};   // of DBC and Wireshark: the same name is the same bits
+  std::string_view name = {};   // in DBC and Wireshark; equal names mean equal bits
   std::string_view label = {};  // for people
-  std::string_view key = {};    // of its quantity, which has the unit
-  std::string_view word = {};   // of scenarios, where it is not the key
-  std::uint8_t byte = 0;        // DATA[byte] is its lowest
+  std::string_view key = {};    // of its quantity, which defines the unit
+  std::string_view word = {};   // in scenarios; empty: the key
+  std::uint8_t byte = 0;        // DATA[byte] is its lowest byte
   Wire wire = Wire::kU8;
   Scale scale = Scale::kOne;
   Unit unit = Unit::kNone;
   Range range = Range::kWidth;
   Beyond beyond = Beyond::kClamped;
   When when = kAlways;
-  int parameter = -1;             // >= 0: only where DATA[1] is this
-  int item = -1;                  // >= 0: and DATA[2] is this
+  int parameter = -1;             // >= 0: exists only if DATA[1] is this
+  int item = -1;                  // >= 0: and only if DATA[2] is this
   std::int32_t min = 0, max = 0;  // of Range::kBetween
   Period period = Period::kNone;
-  bool zero_is_none = false;   // 0 says nothing
-  bool may_be_unsaid = false;  // in words: 0 where it is
-  // Of RS-485, whose packets have a length:
+  bool zero_is_none = false;   // 0 means no value
+  bool may_be_unsaid = false;  // optional in scenarios; default 0
+  // For RS-485, whose packets have a length:
   std::uint8_t end = 0;   // zeros follow up to DATA[end]; 0: none
   bool optional = false;  // packets may end before it
   std::span<const Value> values = {};
   std::span<const Flag> flags = {};  // from bit 0 on
 
-  /// How scenarios call it.
+  /// Returns the name of the field in scenarios.
   constexpr std::string_view spoken() const { return word.empty() ? key : word; }
 };
 

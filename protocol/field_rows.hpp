@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file The fields that several commands or replies have: command_table.hpp has the others.
+/// @file Fields that several commands or replies share; command_table.hpp has the others.
 
 #include <array>
 #include <type_traits>
@@ -16,7 +16,7 @@
 
 namespace lk::protocol {
 
-/// A field, and where its value is in the command or the reply: what std::invoke takes.
+/// A field, and the member of the command or reply with its value, as for std::invoke.
 template <class Member>
 struct FieldRow {
   Member member;
@@ -27,11 +27,11 @@ namespace table {
 
 template <class Member>
 constexpr FieldRow<Member> row(Member member, Field field) {
-  field.unit = find_quantity(field.key)->unit;  // a key that quantities.hpp lacks does not compile
+  field.unit = find_quantity(field.key)->unit;  // an unknown key does not compile
   return {member, field};
 }
 
-// --- what numbers stand for
+// --- meaning of numbers
 
 inline constexpr Value kDirections[] = {{kClockwise, "clockwise"},
                                         {kCounterClockwise, "counterclockwise"}};
@@ -98,7 +98,7 @@ inline constexpr auto kAcceleration = rows(
 inline constexpr auto kOffset = rows(
     row([](auto& c) -> auto& { return c.offset_counts; }, {.name = "encoder_offset", .label = "Encoder offset", .key = "offset_counts", .word = "offset", .byte = 6, .wire = Wire::kU16, .range = Range::kEncoder, .beyond = Beyond::kDriveClamps, .period = Period::kEncoder}));
 
-/// What 0x19 has made the zero.
+/// The new zero of 0x19.
 inline constexpr auto kZeroWritten = rows(
     row(&ZeroWritten::offset_counts, {.name = "encoder_offset", .label = "Encoder offset", .key = "offset_counts", .word = "offset", .byte = 6, .wire = Wire::kU16, .when = kNarrowZero, .period = Period::kEncoder}),
     row(&ZeroWritten::offset_counts, {.name = "zero_offset", .label = "Encoder offset", .key = "offset_counts", .word = "offset", .byte = 4, .wire = Wire::kU32, .when = kWideZero, .period = Period::kEncoder}));
@@ -184,12 +184,12 @@ inline constexpr auto kStoredSettingId = rows(
     row([](auto& c) -> auto& { return c.setting.table; }, {.name = "setting", .label = "Setting", .key = "parameter", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .values = kSettingTables}),
     row([](auto& c) -> auto& { return c.setting.item; }, {.name = "setting_item", .label = "Setting, its number", .key = "item", .byte = 2, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .parameter = kNamedSettings, .values = kSettingItems}));
 
-/// Names of their own: no value depends on them in a query that reads.
+/// These have their own names, because no other field of a read query depends on them.
 inline constexpr auto kReadStoredSetting = rows(
     row([](auto& c) -> auto& { return c.setting.table; }, {.name = "read_setting", .label = "Setting", .key = "parameter", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .values = kSettingTables}),
     row([](auto& c) -> auto& { return c.setting.item; }, {.name = "read_setting_item", .label = "Setting, its number", .key = "item", .byte = 2, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .parameter = kNamedSettings, .values = kSettingItems}));
 
-/// One of the settings that DATA[2] names.
+/// Describes a setting that DATA[2] selects.
 constexpr Field stored(StoredSettingId id, Field field) {
   field.byte = 4;
   field.beyond = Beyond::kNotExecuted;
@@ -198,7 +198,7 @@ constexpr Field stored(StoredSettingId id, Field field) {
   if (field.range == Range::kWidth) field.range = Range::kBetween;
   return field;
 }
-/// Kp, Ki or Kd of a loop.
+/// Describes Kp, Ki or Kd of a loop.
 constexpr Field stored_gain(StoredSettingId id, Field field) {
   field.wire = Wire::kU16, field.range = Range::kBetween, field.max = kMostGain;
   field.beyond = Beyond::kNotExecuted;
@@ -236,7 +236,7 @@ inline constexpr auto kSavedReply = rows(
     row(&SettingsSaved::table, {.name = "save", .label = "What is saved", .key = "parameter", .byte = 1, .values = kSaveTable}),
     row(&SettingsSaved::saved, {.name = "saved", .label = "Saved", .key = "saved", .byte = 2, .scale = Scale::kFlag, .values = kSaved}));
 
-/// The same field for each of the drives 1..4: `member` is an array.
+/// Repeats a field for each of the drives 1..4. Pre: `member` is an array.
 template <class Member>
 constexpr auto slots(Member member, Field field, const std::array<std::string_view, kMultiDriveSlots>& names) {
   constexpr std::array<std::string_view, kMultiDriveSlots> kLabels = {"Drive 1", "Drive 2", "Drive 3", "Drive 4"};

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file The numbers of a field: what they can be, where they are in DATA, which quantity they are.
+/// @file Numbers of a field: their range, their place in DATA, and their quantity.
 
 #include <algorithm>
 #include <cstdint>
@@ -38,14 +38,14 @@ struct RawRange {
   std::int64_t min, max;
 };
 
-/// What the bits of a field can be.
+/// Returns the range of a field's bits.
 constexpr RawRange width(Wire wire) {
   const int bits = 8 * bytes_of(wire) - (is_signed(wire) ? 1 : 0);
   const auto max = static_cast<std::int64_t>((std::uint64_t{1} << bits) - 1);
   return {is_signed(wire) ? -max - 1 : 0, max};
 }
 
-/// The range of a field on the wire; its width where the drive's settings decide.
+/// Returns the range of a field on the wire; its width if the drive's settings decide.
 constexpr RawRange raw_range(Range range, Wire wire, const WireFormat& format) {
   const std::int64_t iq = format.dialect.iq_command_limit_lsb;
   switch (range) {
@@ -73,7 +73,7 @@ constexpr RawRange raw_range(Range range, Wire wire, const WireFormat& format) {
     case Range::kAngleSetting:
     case Range::kCurrentRamp:
     case Range::kMaxTorque:
-    case Range::kBetween:  // the field's own
+    case Range::kBetween:  // see the overload for Field
       return width(wire);
   }
   return width(wire);
@@ -84,29 +84,29 @@ constexpr RawRange raw_range(const Field& field, const WireFormat& format) {
   return raw_range(field.range, field.wire, format);
 }
 
-/// Is the field in frames with this DATA?
+/// Returns true if frames with this DATA have the field.
 constexpr bool present(const Field& field, const Payload& data, const WireFormat& format) {
   return (field.parameter < 0 || field.parameter == data[1]) &&
          (field.item < 0 || field.item == data[2]) && field.when.on(format);
 }
 
-/// The number that a drive takes for one that a host has written.
+/// Returns the number that a drive uses for a number from the host.
 constexpr std::int64_t taken(const Field& field, std::int64_t raw, const WireFormat& format) {
   if (field.beyond != Beyond::kClamped) return raw;
   const RawRange range = raw_range(field, format);
   return std::clamp(raw, range.min, range.max);
 }
 
-/// The number of a field in DATA.
+/// Returns the number of a field in DATA.
 std::int64_t raw(const Field& field, const Payload& data);
 
-/// Writes the number to DATA; it has to be within the field's width.
+/// Writes the number to DATA. Pre: it is within the field's width.
 void put(const Field& field, std::int64_t raw, Payload& data);
 
-/// A number of the wire in the unit of the field's key.
+/// Converts a number of the wire to the unit of the field's key.
 double quantity(const Field& field, std::int64_t raw, const WireFormat& format);
-/// The number of the wire that is nearest to a quantity, within the field's width. Not for kFlag
-/// and kBridge, which replies alone have.
+/// Converts a quantity to the nearest number within the field's width. Not for kFlag and kBridge,
+/// which only replies have.
 std::int64_t raw_of(const Field& field, double quantity, const WireFormat& format);
 
 }  // namespace lk::protocol

@@ -6,32 +6,30 @@
 
 namespace lk::protocol {
 
-/// What a CAN controller hands over: only `kData` frames with a standard identifier carry the
-/// protocol. And what goes over RS-485: `kSerial` is a packet whose sums are right, `kBytes` are
-/// bytes that are none.
+/// Kind of a frame. On CAN, only `kData` frames with a standard identifier carry the protocol. On
+/// RS-485, `kSerial` is a packet with right sums, and `kBytes` are other bytes.
 enum class FrameKind : std::uint8_t { kData, kRemote, kError, kFd, kSerial, kBytes };
 
-/// Of identifiers of 11 and of 29 bits.
+/// Largest identifiers of 11 and of 29 bits.
 inline constexpr std::uint32_t kMostStandardId = 0x7FF;
 inline constexpr std::uint32_t kMostExtendedId = 0x1FFFFFFF;
 /// Data bytes of a CAN frame.
 inline constexpr std::size_t kCanBytes = 8;
-/// The largest LEN of a packet on RS-485 (docs/rs485.md).
+/// Largest LEN of a packet on RS-485 (docs/rs485.md).
 inline constexpr std::size_t kMostLen = 112;
-/// And all of that packet: 3E, CMD, ID, LEN, a sum, the data, another sum.
+/// Size of that packet: 3E, CMD, ID, LEN, a sum, the data, another sum.
 inline constexpr std::size_t kMostBytes = 6 + kMostLen;
 
-/// What is behind `dlc` is 0.
+/// Bytes after `dlc` are 0.
 using Payload = std::array<std::uint8_t, kMostBytes>;
 
 /// One frame of either wire as a value.
 ///
-/// CAN: `id` holds 11 bits, or 29 when `extended`. `dlc` is 0..8 (CAN FD payloads are not kept: no
-/// LK drive speaks CAN FD, such frames are only counted).
+/// CAN: `id` holds 11 bits, or 29 if `extended`. `dlc` is 0..8. Payloads of CAN FD are not kept: LK
+/// drives do not use CAN FD, and such frames are only counted.
 ///
-/// RS-485, `kSerial`: `id` is 0x140 + ID, `data[0]` the command, `data[1 + n]` D[n], `dlc` 1 + LEN.
-/// Of a packet to several drives `id` is 0x200 + its command, as on CAN, and `data` its eight
-/// bytes. `kBytes`: `dlc` bytes as they are on the wire, `id` 0.
+/// A multi-drive packet has the `id` 0x200 + command, as on CAN, and eight bytes of `data`. Frames
+/// of kind `kBytes` have `dlc` bytes as on the wire, and `id` 0.
 struct Frame {
   std::uint32_t id = 0;
   FrameKind kind = FrameKind::kData;
@@ -42,7 +40,7 @@ struct Frame {
   friend bool operator==(const Frame&, const Frame&) = default;
 };
 
-/// It is of RS-485.
+/// Returns true for a frame of RS-485.
 constexpr bool is_serial(const Frame& frame) {
   return frame.kind == FrameKind::kSerial || frame.kind == FrameKind::kBytes;
 }

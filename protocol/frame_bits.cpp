@@ -8,10 +8,10 @@
 namespace lk::protocol {
 namespace {
 
-/// What the bits so far leave behind for those to come.
+/// State of CRC and bit stuffing after the bits so far.
 struct BitState {
   std::uint32_t crc = 0;
-  // The run of equal bits that the next one may continue: `last`, 1 to 4 times. The idle bus is
+  // Run of equal bits that the next bit may continue: `last`, 1 to 4 times. The idle bus is
   // recessive, and the frame starts dominant.
   bool last = true;
   std::uint32_t run = 1;
@@ -25,7 +25,7 @@ constexpr void take(bool bit, BitState& s) {
   if (feedback) {
     s.crc ^= 0x4599U;
   }
-  // After five equal bits the sender inserts one of the other kind, which starts the next run.
+  // After five equal bits, the sender inserts an inverse bit, which starts the next run.
   s.run = bit == s.last ? s.run + 1 : 1;
   s.last = bit;
   if (s.run == 5) {
@@ -42,15 +42,15 @@ constexpr BitState take_byte(std::uint32_t byte, BitState s) {
   return s;
 }
 
-/// A run as a number below 8, and back.
+/// Convert a run to a number below 8, and back.
 constexpr std::uint32_t packed_run(const BitState& s) { return (s.last ? 4U : 0U) + s.run - 1; }
 constexpr void unpack_run(std::uint32_t packed, BitState& s) {
   s.last = packed >= 4;
   s.run = packed % 4 + 1;
 }
 
-/// `take_byte` by table, as every frame of a bus goes through it: the CRC's share by the byte,
-/// XORed with the CRC's high bits, and the stuffing's by run and byte, 8·stuff bits + run.
+/// Tables for `take_byte`, because every frame of a bus needs it. CRC by byte XOR the high bits of
+/// the old CRC. Stuffing by run and byte: 8·stuff bits + run.
 struct ByteTables {
   std::array<std::uint16_t, 256> crc{};
   std::array<std::array<std::uint8_t, 256>, 8> stuffing{};
@@ -71,10 +71,10 @@ constexpr ByteTables byte_tables() {
 }
 constexpr ByteTables kTables = byte_tables();
 
-/// Takes the frame's bits in the order of the wire; keeps the CRC and counts stuff bits.
+/// Processes the frame's bits in the order of the wire; updates the CRC and counts stuff bits.
 class BitCounter {
  public:
-  /// The low `width` bits of `value`, most significant first.
+  /// Adds the low `width` bits of `value`, most significant first.
   void field(std::uint32_t value, unsigned width) {
     bits_ += static_cast<int>(width);
     for (; width % 8 != 0; --width) {
@@ -101,7 +101,7 @@ class BitCounter {
   int bits_ = 0;
 };
 
-/// Start of frame up to the end of data.
+/// Processes the bits from start of frame to the end of data.
 BitCounter head(const Frame& frame) {
   assert(frame.kind == FrameKind::kData || frame.kind == FrameKind::kRemote);
   const bool remote = frame.kind == FrameKind::kRemote;
@@ -133,8 +133,7 @@ std::uint16_t frame_crc(const Frame& frame) {
 int frame_bits(const Frame& frame) {
   BitCounter counter = head(frame);
   counter.field(counter.crc(), 15);
-  constexpr int kTail =
-      1 + 1 + 1 + 7;  // CRC delimiter, ACK slot, ACK delimiter, end of frame: never stuffed
+  constexpr int kTail = 1 + 1 + 1 + 7;  // CRC delimiter, ACK slot and delimiter, end: not stuffed
   return counter.bits() + counter.stuff_bits() + kTail;
 }
 

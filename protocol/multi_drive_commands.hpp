@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What a host can ask of several drives in one frame.
+/// @file Queries to several drives in one frame.
 
 #include <array>
 #include <cstdint>

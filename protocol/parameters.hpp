@@ -14,7 +14,7 @@ struct PidGains {
   bool operator==(const PidGains&) const = default;
 };
 
-/// What 0xC0 and 0xC1 can name.
+/// Parameters of 0xC0 and 0xC1.
 enum class ParameterId : std::uint8_t {
   kAngleGains = 0x0A,
   kSpeedGains = 0x0B,
@@ -38,18 +38,17 @@ struct Parameter {
   bool operator==(const Parameter&) const = default;
 };
 
-// The most that parameters and settings can be where ranges are printed. Max Speed is printed as
-// 6000 dps, less than the 16800 dps that real drives are delivered with: here it is the 72000 dps
-// that the vendor prints for the boards of MG drives.
+// Largest values of parameters and settings, as printed. Exception: Max Speed. The printed 6000 dps
+// is below the 16800 dps of delivered drives; 72000 dps is printed for the boards of MG drives.
 inline constexpr std::int32_t kMostGain = 2000;
 inline constexpr std::int32_t kMostTorque_lsb = 2000;
 inline constexpr std::int32_t kMostSpeed_cdps = 7'200'000;
 inline constexpr std::int32_t kMostCurrentRamp_mA_s = 30'000;
 inline constexpr std::int32_t kMostSpeedRamp_dps_s = 600'000;
 
-/// What 0x40 and 0x42 can name on CAN: DATA[1], or 0x05 there and DATA[2].
+/// Settings of 0x40 and 0x42 on CAN: DATA[1], or 0x05 there and DATA[2] in the high byte.
 enum class StoredSettingId : std::uint16_t {
-  kDriverId = 0x0A05,          // 0: that of the DIP switch
+  kDriverId = 0x0A05,          // 0: from the DIP switch
   kBusType = 0x0B05,           // BusType
   kSerialRate = 0x0C05,        // code of the bit rate on RS-485
   kCanRate = 0x0D05,           // code of the bit rate on CAN
@@ -62,10 +61,10 @@ enum class StoredSettingId : std::uint16_t {
   kSpeedGains = 0x00A4,
   kCurrentGains = 0x00A8,
 };
-/// DATA[1] of the settings that DATA[2] names.
+/// DATA[1] of settings that DATA[2] selects.
 inline constexpr std::uint8_t kNamedSettings = 0x05;
 
-/// Which bus a drive is set to serve.
+/// Bus that a drive is set to use.
 enum class BusType : std::uint8_t { kNone, kSerial, kCan };
 
 struct StoredSetting {

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file The quantities that fields are of: their keys, units, and words for people.
+/// @file Quantities of fields: keys, units, and words for people.
 
 #include <algorithm>
 #include <iterator>
@@ -10,11 +10,11 @@
 
 namespace lk::protocol {
 
-/// What decode, logs and scenarios call a field by.
+/// Name of a field's quantity in decode, logs and scenarios.
 struct Quantity {
-  std::string_view key;  // its unit at the end
+  std::string_view key;  // ends with its unit
   Unit unit = Unit::kNone;
-  std::string_view en = {}, zh = {};  // empty: its values are words
+  std::string_view en = {}, zh = {};  // empty: the values are words
 };
 
 // clang-format off
@@ -73,7 +73,7 @@ inline constexpr Quantity kQuantities[] = {
 };
 // clang-format on
 
-/// Null: there is none.
+/// Returns the quantity of a key; null if there is none.
 constexpr const Quantity* find_quantity(std::string_view key) {
   const auto* const found = std::ranges::find(kQuantities, key, &Quantity::key);
   return found != std::end(kQuantities) ? found : nullptr;

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What a drive answers. Where its bytes are: command_table.hpp.
+/// @file Replies of a drive. Positions of their bytes: command_table.hpp.
 
 #include <cstdint>
 #include <variant>
@@ -15,20 +15,20 @@ namespace lk::protocol {
 /// The query as received, unused bytes included.
 struct Echo {
   Payload data{};
-  std::uint8_t size = kCanBytes;  // of them
+  std::uint8_t size = kCanBytes;  // bytes of `data`
   bool operator==(const Echo&) const = default;
 };
 
 struct ZeroWritten {
   std::uint32_t offset_counts = 0;
-  std::uint8_t encoder = 0;  // where the reply says so (RS-485): that of the motor
+  std::uint8_t encoder = 0;  // only on RS-485: 0 is the encoder of the motor
   bool operator==(const ZeroWritten&) const = default;
 };
 
 /// The reply to 0x18; all 0 when the drive did not begin.
 struct Calibrated {
   std::uint32_t align_value = 0;
-  std::uint16_t align_ratio = 0;  // per mille of the travel that was commanded
+  std::uint16_t align_ratio = 0;  // per mille of the commanded travel
   std::uint8_t status = 0;        // kCalibrationDone, kPhasesReversed
   bool operator==(const Calibrated&) const = default;
 };
@@ -40,7 +40,7 @@ struct MaxTorque {
   bool operator==(const MaxTorque&) const = default;
 };
 
-/// What a setting is, or will be after the next start.
+/// Value of a setting, now or after the next start.
 struct StoredSettingValue {
   StoredSetting setting;
   Opcode command = ReadStoredSetting::kOpcode;  // that it replies to
@@ -72,14 +72,14 @@ struct Encoder {
   std::uint16_t encoder_counts = 0;
   std::uint16_t raw_counts = 0;
   std::uint16_t offset_counts = 0;
-  // Where 0x90 has a type (RS-485): what was asked for, in full.
+  // If 0x90 has a type (RS-485): the requested position in full.
   std::uint8_t type = 0;
   std::uint32_t full_counts = 0;
   bool operator==(const Encoder&) const = default;
 };
 
 struct MultiTurnAngle {
-  std::int64_t angle_cdeg = 0;  // on CAN kInt56Min..kInt56Max, saturates
+  std::int64_t angle_cdeg = 0;  // on CAN saturated to kInt56Min..kInt56Max
   bool operator==(const MultiTurnAngle&) const = default;
 };
 
@@ -104,7 +104,7 @@ struct State2 {
   double iq_A = 0;
   double speed_dps = 0;
   std::uint16_t encoder_counts = 0;
-  std::int16_t power_permille = 0;  // of the largest voltage; MS only, which have no iq
+  std::int16_t power_permille = 0;  // per mille of the largest voltage; MS only, which have no iq
   bool operator==(const State2&) const = default;
 };
 
@@ -139,15 +139,15 @@ struct DeviceType {
   bool operator==(const DeviceType&) const = default;
 };
 
-/// Bytes that no field describes: the product, the tool's blocks, or none.
+/// Bytes that no field describes: product info, blocks of the tool, or none.
 struct Block {
   Opcode command{};       // that it replies to
   Payload data{};         // from DATA[1] on
-  std::uint8_t size = 0;  // of them
+  std::uint8_t size = 0;  // bytes of `data`
   bool operator==(const Block&) const = default;
 };
 
-/// Obeyed without a word.
+/// No reply to an executed command.
 struct NoReply {
   bool operator==(const NoReply&) const = default;
 };

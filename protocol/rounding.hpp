@@ -1,20 +1,20 @@
 #pragma once
 
-/// @file Whole numbers from real ones without libm, whose rounding some systems get wrong for
-/// halves and their neighbours: every machine must put the same bits on the wire.
+/// @file Rounding without libm, which rounds halves and their neighbours wrong on some systems.
+/// Every machine must put the same bits on the wire.
 
 #include <cstdint>
 
 namespace lk::protocol {
 
-/// The nearest whole number, halves away from zero; |x| < 2^63.
+/// Returns the nearest whole number, halves away from zero; |x| < 2^63.
 constexpr std::int64_t rounded(double x) {
   const auto whole = static_cast<std::int64_t>(x);
   const double rest = x - static_cast<double>(whole);  // exact
   return whole + (rest >= 0.5 ? 1 : 0) - (rest <= -0.5 ? 1 : 0);
 }
 
-/// The largest whole number not above x; |x| < 2^63.
+/// Returns the largest whole number not above x; |x| < 2^63.
 constexpr std::int64_t rounded_down(double x) {
   const auto whole = static_cast<std::int64_t>(x);
   return whole - (x < static_cast<double>(whole) ? 1 : 0);

@@ -1,7 +1,6 @@
 #pragma once
 
-/// @file The rows of the tables as code, unrolled at compile time: what codec.cpp and encode.cpp
-/// are made of.
+/// @file Code generated from the rows of the tables at compile time, for codec.cpp and encode.cpp.
 
 #include <algorithm>
 #include <array>
@@ -17,7 +16,7 @@
 
 namespace lk::protocol::row_codec {
 
-/// The integer of the wire that a field is.
+/// Integer type of a field on the wire.
 template <Wire kWire>
 using Integer = std::tuple_element_t<
     static_cast<std::size_t>(kWire),
@@ -47,7 +46,7 @@ void put(Payload& data, std::size_t at, std::int64_t number) {
   }
 }
 
-/// Where the codec holds a number: in its range, or, if that is the drive's to know, in its width.
+/// Returns the limits of the codec: the range, or the width if only the drive knows the range.
 template <Range kRange, Beyond kBeyond, Wire kWire>
 RawRange held_to(const WireFormat& format) {
   constexpr bool kHeld = kBeyond == Beyond::kClamped && kRange != Range::kWidth;
@@ -58,7 +57,7 @@ RawRange held_to(const WireFormat& format) {
   }
 }
 
-/// The value of a member, of the number on the wire.
+/// Converts a number on the wire to a member's value.
 template <class Member, Scale kScale>
 Member value_of(std::int64_t number, const WireFormat& format) {
   if constexpr (std::is_floating_point_v<Member>) {
@@ -66,11 +65,11 @@ Member value_of(std::int64_t number, const WireFormat& format) {
   } else if constexpr (kScale == Scale::kBridge) {
     return number != kBridgeOff;
   } else {
-    return static_cast<Member>(number);  // a bool: not 0
+    return static_cast<Member>(number);  // bool: n != 0
   }
 }
 
-/// The number on the wire of a member's value.
+/// Converts a member's value to the number on the wire.
 template <Wire kWire, Scale kScale, class Member>
 std::int64_t number_of(Member value, const RawRange& range, const WireFormat& format) {
   if constexpr (std::is_floating_point_v<Member>) {
@@ -86,7 +85,7 @@ std::int64_t number_of(Member value, const RawRange& range, const WireFormat& fo
 
 enum class Side : std::uint8_t { kQuery, kReply };
 
-/// The rows of the fields of the command at `kPlace` of `kRows`.
+/// Returns the field rows of the command at `kPlace` of `kRows`.
 template <const auto& kRows, std::size_t kPlace, Side kSide>
 constexpr const auto& field_rows() {
   if constexpr (kSide == Side::kQuery) {
@@ -96,7 +95,7 @@ constexpr const auto& field_rows() {
   }
 }
 
-/// Calls `act` with the place of each field, as a constant.
+/// Calls `act` with the index of each field, as a constant.
 template <const auto& kRows, std::size_t kPlace, Side kSide, class Act>
 void for_fields(Act act) {
   using Fields = std::remove_cvref_t<decltype(field_rows<kRows, kPlace, kSide>())>;
@@ -106,7 +105,7 @@ void for_fields(Act act) {
   (std::make_index_sequence<Fields::kSize>{});
 }
 
-/// Reads all fields of a query or reply of the kind.
+/// Reads all fields of a query or reply from DATA.
 template <const auto& kRows, std::size_t kPlace, Side kSide, class Owner>
 void read_fields(Owner& owner, const Payload& data, const WireFormat& format) {
   for_fields<kRows, kPlace, kSide>([&]<std::size_t N>(std::integral_constant<std::size_t, N>) {
@@ -114,7 +113,7 @@ void read_fields(Owner& owner, const Payload& data, const WireFormat& format) {
     constexpr const Field& field = row.field;
     if (!present(field, data, format)) return;
     std::int64_t number = get<field.wire>(data, field.byte);
-    // Drives clamp what they are told; what they say they have clamped themselves.
+    // A drive clamps fields of queries; fields of replies are already clamped.
     if constexpr (kSide == Side::kQuery) {
       const RawRange range = held_to<field.range, field.beyond, field.wire>(format);
       number = std::clamp(number, range.min, range.max);
@@ -124,7 +123,7 @@ void read_fields(Owner& owner, const Payload& data, const WireFormat& format) {
   });
 }
 
-/// Returns how many bytes they need, from DATA[0] on.
+/// Writes all fields to DATA. Returns the number of bytes used, from DATA[0] on.
 template <const auto& kRows, std::size_t kPlace, Side kSide, class Owner>
 std::uint8_t write_fields(Payload& data, const Owner& owner, const WireFormat& format) {
   std::uint8_t size = 1;
@@ -148,7 +147,7 @@ constexpr std::size_t kCount = std::remove_cvref_t<decltype(kRows)>::kSize;
 template <const auto& kRows, std::size_t kPlace>
 using RowAt = std::remove_cvref_t<decltype(at<kPlace>(kRows))>;
 
-/// The place of a kind of reply: that of the first command that has it; kCount if none does.
+/// Returns the index of the first command with this type of reply; kCount if there is none.
 template <const auto& kRows, class Kind, std::size_t N = 0>
 constexpr std::size_t reply_place() {
   if constexpr (N == kCount<kRows>) {  // NOLINT(bugprone-branch-clone): there is no row N then
@@ -159,7 +158,7 @@ constexpr std::size_t reply_place() {
     return reply_place<kRows, Kind, N + 1>();
   }
 }
-/// The place of a kind of query; kCount if there is none.
+/// Returns the index of a type of query; kCount if there is none.
 template <const auto& kRows, class Kind, std::size_t N = 0>
 constexpr std::size_t query_place() {
   if constexpr (N == kCount<kRows>) {  // NOLINT(bugprone-branch-clone): there is no row N then

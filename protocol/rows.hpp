@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file A list of values of different types, for tables. A std::tuple of that many rows costs
-/// every file that includes them a second to compile.
+/// @file A list of values of different types, for tables. A std::tuple of that many rows costs each
+/// including file a second of compile time.
 
 #include <cstddef>
 #include <utility>
@@ -25,13 +25,13 @@ constexpr auto rows(const T&... values) {
   return RowList<std::index_sequence_for<T...>, T...>{{values}...};
 }
 
-/// The value at `kPlace`.
+/// Returns the value at `kPlace`.
 template <std::size_t kPlace, class T>
 constexpr const T& at(const RowLeaf<kPlace, T>& leaf) {
   return leaf.value;
 }
 
-/// The values of `first`, then those of `second`.
+/// Returns the values of `first`, then those of `second`.
 template <class First, class Second>
 constexpr auto joined(const First& first, const Second& second) {
   return [&]<std::size_t... kFirst, std::size_t... kSecond>(std::index_sequence<kFirst...>,

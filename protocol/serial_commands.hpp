@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file What a host can ask on RS-485 only (docs/rs485.md): settings, and what the vendor's PC
-/// tool asks for. Where its bytes are: serial_table.hpp.
+/// @file Queries on RS-485 only (docs/rs485.md): settings, and queries of the vendor's PC tool.
+/// Positions of their bytes: serial_table.hpp.
 
 #include <cstdint>
 
@@ -10,7 +10,7 @@
 
 namespace lk::protocol {
 
-/// What 0x40, 0x42 and 0x44 can name.
+/// Settings of 0x40, 0x42 and 0x44.
 enum class SettingId : std::uint8_t {
   kAngleGains = 0x96,
   kSpeedGains = 0x97,
@@ -73,8 +73,8 @@ struct ReadProduct {
   bool operator==(const ReadProduct&) const = default;
 };
 
-// The tool's blocks. What is in them: emulator/core/servo/tool_blocks.hpp; a write has its block in
-// Query::data.
+// Sizes of the tool's blocks; contents: emulator/core/servo/tool_blocks.hpp. A write query carries
+// its block in Query::data.
 inline constexpr std::uint8_t kSettingsBytes = 104;
 inline constexpr std::uint8_t kCalibrationBytes = 28;         // MS, MF, MH
 inline constexpr std::uint8_t kGearedCalibrationBytes = 108;  // MG

@@ -10,18 +10,18 @@
 namespace lk::protocol {
 namespace {
 
-/// Of a packet that begins with 02: its identifier on CAN, less its command.
+/// Identifier on CAN of a 02 packet, minus its command.
 constexpr std::uint32_t kBroadcastBase = 0x200;
 static_assert(kBroadcastBase + 0x80 == MultiTorque::kIdentifier);
 
-/// CAN has an identifier for it.
+/// Returns true if CAN has an identifier for the command.
 constexpr bool is_broadcast_command(std::uint8_t command) {
   return command == 0x80 || command == 0x81 || command == 0x82 || command == 0x88;
 }
 
 constexpr bool is_broadcast(const Frame& frame) { return frame.id >= MultiTorque::kIdentifier; }
 
-/// A whole packet with 3E whose sums are right.
+/// Converts a complete 3E packet. Pre: its sums are right.
 Frame packet_of(std::span<const std::uint8_t> bytes) {
   Frame frame;
   frame.kind = FrameKind::kSerial;
@@ -44,7 +44,7 @@ Frame broadcast_of(std::span<const std::uint8_t> bytes) {
 bool has_good_header(std::span<const std::uint8_t> bytes) {
   return sum_of(bytes.first(kHeaderBytes - 1)) == bytes[kHeaderBytes - 1];
 }
-/// With a header that is good.
+/// Pre: the header is good.
 std::size_t packet_size(std::span<const std::uint8_t> bytes) {
   return bytes[3] == 0 ? kHeaderBytes : kHeaderBytes + bytes[3] + 1;
 }
@@ -114,7 +114,7 @@ Frame bytes_frame(std::span<const std::uint8_t> bytes) {
 }
 
 void append_frames(std::span<const std::uint8_t> bytes, std::vector<Frame>& out) {
-  Frame rest;  // what is no packet
+  Frame rest;  // bytes outside of packets
   rest.kind = FrameKind::kBytes;
   rest.dlc = 0;
   const auto end_rest = [&] {
@@ -160,7 +160,7 @@ std::optional<Frame> Receiver::feed(std::uint8_t byte, std::chrono::nanoseconds 
   return feed_packet(byte);
 }
 
-/// The 02 is looked at as any other byte too: nobody knows yet what it begins.
+/// Collects a possible 02 packet. feed_packet() gets its bytes too, because 02 may be any byte.
 std::optional<Frame> Receiver::feed_broadcast(std::uint8_t byte, bool rested) {
   if (broadcast_size_ == 0 && !(rested && byte == kBroadcastStart)) return std::nullopt;
   if (broadcast_size_ == 0) before_broadcast_ = stats_;
@@ -201,8 +201,7 @@ std::optional<Frame> Receiver::feed_packet(std::uint8_t byte) {
   return std::nullopt;
 }
 
-/// The header that has come is none. What is behind its 3E may begin another, which is not yet
-/// complete: it is shorter than a header.
+/// Drops an invalid header. A 3E inside it may start another header, which is not complete yet.
 void Receiver::resync() {
   dropping_ = !rules_.scan;
   const auto begin = buffer_.begin() + 1;

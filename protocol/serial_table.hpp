@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file RS-485: the rows of command_table.hpp at the places they have there, and the commands that
-/// CAN has not. DATA[0] is the command and DATA[1 + n] is D[n] of docs/rs485.md.
+/// @file RS-485: the rows of command_table.hpp with their positions there, and the commands that
+/// CAN does not have. DATA[0] is the command and DATA[1 + n] is D[n] of docs/rs485.md.
 
 #include <cstdint>
 #include <type_traits>
@@ -12,7 +12,7 @@
 namespace lk::protocol {
 namespace table {
 
-/// The fields, so many bytes further on.
+/// Returns the fields, moved by `by` bytes.
 template <class Places, class... Rows>
 constexpr auto moved(RowList<Places, Rows...> fields, int by) {
   [&]<std::size_t... N>(std::index_sequence<N...>) {
@@ -24,7 +24,7 @@ constexpr auto moved(RowList<Places, Rows...> fields, int by) {
   return fields;
 }
 
-/// The fields; behind the first there are zeros up to DATA[`end`] where nothing else is.
+/// Returns the fields, with zeros up to DATA[`end`] in unused bytes.
 template <class Places, class... Rows>
 constexpr auto filled(RowList<Places, Rows...> fields, std::uint8_t end) {
   static_cast<RowLeaf<0, std::remove_cvref_t<decltype(at<0>(fields))>>&>(fields).value.field.end =
@@ -32,7 +32,7 @@ constexpr auto filled(RowList<Places, Rows...> fields, std::uint8_t end) {
   return fields;
 }
 
-/// The row that CAN has for the command.
+/// Returns the row of the command on CAN.
 template <class Query, std::size_t N = 0>
 constexpr const auto& can_row() {
   using Row = std::remove_cvref_t<decltype(at<N>(kCommandRows))>;
@@ -43,7 +43,7 @@ constexpr const auto& can_row() {
   }
 }
 
-/// The command as on CAN, but for where its fields are.
+/// Returns the command as on CAN, with its fields moved.
 template <class Query>
 constexpr auto as_on_can(int query_by = 0, int reply_by = 0) {
   const auto& row = can_row<Query>();
@@ -51,7 +51,7 @@ constexpr auto as_on_can(int query_by = 0, int reply_by = 0) {
   return command<Query, Reply>(row.traits, moved(row.query, query_by), moved(row.reply, reply_by));
 }
 
-/// The command as on CAN, with fields of its own.
+/// Returns the command as on CAN, with other query fields.
 template <class Query, class QueryFields>
 constexpr auto with_query(QueryFields fields) {
   const auto& row = can_row<Query>();
@@ -134,7 +134,7 @@ inline constexpr auto kSerialEncoder = rows(
 
 }  // namespace table
 
-/// Commands to one drive; their bytes ascend.
+/// Single-drive commands, sorted by their bytes.
 inline constexpr auto kSerialRows = [] {
   using namespace table;
   return rows(

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Where commands and fields exist; the words are those of docs/configuration.md.
+/// @file Conditions of commands and fields, in the words of docs/configuration.md.
 
 #include "protocol/field.hpp"
 
@@ -56,7 +56,7 @@ inline constexpr When kCentiVolt{
 inline constexpr When kBusCurrent{
     "state_1 = \"centivolt_and_bus_current\"",
     [](const WireFormat& f) { return f.dialect.state_1 == State1Layout::kCentiVoltAndBusCurrent; }};
-// Of RS-485.
+// For RS-485 only.
 inline constexpr When kClearTurnsCommand{"clear_turns_command = true", [](const WireFormat& f) {
                                            return f.dialect.clear_turns_command;
                                          }};

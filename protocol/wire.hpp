@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Bytes and numbers: the only place that knows the byte order and how a value becomes a
-/// field.
+/// @file Conversion of bytes and numbers: the only place that knows byte order, and rounding of
+/// values to fields.
 
 #include <cassert>
 #include <concepts>
@@ -15,10 +15,10 @@
 
 namespace lk::protocol {
 
-/// The largest value of a field of two bytes.
+/// Largest value of a two-byte field.
 inline constexpr std::uint32_t kUint16Max = 0xFFFF;
 
-/// The little-endian integer that starts at byte `at`.
+/// Returns the little-endian integer that starts at byte `at`.
 template <std::integral T>
 constexpr T get_le(const Payload& data, std::size_t at) {
   assert(at + sizeof(T) <= data.size());
@@ -39,14 +39,14 @@ constexpr void put_le(Payload& data, std::size_t at, T value) {
   }
 }
 
-// The multi-turn angle: a 64-bit number of which the wire carries the low seven bytes, DATA[1..7].
+// Range of the multi-turn angle: the wire carries its low seven bytes, DATA[1..7].
 inline constexpr std::int64_t kInt56Max = (std::int64_t{1} << 55) - 1;
 inline constexpr std::int64_t kInt56Min = -(std::int64_t{1} << 55);
 
-/// The signed 56-bit number in DATA[1..7].
+/// Returns the signed 56-bit number in DATA[1..7].
 constexpr std::int64_t get_le56(const Payload& data) {
-  // DATA[0] falls out at the bottom while the sign bit of DATA[7] comes down (shifts of negative
-  // numbers are arithmetic since C++20).
+  // The shift drops DATA[0] and extends the sign bit of DATA[7]. Shifts of negative numbers are
+  // arithmetic since C++20.
   return get_le<std::int64_t>(data, 0) >> 8;
 }
 
@@ -58,9 +58,9 @@ constexpr void put_le56(Payload& data, std::int64_t value) {
   }
 }
 
-/// The field value of a physical quantity: `value / lsb`, rounded to the nearest integer (halves
-/// away from zero) and saturated to [lo, hi]. Truncating instead would put a fifth of all speeds
-/// one LSB off. Total: an infinity saturates, a NaN becomes `lo`.
+/// Returns the field value of a quantity: `value / lsb`, rounded to the nearest integer (halves
+/// away from zero) and saturated to [lo, hi]. Truncation would put a fifth of all speeds one LSB
+/// off. An infinity saturates, a NaN gives `lo`.
 template <std::integral T>
 T quantize(double value, double lsb, T lo = std::numeric_limits<T>::min(),
            T hi = std::numeric_limits<T>::max()) {

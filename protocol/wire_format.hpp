@@ -18,17 +18,17 @@ inline constexpr const char* name_of(Series series) {
 /// Replies to 0x9A and 0x9B (docs/protocol.md §10.1).
 enum class State1Layout : std::uint8_t { kDeciVolt, kCentiVolt, kCentiVoltAndBusCurrent };
 
-/// What 0x95 does: nothing; what the manual says it is meant to do; take the angle in its payload;
-/// make the angle 0.
+/// Effect of 0x95: none; the effect intended by the manual; set the angle to its payload; set the
+/// angle to 0.
 enum class ClearAngleMeaning : std::uint8_t { kIgnored, kImplemented, kSetsAngle, kZero };
 
-/// How much one LSB of a current is: as the manual prints it, or by series.
+/// Scale of currents: as the manual prints it, or by series.
 enum class CurrentScale : std::uint8_t { kManual, kSeries };
 
-/// How bytes become frames: CAN, or the packets of RS-485 (docs/rs485.md).
+/// Framing of bytes: CAN, or the packets of RS-485 (docs/rs485.md).
 enum class Framing : std::uint8_t { kCan, kSerial };
 
-/// What sets the generations of firmware apart on the wire, each its own switch: mixtures exist.
+/// Wire differences between firmware generations; each has its own switch, because mixtures exist.
 struct Dialect {
   Framing framing = Framing::kCan;
   State1Layout state_1 = State1Layout::kDeciVolt;
@@ -41,22 +41,21 @@ struct Dialect {
   bool speed_iq_limit = false;      // 0xA2: iq limit at 2–3, and Max Speed limits the command
   bool brake_command = false;       // 0x8C
   bool parameter_commands = false;  // 0xC0, 0xC1
-  bool parameter_ranges =
-      false;  // 0xC1 clamps to the printed ranges and replies the value in force
+  bool parameter_ranges = false;    // 0xC1 clamps to the printed ranges, replies the value in force
   bool multi_drive_more = false;    // 0x281, 0x282, 0x288
   bool max_torque_commands = true;  // 0x37, 0x38
   bool setting_commands = false;    // 0x40, 0x42, 0x44; on CAN other settings than on RS-485
   bool restart_command = false;     // 0x07
   bool calibrate_command = false;   // 0x18
-  bool zero_stops = false;          // after 0x95 the drive is as after 0x81
+  bool zero_stops = false;          // after 0x95 the drive stops as after 0x81
   bool wide_zero_reply = false;     // 0x19: uint32 at 4–7
-  std::uint8_t state_on_byte = 0;   // of state 1 while the drive is on; off is kBridgeOff
+  std::uint8_t state_on_byte = 0;   // in state 1 while the drive is on; off: kBridgeOff
   bool all_error_bits = false;      // else bits 0 and 3
   std::int16_t iq_command_limit_lsb = 2000;
   CurrentScale iq_scale = CurrentScale::kManual;
   CurrentScale phase_current_scale = CurrentScale::kManual;
-  std::uint32_t reply_id_base = kSingleDriveId;  // identifier of replies, less the ID
-  // Of RS-485 only.
+  std::uint32_t reply_id_base = kSingleDriveId;  // identifier of replies minus the ID
+  // For RS-485 only.
   bool clear_turns_command = false;             // 0x93
   bool zero_ram_command = true;                 // 0x95
   std::uint8_t zero_ram_len = 0;                // its LEN: 0, or 7
@@ -66,7 +65,7 @@ struct Dialect {
   std::uint8_t product_info_bytes = 58;         // 0x12: 58, 42, or 0 for no reply
   bool tool_commands = true;                    // 0x10, 0x11, 0x14..0x17, 0x1F, 0x20, 0x48, 0x4A
   bool restore_command = false;                 // 0x89
-  bool lax_length = false;                      // a LEN that is not the command's is answered
+  bool lax_length = false;                      // a wrong LEN gets a reply
 
   friend bool operator==(const Dialect&, const Dialect&) = default;
 };
@@ -182,7 +181,7 @@ inline constexpr Dialect kM36Dialect{
     .zero_ram_len = 7,
     .typed_encoder = true,
 };
-/// The second print of V2.36 has no RS-485 part: its commands, in the packets of the first.
+/// The second print of V2.36 has no RS-485 part. Assumed: its commands in the packets of the first.
 inline constexpr Dialect kM36bDialect = [] {
   Dialect dialect = kM36Dialect;
   dialect.restart_command = true;
@@ -192,13 +191,13 @@ inline constexpr Dialect kM36bDialect = [] {
   return dialect;
 }();
 
-/// A generation of firmware: its name for people, and what it makes of the switches.
+/// A generation of firmware: its name for people and its dialects.
 struct GenerationRow {
   std::string_view name;
   Dialect dialect;  // on CAN
   Dialect serial;   // on RS-485
 };
-/// All of them, from old to new (docs/protocol.md §10.1).
+/// All generations, from old to new (docs/protocol.md §10.1).
 inline constexpr std::array kGenerationRows = std::to_array<GenerationRow>({
     {"legacy", kLegacyDialect, kM23Dialect},
     {"late-legacy", kLateLegacyDialect, kLateM23Dialect},
@@ -207,8 +206,8 @@ inline constexpr std::array kGenerationRows = std::to_array<GenerationRow>({
     {"v236b", kV236bDialect, kM36bDialect},
 });
 
-/// How a drive speaks: what is where, and how much one LSB of what differs is. Everything else on
-/// the wire (0.01°, 0.01 dps, 1 dps, 1 dps/s, 1 °C) has one scale for all of them.
+/// Wire format of a drive: its dialect, and the LSBs that differ between drives. All other
+/// quantities (0.01°, 0.01 dps, 1 dps, 1 dps/s, 1 °C) have one scale.
 struct WireFormat {
   Dialect dialect;
   Series series = Series::kMf;
@@ -220,14 +219,14 @@ struct WireFormat {
   friend bool operator==(const WireFormat&, const WireFormat&) = default;
 };
 
-/// One turn in 0.01°; single-turn targets lie below, unless the turn is that of an output.
+/// One turn in 0.01°; single-turn targets are below it, unless the turn is that of an output.
 inline constexpr std::uint16_t kTurn_cdeg = 36000;
 inline constexpr std::int16_t kIqReplyLimit_lsb = 2048;
 inline constexpr std::int16_t kPowerReplyLimit_permille = 1000;  // MS
 inline constexpr std::int16_t kMostPower_permille = 850;         // Max Power
 
-/// Full scale is 2048: ±33 A on MG, ±16.5 A on the others. MS drives measure no current; what they
-/// are told of one (an iq limit) has no meaning there, but is a number all the same.
+/// Full scale is 2048: ±33 A on MG, ±16.5 A on the others. MS drives measure no current; an iq
+/// limit has no meaning for them, but still needs a scale.
 constexpr double series_current_lsb_A(Series series) {
   return series == Series::kMg ? 66.0 / 4096.0 : 33.0 / 4096.0;
 }
