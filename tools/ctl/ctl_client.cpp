@@ -20,11 +20,10 @@
 namespace lk::emulator {
 namespace {
 
-/// One that is stopped, in a debugger maybe, takes a connection and says nothing.
+/// Time-out for a stopped process, which accepts connections but does not answer.
 constexpr auto kPatience = std::chrono::seconds(2);
 
-/// A connection. What goes over it is so little HTTP that a library would be more to read: one
-/// request, then all of the answer up to the end of the stream.
+/// A minimal HTTP connection: one request, then the whole answer up to the end of the stream.
 class Connection {
  public:
   Connection(const std::filesystem::path& path, std::chrono::seconds patience)
@@ -36,7 +35,7 @@ class Connection {
       ::close(fd_);
       throw StartError("ctl: " + name + " is longer than the path of a socket can be");
     }
-    const timeval limit{patience.count(), 0};  // 0: none
+    const timeval limit{patience.count(), 0};  // 0: no time-out
     ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
     ::setsockopt(fd_, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
     std::copy(name.begin(), name.end(), std::begin(address.sun_path));
@@ -54,7 +53,7 @@ class Connection {
     while (!text.empty()) {
       const ssize_t sent = ::send(fd_, text.data(), text.size(), MSG_NOSIGNAL);
       if (sent < 0 && errno == EINTR) continue;
-      if (sent < 0) return;  // it may have answered before it heard all
+      if (sent < 0) return;  // the server may answer before it has read all
       text.remove_prefix(static_cast<std::size_t>(sent));
     }
   }

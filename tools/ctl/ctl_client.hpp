@@ -8,7 +8,7 @@
 
 namespace lk::emulator {
 
-/// Asks a running lk-emu at its Unix socket: one connection for each question.
+/// Client of a running lk-emu at its Unix socket; one connection for each request.
 class CtlClient {
  public:
   explicit CtlClient(std::filesystem::path socket) : socket_(std::move(socket)) {}
@@ -17,8 +17,8 @@ class CtlClient {
     int status = 0;
     Json body;
   };
-  /// `path` is below the API's base: "/status". Waits as long as the answer takes, or as long as
-  /// `patience` is. Throws StartError when nobody answers.
+  /// Sends a request. The `path` is relative to the API's base: "/status". Waits at most
+  /// `patience`; 0: no limit. Throws StartError if there is no answer.
   Answer ask(const std::string& method, const std::string& path, const Json& body = nullptr,
              std::chrono::seconds patience = {}) const;
 
@@ -26,9 +26,8 @@ class CtlClient {
   std::filesystem::path socket_;
 };
 
-/// The socket to ask at: `socket` if that is given, else the only one of a running lk-emu, or the
-/// only one that has `bus`; one that does not answer soon is passed over, and told of. Throws
-/// StartError.
+/// Returns `socket` if given, else the only socket of a running lk-emu, or the only one with `bus`.
+/// With `bus`, skips sockets that do not answer in time, with a message. Throws StartError.
 std::filesystem::path find_socket(const std::string& socket, const std::string& bus);
 
 }  // namespace lk::emulator

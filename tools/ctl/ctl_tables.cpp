@@ -51,7 +51,7 @@ std::string values(const Json& object, const std::string& indent) {
   return text;
 }
 
-/// A block for each, with what to do below.
+/// Formats each advice as a block, with what to do below.
 std::string advice_blocks(const Json& advice, const char* what, const char* todo) {
   std::string text;
   for (const Json& one : advice) {
@@ -71,7 +71,7 @@ std::string place_text(const Json& place) {
                      number(place, "can_rate"));
 }
 
-/// A line for each drive of a bus that is not where it is configured, or will not be.
+/// Formats a line for each drive whose place is, or will be, not the configured one.
 std::string moved_lines(const Json& bus) {
   std::string text;
   for (const Json& drive : bus.value("moved", Json::array())) {
@@ -90,8 +90,8 @@ std::string moved_lines(const Json& bus) {
   return text;
 }
 
-/// As wide as what is in it, and two spaces between columns. `right`: which columns are numbers;
-/// the last one is not filled up.
+/// Aligns columns to their contents, with two spaces between them. A '>' in `right` marks a column
+/// of numbers; the last column is not padded.
 std::string table(const std::vector<std::vector<std::string>>& rows, std::string_view right) {
   std::vector<std::size_t> widths(right.size());
   for (const auto& row : rows) {
@@ -145,7 +145,7 @@ std::string drives_table(const Json& drives) {
   for (const Json& drive : drives) {
     const Json& signals = drive["signals"];
     const bool alive = drive.value("alive", false);
-    // As wide as they may become: `watch` draws this again and again.
+    // Fixed widths, because `watch` redraws the table.
     rows.push_back({word(drive, "bus"), counted(drive, "id"), word(drive, "motor"),
                     fmt::format("{:<8}", alive ? word(drive, "state") : "no power"),
                     fmt::format("{:>9.2f}", number(signals, "angle_deg")),

@@ -21,7 +21,7 @@ volatile std::sig_atomic_t g_asked_to_stop = 0;
 
 extern "C" void ask_to_stop(int /*signal*/) { g_asked_to_stop = 1; }
 
-/// The terminal as a screen, and as it was afterwards.
+/// Puts the terminal into full-screen mode, and restores it afterwards.
 class Screen {
  public:
   Screen() : has_keys_(::tcgetattr(STDIN_FILENO, &before_) == 0) {
@@ -33,7 +33,7 @@ class Screen {
       raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
       ::tcsetattr(STDIN_FILENO, TCSANOW, &raw);
     }
-    print("\x1b[?1049h\x1b[?25l");  // another screen, no cursor
+    print("\x1b[?1049h\x1b[?25l");  // alternate screen, no cursor
   }
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
@@ -42,7 +42,7 @@ class Screen {
     if (has_keys_) ::tcsetattr(STDIN_FILENO, TCSANOW, &before_);
   }
 
-  /// As much of `text` as fits.
+  /// Shows as much of `text` as fits.
   void show(const std::string& text) const {
     winsize size{};
     if (::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_row == 0 || size.ws_col == 0) {
@@ -61,7 +61,7 @@ class Screen {
     print(screen + "\x1b[J");
   }
 
-  /// Whether somebody wants to leave.
+  /// Waits for one period. Returns true if the user wants to quit.
   bool wait() const {
     pollfd keys{has_keys_ ? STDIN_FILENO : -1, POLLIN, 0};
     if (::poll(&keys, 1, kPeriod_ms) <= 0) return g_asked_to_stop != 0;
@@ -94,7 +94,7 @@ int watch_drives(const CtlClient& client) {
     std::fputs(drives_table(client.ask("GET", "/drives").body).c_str(), stdout);
     return 0;
   }
-  const std::string first = page(client);  // before the screen is another: it may fail
+  const std::string first = page(client);  // before switching the screen, because it may fail
   const Screen screen;
   screen.show(first);
   while (!screen.wait()) screen.show(page(client));

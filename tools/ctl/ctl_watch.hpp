@@ -4,8 +4,8 @@
 
 namespace lk::emulator {
 
-/// Shows the drives, again and again, until q or Ctrl-C; once when standard output is no terminal.
-/// Returns the exit status.
+/// Shows the drives repeatedly until q or Ctrl-C; once if standard output is no terminal. Returns
+/// the exit status.
 int watch_drives(const CtlClient& client);
 
 }  // namespace lk::emulator

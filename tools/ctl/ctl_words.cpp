@@ -11,7 +11,7 @@
 namespace lk::emulator {
 namespace {
 
-/// These are text, whatever they look like: ids=1, name=7.
+/// Returns true for keys whose values are always text: ids=1, name=7.
 bool is_text_key(std::string_view key) {
   constexpr std::string_view kText[] = {"ids", "bus", "name", "mark", "clear", "power"};
   return std::ranges::find(kText, key) != std::end(kText);

@@ -7,11 +7,11 @@
 
 namespace lk::emulator {
 
-/// Puts "KEY=VALUE" into `object`: numbers, true and false are such, JSON in brackets too, all else
-/// is text. "load.J_g_cm2=100" is a key in an object. Throws StartError.
+/// Puts "KEY=VALUE" into `object`: a number, true, false, JSON in brackets, or else text.
+/// "load.J_g_cm2=100" sets a key in a nested object. Throws StartError.
 void put_word(Json& object, const std::string& word);
 
-/// "10ms", "1.5s", "250us", "2min"; a number alone is in seconds. Throws StartError.
+/// Parses "10ms", "1.5s", "250us", "2min"; the default unit is seconds. Throws StartError.
 double parse_span_s(const std::string& text);
 
 }  // namespace lk::emulator

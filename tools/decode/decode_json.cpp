@@ -19,7 +19,7 @@ std::string line(const Json& json) {
 double seconds_of(SimTime time) { return std::chrono::duration<double>(time).count(); }
 double ms_of(SimTime time) { return static_cast<double>(time.count()) / 1e6; }
 
-/// Whole numbers without a point.
+/// Writes whole numbers without a decimal point.
 Json number(double value) {
   constexpr double kExact = 9007199254740992.0;  // 2^53
   if (std::round(value) == value && std::abs(value) <= kExact) {

@@ -52,7 +52,7 @@ RoleWords role_words(const Told& told) {
   return {{"", ""}, kYellow};
 }
 
-/// What a person has to know about the frame beside what it says.
+/// Returns a remark about the frame, besides its contents.
 std::string remark(const DecodedFrame& frame, Language language) {
   if (!frame.words.drawback.empty()) {
     std::string text(in_language(frame.words.drawback, language));

@@ -24,7 +24,7 @@ BusConfig every_drive(const DecodeOptions& options, protocol::Framing framing, B
   return bus;
 }
 
-/// Of a state 1: bytes that drives of the dialect leave 0 are not (docs/protocol.md §10.1).
+/// Returns true if bytes of a state 1 are set that are 0 in the layout (docs/protocol.md §10.1).
 bool is_odd(const protocol::Payload& data, protocol::State1Layout layout) {
   switch (layout) {
     case protocol::State1Layout::kDeciVolt:
@@ -90,14 +90,14 @@ std::string Decoder::finish() {
   return options_.json ? summary_json(summary_, options_) : summary_text(summary_, options_);
 }
 
-/// The first is said, the others are counted.
+/// Reports the first problem and counts all.
 std::string Decoder::refuse(const std::string& problem) {
   if (summary_.bad_lines++ > 0) return "";
   first_problem_ = "line " + std::to_string(lines_) + ": " + problem;
   return options_.json ? bad_line_json(lines_, problem) : bad_line(lines_, problem, options_);
 }
 
-/// What cannot be known is said once.
+/// Reports each assumption once.
 std::string Decoder::notes(const ShownFrame& shown) {
   std::string text;
   if (!std::exchange(said_scale_, true)) {
@@ -112,7 +112,7 @@ std::string Decoder::notes(const ShownFrame& shown) {
   return text;
 }
 
-/// What was told of times so far is not so.
+/// Drops the latencies so far, because their times were wrong.
 std::string Decoder::steps_found() {
   summary_.steps = true;
   for (auto& [wire, talk] : conversations_) talk.forget_times();
@@ -126,7 +126,7 @@ std::string Decoder::steps_found() {
                    options_);
 }
 
-/// A reply that another generation would give is counted, and the first is said.
+/// Counts replies that do not fit the generation, and reports the first.
 std::string Decoder::look_at_generation(const Told& told) {
   const std::uint8_t command = told.frame.data[0];
   const bool state_1 = told.role == Role::kReply && (command == 0x9A || command == 0x9B);

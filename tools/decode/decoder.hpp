@@ -18,7 +18,7 @@
 
 namespace lk::emulator {
 
-/// How the drives are read, and how that is shown.
+/// Options for decoding and for the output.
 struct DecodeOptions {
   Generation generation = Generation::kLegacy;
   Profile profile;  // of the motor
@@ -30,34 +30,34 @@ struct DecodeOptions {
   std::vector<BusConfig> buses;  // of a recording, which has its drives; empty: of a log
 };
 
-/// One frame with what is known of it.
+/// A frame and its meaning.
 struct DecodedFrame {
   std::uint64_t line = 0;  // from 1
   std::string_view interface;
   protocol::Frame frame;
-  std::optional<SimTime> at;       // as the log says
-  std::optional<SimTime> since{};  // the first frame of the log
+  std::optional<SimTime> at;       // time stamp of the log
+  std::optional<SimTime> since{};  // time since the first frame
   Told told{};
   FrameWords words{};
 };
 
-/// All that was read. Its size does not grow with time.
+/// Summary of a log. Its memory is bounded.
 struct DecodeSummary {
   std::map<std::string, BusTally, std::less<>> buses;
   std::uint64_t frames = 0;
-  std::uint64_t bad_lines = 0;   // that are no frames
-  bool steps = false;            // stamps were steps
+  std::uint64_t bad_lines = 0;   // lines that are not frames
+  bool steps = false;            // time stamps are steps (-t d)
   std::uint64_t odd_states = 0;  // replies to 0x9A and 0x9B that do not look like the generation
 };
 
-/// Lines of candump to lines for people or programs.
+/// Converts lines of candump to text or JSON.
 class Decoder {
  public:
   explicit Decoder(DecodeOptions options);
 
-  /// What is to be printed for a line without its end.
+  /// Returns the output for a line without its end.
   std::string take(std::string_view line);
-  /// Nothing comes any more: the summary.
+  /// Ends the input and returns the summary.
   std::string finish();
 
   const DecodeSummary& summary() const { return summary_; }
@@ -66,7 +66,7 @@ class Decoder {
   const std::string& first_problem() const { return first_problem_; }
 
  private:
-  /// More interfaces than any machine has do not get memory each.
+  /// Bounds the memory; more than any machine has.
   static constexpr std::size_t kMostInterfaces = 32;
 
   std::string refuse(const std::string& problem);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr unsigned kBits = 5;                       // an octave has 32 steps
 constexpr std::uint64_t kExact_us = 2ULL << kBits;  // below, a step is 1 µs
-constexpr std::uint64_t kMost_us = 1ULL << 40U;     // twelve days; nothing is beyond
+constexpr std::uint64_t kMost_us = 1ULL << 40U;     // twelve days; larger values are clamped
 
 std::size_t place_of(std::uint64_t us) {
   if (us < kExact_us) return us;
@@ -17,7 +17,7 @@ std::size_t place_of(std::uint64_t us) {
   return (std::size_t{shift} << kBits) + (us >> shift);
 }
 
-/// The middle of what is counted in a place.
+/// Returns the middle of a bin.
 SimTime middle_of(std::size_t place) {
   if (place < kExact_us) return std::chrono::microseconds(place);
   const std::size_t shift = (place >> kBits) - 1;

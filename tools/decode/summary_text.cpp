@@ -20,7 +20,7 @@ const Words kHeads[] = {
     {"p99 ms", "p99 ms"}, {"max ms", "最大 ms"},
 };
 
-/// Rows below each other in columns.
+/// Aligns the rows in columns.
 std::string table(const std::vector<Row>& rows) {
   std::vector<std::size_t> widths(rows.front().size(), 0);
   for (const Row& row : rows) {
@@ -67,7 +67,7 @@ std::string instant(const std::optional<SimTime>& at, const BusTally& bus) {
   return fmt::format("{:.6f} s", std::chrono::duration<double>(*at - *bus.first_at).count());
 }
 
-/// Formatted by what the language has for it.
+/// Formats a line by the text of the language.
 template <class... Values>
 std::string said(const Words& format, Language language, const Values&... values) {
   return fmt::format("  {}\n", fmt::format(fmt::runtime(format.in(language)), values...));

@@ -33,7 +33,7 @@ std::string_view type_text(protocol::Wire wire) {
   return kTypes[static_cast<std::size_t>(wire)];
 }
 
-/// "0x0A", or "0x05 0xE2"; empty where the field is always there.
+/// Returns "0x0A", or "0x05 0xE2"; empty if the field is always present.
 std::string only_with(const WireField& field) {
   if (field.parameter < 0) return "";
   std::string text = hex_text(static_cast<unsigned>(field.parameter));
@@ -55,7 +55,7 @@ std::string fields_text(std::span<const WireField> fields) {
   return text.empty() ? "–" : text;
 }
 
-/// The fields of a reply where they come first, and that command where they come again.
+/// Describes the fields of a reply, or names the first command with the same reply.
 std::string reply_text(const CommandInfo& command) {
   if (command.echoed) return "echo";
   if (!command.answered) return "none";
@@ -103,7 +103,7 @@ std::string_view lsb_text(protocol::Scale scale) {
   return "";
 }
 
-/// After a number.
+/// Returns the unit as written after a number.
 std::string unit_text(protocol::Unit unit) {
   const std::string_view symbol =
       unit == protocol::Unit::kCounts ? "count" : protocol::texts_of(unit).symbol;
@@ -231,7 +231,7 @@ std::string data_place(const WireField& field) {
   return text + "]`";
 }
 
-/// What a command's fields are, those of parameters as one.
+/// Describes the fields of a command; fields of parameters count as one.
 std::string data_text(std::span<const WireField> fields) {
   std::string text;
   bool parameters = false;
@@ -249,7 +249,7 @@ std::string data_text(std::span<const WireField> fields) {
   return text.empty() ? "–" : text;
 }
 
-/// The generations on a wire that know it, of the series that have it.
+/// Lists the generations on a wire that have the command, for a series that has it.
 std::string known_by(const CommandInfo* command, protocol::Framing framing) {
   if (command == nullptr) return "–";
   const bool ms = command->fits == protocol::Fits::kMsOnly;

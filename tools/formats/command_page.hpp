@@ -4,9 +4,9 @@
 
 namespace lk::formats {
 
-/// The part of docs/protocol.md that is generated: all commands, and all fields, in Markdown.
+/// Returns the generated part of docs/protocol.md: all commands, and all fields, in Markdown.
 std::string command_page();
-/// The commands of RS-485, and who knows them there and on CAN: the table of docs/rs485.md.
+/// Returns the table of docs/rs485.md: commands of RS-485, and the generations that have them.
 std::string serial_command_page();
 
 }  // namespace lk::formats

@@ -33,7 +33,7 @@ std::string number(double value) {
   return buffer;
 }
 
-/// What `raw` stands for; whole numbers to the last digit.
+/// Returns the value of `raw`; whole numbers are exact.
 std::string value(const Field& field, std::int64_t raw) {
   return field.lsb == 1 ? std::to_string(raw) : number(static_cast<double>(raw) * field.lsb);
 }
@@ -57,7 +57,7 @@ Field command_field(const WireFormat& format) {
           .values = command_values(format)};
 }
 
-/// What DATA[1..7] can be, each name once.
+/// Returns the signals in DATA[1..7], each name once.
 std::vector<Signal> signals_of(Direction direction, const WireFormat& format) {
   std::vector<Signal> signals;
   for (const auto& command : protocol::commands()) {
@@ -83,14 +83,14 @@ void put_bits_and_scale(std::ostream& out, const Field& field, const std::string
       << value(field, field.raw_max) << "] \"" << field.unit.ascii << "\" " << receivers << "\n";
 }
 
-/// How a signal is multiplexed, as far as one number can say it: SG_MUL_VAL_ has the rest.
+/// Writes the multiplexer value of a signal. Only one fits here: SG_MUL_VAL_ has the rest.
 void put_multiplexing(std::ostream& out, const Signal& signal) {
   const Field& field = signal.field;
   out << " m" << (field.selector.empty() ? signal.commands.front() : field.only_at)
       << (field.selects ? "M" : "");
 }
 
-/// " 156-156, 161-161, 162-162": each by itself, since there are readers that know no ranges.
+/// " 156-156, 161-161, 162-162": one by one, because some readers do not know ranges.
 void put_each(std::ostream& out, const std::vector<unsigned>& numbers) {
   for (std::size_t n = 0; n < numbers.size(); ++n) {
     out << (n == 0 ? " " : ", ") << numbers[n] << "-" << numbers[n];
@@ -122,7 +122,7 @@ std::string_view source_words(protocol::Source source) {
   return "";
 }
 
-/// The parts of a file in the order in which they stand there.
+/// The sections of a DBC file, in their order.
 class File {
  public:
   File(Direction direction, std::string_view generation, const WireFormat& format)

@@ -8,12 +8,11 @@
 
 namespace lk::formats {
 
-/// Query and reply share identifier and DATA[0], and a DBC file has one meaning for each: so a file
-/// is for one of the two.
+/// A DBC file has either queries or replies, because both share identifier and DATA[0].
 enum class Direction : std::uint8_t { kQueries, kReplies };
 
-/// The DBC file for all drives of a bus that speak like `format`, of the generation `generation`.
-/// The queries to several drives, which have identifiers of their own, are in both.
+/// Returns the DBC file for all drives of a bus with this format and generation. Multi-drive
+/// queries have their own identifiers, so they are in both files.
 std::string dbc(Direction direction, std::string_view generation,
                 const protocol::WireFormat& format);
 

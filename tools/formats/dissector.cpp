@@ -18,7 +18,7 @@ namespace {
 using protocol::Series;
 using protocol::WireFormat;
 
-// In the order of the preferences, which number them from 0.
+// In the order of the preferences, whose numbers start at 0.
 constexpr std::array<std::pair<std::string_view, Series>, 3> kSeries = {
     {{"MF, MH", Series::kMf}, {"MG", Series::kMg}, {"MS", Series::kMs}}};
 
@@ -39,9 +39,7 @@ std::string lua_hex(unsigned value) {
   return buffer;
 }
 
-/// DBC files are ASCII; here people read it.
-
-/// What Wireshark takes a field for; a name has one kind in all generations.
+/// Returns the type of a field for Wireshark; a name has one type in all generations.
 std::string_view kind(const Field& field) {
   if (field.bits == 1) return "flag";
   if (field.lsb == 1) return field.is_signed ? "int" : "uint";
@@ -72,7 +70,7 @@ class Tables {
   }
 
  private:
-  /// As a preference wants them: a number from 1, the name, the number from 0.
+  /// Writes the generations for a preference: a number from 1, the name, the number from 0.
   static void put_generations(std::ostream& out) {
     out << "local generations = {";
     for (std::size_t k = 0; k < protocol::kGenerationRows.size(); ++k) {
@@ -83,8 +81,7 @@ class Tables {
     out << " }\n\n";
   }
 
-  /// How many bytes behind the command say which parameter or setting it is about, in the query and
-  /// in its reply.
+  /// Returns how many bytes after the command select a parameter or setting, in query and reply.
   static int repeats(const protocol::CommandInfo& command) {
     return static_cast<int>(std::ranges::count_if(command.query, [&](const protocol::Field& field) {
       return protocol::repeats_in_reply(command, field);
@@ -119,11 +116,11 @@ class Tables {
       about << " }";
     }
     const auto [known, is_new] = names_.emplace(field.name, about.str());
-    // Of the commands that a slot can have the last generation knows the most.
+    // Keeps the longest text: the last generation has the most commands for a slot.
     if (!is_new && about.str().size() > known->second.size()) known->second = about.str();
   }
 
-  /// A list of fields, kept once among the layouts.
+  /// Adds a list of fields to the layouts, each list once. Returns its name.
   std::string layout(const std::vector<Field>& fields) {
     std::ostringstream text;
     text << "{";

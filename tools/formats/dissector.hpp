@@ -4,8 +4,7 @@
 
 namespace lk::formats {
 
-/// The dissector for Wireshark: `program`, with the tables of commands and fields in the place of
-/// its line "-- @tables".
+/// Returns the Wireshark dissector: `program`, with the tables in place of its line "-- @tables".
 std::string dissector(const std::string& program);
 
 }  // namespace lk::formats

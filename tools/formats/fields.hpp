@@ -1,7 +1,6 @@
 #pragma once
 
-/// @file The fields of the wire as one generation of one series has them, for those who read the
-/// bus with programs of other people.
+/// @file Fields on the wire of one generation and series, for programs that are not ours.
 
 #include <cstdint>
 #include <string_view>
@@ -13,8 +12,8 @@ namespace lk::formats {
 
 using protocol::Value;
 
-/// A little-endian integer, which stands for `lsb` times itself. The same name is the same bits in
-/// all queries of a generation, and in all replies.
+/// A little-endian integer n, with the value n·`lsb`. Within a generation, a name means the same
+/// bits in all queries, and in all replies.
 struct Field {
   std::string_view name;   // "iq"
   std::string_view label;  // "Torque current"
@@ -24,22 +23,22 @@ struct Field {
   double lsb = 1;
   protocol::UnitTexts unit = {};
   std::int64_t raw_min = 0;
-  std::int64_t raw_max = 0;  // where drives clamp a query they clamp it to these
+  std::int64_t raw_max = 0;  // range to which drives clamp a query, if they do
   std::vector<Value> values = {};
-  // Not empty: only where the field of this name, before it, is `only_at`.
+  // Not empty: the field exists only if the earlier field of this name is `only_at`.
   std::string_view selector = {};
   unsigned only_at = 0;
-  bool selects = false;  // it is the selector of others
+  bool selects = false;  // selects other fields
 };
 
-/// Those of `rows` that `format` has; a byte of flags is a field for each.
+/// Returns the fields of `rows` that `format` has; each flag becomes a field.
 std::vector<Field> fields_of(std::span<const protocol::Field> rows,
                              const protocol::WireFormat& format);
-/// DATA[0..7] of a query to several drives; a slot for any command has the words of all.
+/// Returns the fields of a multi-drive query; a slot for any command lists all commands.
 std::vector<Field> multi_drive_fields(const protocol::CommandInfo& command,
                                       const protocol::WireFormat& format);
 
-/// The command bytes that a drive knows, by name.
+/// Returns the command bytes that a drive has, with their names.
 std::vector<Value> command_values(const protocol::WireFormat& format);
 
 }  // namespace lk::formats

@@ -16,7 +16,7 @@ using protocol::CommandInfo;
 using protocol::Framing;
 using protocol::Series;
 
-/// What a switch decides about.
+/// A switch, and all that depends on it.
 struct SwitchRow {
   protocol::When when;
   std::vector<std::string> decides;  // "0x8C", "0x9A voltage"
@@ -38,7 +38,7 @@ void add(std::vector<SwitchRow>& rows, const protocol::When& when, const std::st
   if (std::ranges::find(row->decides, what) == row->decides.end()) row->decides.push_back(what);
 }
 
-/// The switches of the table, each once, in the order in which they come first.
+/// Returns the switches of the tables, each once, in the order of first use.
 std::vector<SwitchRow> switch_rows() {
   std::vector<SwitchRow> rows;
   for (const auto commands :
@@ -54,14 +54,14 @@ std::vector<SwitchRow> switch_rows() {
       }
     }
   }
-  // A series is no generation.
+  // These depend on the series, not on the generation.
   std::erase_if(rows, [](const SwitchRow& row) {
     return row.when.words == "MS" || row.when.words == "not MS";
   });
   return rows;
 }
 
-/// The generations that have it on a wire.
+/// Lists the generations with the switch on a wire.
 std::string generations(const protocol::When& when, Framing framing) {
   std::string text;
   std::size_t all = 0;

@@ -14,7 +14,7 @@ using protocol::Opcode;
 using protocol::Payload;
 using namespace std::chrono_literals;
 
-// Of motors that LK-TECH sells (assumed): what is beyond is another layout.
+// Limits for motors that LK-TECH sells (assumed). Values beyond them mean another layout.
 constexpr double kLeastVoltage_V = 7;
 constexpr double kMostVoltage_V = 60;
 constexpr int kColdest_C = -40;
@@ -26,9 +26,9 @@ constexpr std::uint8_t kLegacyErrors = 0x09;
 constexpr std::uint8_t kBridgeOff = 0x10;
 constexpr std::uint16_t kDeviceOfMs = 0x2011;  // docs/rs485.md
 
-/// Silence tells something where the drive answered so shortly before and after (assumed).
+/// Silence counts only if the drive answered within this time before and after (assumed).
 constexpr SimTime kSilenceWithin = 10s;
-/// Nothing else happens to a drive so soon after it was told to be off (assumed).
+/// A drive is still off within this time after its reply to 0x80 (assumed).
 constexpr SimTime kStillOff = 1s;
 constexpr std::uint64_t kEnoughTimed = 3;
 
@@ -36,13 +36,13 @@ bool plausible(double voltage_V) {
   return voltage_V >= kLeastVoltage_V && voltage_V <= kMostVoltage_V;
 }
 
-/// The layouts of 0x9A that the frame can have, as a set of State1Layout.
+/// Returns the layouts that a reply to 0x9A can have, as a set of State1Layout.
 ValueSet state_1_layouts(const Payload& data) {
   const bool deci = (data[2] | data[5] | data[6]) == 0;
   const bool centi = (data[4] | data[5] | data[6]) == 0;
   const int current_lsb = get_le<std::int16_t>(data, 4);
   const bool with_current = (data[6] & 0xCFU) == 0 && std::abs(current_lsb) <= kMostBusCurrent_lsb;
-  // Without its voltage, a drive that says that it is wrong is told by the bytes that are 0.
+  // With a voltage error any voltage is plausible, so only the zero bytes decide.
   const bool any_voltage = (data[7] & kUnderOrOverVoltage) != 0;
   const bool deci_V = any_voltage || plausible(get_le<std::uint16_t>(data, 3) * 0.1);
   const bool centi_V = any_voltage || plausible(get_le<std::uint16_t>(data, 2) * 0.01);
@@ -64,7 +64,7 @@ std::optional<Trait> trait_of(std::uint32_t asked, protocol::Framing framing) {
   return trait_behind(static_cast<Opcode>(asked), framing);
 }
 
-/// What an answer to a command behind the trait allows, or that there is none.
+/// Returns the values that an answer to a command of the trait allows, or its absence.
 ValueSet allowed_by(Trait trait, bool answered) {
   if (trait == Trait::kSeries) return only(answered ? kNotMs : kMs);
   return only(answered ? kSwitchedOn : kSwitchedOff);
@@ -84,12 +84,12 @@ std::optional<Says> says(const Settled& settled, bool answered) {
     return Says{Trait::kSpeedLimit, allowed_by(Trait::kSpeedLimit, answered)};
   }
   if (!trait) return std::nullopt;
-  if (*trait == Trait::kEncoderForm) {  // drives of the one form may take the other's LEN
+  if (*trait == Trait::kEncoderForm) {  // drives may accept the other form's LEN
     return Says{*trait, answered ? ValueSet{0} : only(len == 0 ? kSwitchedOn : kSwitchedOff)};
   }
-  // A drive with the command may be silent to a LEN that it does not take.
+  // A drive with the command may ignore a wrong LEN.
   if (*trait == Trait::kZeroRam && !answered && len != 0) return Says{*trait, ValueSet{0}};
-  if (*trait == Trait::kProduct && answered) return Says{*trait, ValueSet{0}};  // LEN of the reply
+  if (*trait == Trait::kProduct && answered) return Says{*trait, ValueSet{0}};  // LEN decides
   return Says{*trait, allowed_by(*trait, answered)};
 }
 
@@ -130,7 +130,7 @@ void DriveWatch::settle(const Settled& settled) {
         evidence_.see(behind.first, behind.second, frames);
       }
     }
-    // The query decides here: the reply alone does not show it.
+    // LEN of the query decides here; the reply does not show it.
     if (says_so && says_so->trait == Trait::kSpeedLimit) {
       evidence_.see(says_so->trait, says_so->allowed, Weight::kSure, {settled.query, settled.at});
     }
@@ -146,14 +146,14 @@ void DriveWatch::settle(const Settled& settled) {
     }
     if (!silent_since_) silent_since_ = settled.at;
   } else {
-    // Nothing is said of others by the silence of a drive that is not there.
+    // The silence of an absent drive says nothing about other commands.
     silent_.clear();
     silent_since_.reset();
     answered_before_ = false;
   }
 }
 
-/// Is an echo as late as a reply of this drive, and as early? Else it may be the query again.
+/// Returns true if the latency is usual for this drive. Else the frame may be a repeated query.
 bool DriveWatch::paced(const Told& told) const {
   if (!told.latency || timed_ < kEnoughTimed) return false;
   return *told.latency * 5 >= fastest_ * 4 && *told.latency * 2 <= slowest_ * 3;
@@ -171,7 +171,7 @@ void DriveWatch::reply(const Told& told, const protocol::Frame& heard, std::opti
     const auto value = static_cast<std::size_t>(std::ranges::find(protocol::kReplyIdBases, base) -
                                                 protocol::kReplyIdBases.begin());
     if (!serial) evidence_.see(Trait::kReplyId, only(value), Weight::kLikely, sighting);
-    // A frame like the reply of the brake may be a later command to it; writing ROM takes long.
+    // Excludes the brake, whose reply looks like a later command, and slow writes to ROM.
     const auto* const row = protocol::command_of(told.frame);
     const bool usual =
         row != nullptr && !row->writes_rom && row->opcode != protocol::Brake::kOpcode;
@@ -200,7 +200,7 @@ void DriveWatch::reply(const Told& told, const protocol::Frame& heard, std::opti
   if (!serial) motion_.reply({told.frame, at}, evidence_);
 }
 
-/// An angle of 0 has the bytes of its query: right after 0x95, where the drive was to count from 0.
+/// Uses 0x92 only: a reply with angle 0, as right after 0x95, has the bytes of its query.
 void DriveWatch::unclear(const Told& told, std::optional<SimTime> at) {
   const bool angle =
       told.frame.data[0] == static_cast<std::uint8_t>(protocol::ReadMultiTurnAngle::kOpcode);
@@ -208,7 +208,7 @@ void DriveWatch::unclear(const Told& told, std::optional<SimTime> at) {
     motion_.reply({told.frame, at}, evidence_);
 }
 
-/// That there is a reply, and what its DATA[0] is.
+/// Uses the fact that there is a reply, and its DATA[0].
 void DriveWatch::see_answer(const Told& told, const Sighting& sighting) {
   const bool serial = protocol::is_serial(sighting.frame);
   if (told.asked > 0xFF) {
@@ -224,7 +224,7 @@ void DriveWatch::see_answer(const Told& told, const Sighting& sighting) {
   }
   const auto trait = trait_of(told.asked, protocol::framing_of(sighting.frame));
   if (!trait || *trait == Trait::kEncoderForm || *trait == Trait::kProduct) return;  // see_packet
-  // The reply to a read of the brake has the bytes of a command to it.
+  // The reply to a read of the brake has the bytes of a brake command.
   const bool sure = told.sure && *trait != Trait::kBrake;
   const Weight weight = sure ? Weight::kSure : paced(told) ? Weight::kLikely : Weight::kHint;
   evidence_.see(*trait, allowed_by(*trait, true), weight, sighting);
@@ -233,7 +233,7 @@ void DriveWatch::see_answer(const Told& told, const Sighting& sighting) {
   }
 }
 
-/// Sees the length of a packet and its contents.
+/// Uses the length and the contents of a packet.
 void DriveWatch::see_packet(const Told& told, const Sighting& sighting) {
   const protocol::Frame& frame = sighting.frame;
   const int len = frame.dlc - 1;
@@ -268,7 +268,7 @@ void DriveWatch::see_encoder(const Sighting& sighting) {
   if (is_state_2(data[0])) {
     encoder_.field(get_le<std::uint16_t>(data, 6), get_le<std::int16_t>(data, 4), sighting.at);
   } else if (command == protocol::ReadEncoder::kOpcode) {
-    // The longer form has the encoder in full, whatever replies to others show.
+    // The longer form has the full position, while other replies may show fewer bits.
     const bool in_full = serial && sighting.frame.dlc > 7;
     const std::size_t place = serial ? 1 : 2;
     if (!in_full) encoder_.field(get_le<std::uint16_t>(data, place), std::nullopt, sighting.at);
@@ -306,7 +306,7 @@ void DriveWatch::see_state_1(const Sighting& sighting) {
   if ((data[7] & ~kLegacyErrors) != 0) {
     evidence_.see(Trait::kErrorBits, only(kSwitchedOn), Weight::kSure, sighting);
   }
-  // A drive that is off says so in byte 6, where it has such a byte.
+  // In the layout with bus current, a drive that is off shows this in byte 6.
   const auto with_current =
       static_cast<std::size_t>(protocol::State1Layout::kCentiVoltAndBusCurrent);
   const bool off = off_at_ && in_order(off_at_, sighting.at, kStillOff) && sighting.at;
@@ -317,7 +317,7 @@ void DriveWatch::see_state_1(const Sighting& sighting) {
   }
 }
 
-/// An offset that has bits where only one of the layouts has them.
+/// Uses an offset with bits that only one of the layouts can have.
 void DriveWatch::see_zero(const Sighting& sighting) {
   const protocol::Payload& data = sighting.frame.data;
   ValueSet widths = 0;

@@ -13,25 +13,25 @@
 
 namespace lk::emulator {
 
-/// Draws from the frames of one drive what they tell of it.
+/// Collects evidence from the frames of one drive.
 class DriveWatch {
  public:
-  /// A query to the drive, or a command for several drives.
+  /// Processes a query to the drive, or a multi-drive command.
   void query(const Told& told, std::optional<SimTime> at);
-  /// A reply of the drive; `heard` as it was on the bus.
+  /// Processes a reply of the drive; `heard` is the frame as on the bus.
   void reply(const Told& told, const protocol::Frame& heard, std::optional<SimTime> at);
-  /// What may be the query again.
+  /// Processes a frame that is a reply or a repeated query.
   void unclear(const Told& told, std::optional<SimTime> at);
-  /// What has become of a query. To be told before the reply that settled it.
+  /// Processes the outcome of a query. Call before reply() with the frame that settled it.
   void settle(const Settled& settled);
 
   const Evidence& evidence() const { return evidence_; }
   const EncoderWatch& encoder() const { return encoder_; }
   std::uint64_t queries() const { return queries_; }
   std::uint64_t replies() const { return replies_; }
-  /// Replies whose iq is more than any LK drive's.
+  /// Number of replies whose iq is beyond that of any LK drive.
   std::uint64_t odd_currents() const { return odd_currents_; }
-  /// Replies to 0x9A and 0x9B that have no LK drive's layout.
+  /// Number of replies to 0x9A and 0x9B without a layout of LK drives.
   std::uint64_t odd_states() const { return odd_states_; }
 
  private:
@@ -51,18 +51,18 @@ class DriveWatch {
   std::uint64_t replies_ = 0;
   std::uint64_t odd_currents_ = 0;
   std::uint64_t odd_states_ = 0;
-  // Of the sure replies: how long they took.
+  // Latencies of the sure replies.
   std::uint64_t timed_ = 0;
   SimTime fastest_{0}, slowest_{0};
-  // Queries that had no reply since the last that had one, by what that says if it lasts.
+  // Unanswered queries since the last reply, by the conclusion if the drive answers again.
   std::map<std::pair<Trait, ValueSet>, Frames> silent_;
   std::optional<SimTime> silent_since_;
   bool answered_before_ = false;
   std::optional<SimTime> answered_at_;
-  // Commands for several drives since the last reply to 0x280.
+  // Multi-drive commands since the last reply to 0x280.
   Frames several_;
   bool several_known_ = false;
-  // Since when it is off, and whether that has been used.
+  // Time of the reply to 0x80; empty if outdated or already used.
   std::optional<SimTime> off_at_;
 };
 

@@ -9,16 +9,16 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// All assumed: far enough from noise, and near enough for a field that wraps around.
+// All assumed: far above noise, and small enough for a field that wraps around.
 constexpr double kLeastTurn_cdeg = 1000;
 constexpr double kMostTurn_cdeg = 12'000;
-constexpr SimTime kTogether = 20ms;  // from the field to the angle
+constexpr SimTime kTogether = 20ms;  // longest time from the field to the angle
 constexpr int kAtRest_dps = 3;
 constexpr std::size_t kFewestTurns = 3;
 constexpr std::size_t kMostTurns = 63;
 constexpr double kTolerance = 0.03;
 
-// Counts a turn of the encoders that LK-TECH has: 12, 14, 15 and 16 bits; 18-bit ones show 16.
+// Counts per turn of LK-TECH encoders: 12, 14, 15 and 16 bits; 18-bit ones show 16.
 constexpr double kRotorTurns[] = {4096, 16'384, 32'768, 65'536};
 // Ratios of the geared motors (docs/which-drive.md); their encoders have 18 bits.
 constexpr double kRatios[] = {6, 8, 9, 10, 36};
@@ -60,7 +60,7 @@ std::optional<EncoderSpan> EncoderWatch::angle(std::int64_t angle_cdeg, std::opt
   return std::nullopt;
 }
 
-/// The median: a field that wrapped around in between is off by a turn.
+/// Uses the median, because a field that wraps around in between is off by a turn.
 std::optional<double> EncoderWatch::counts_per_turn() const {
   if (per_turn_.size() < kFewestTurns) return std::nullopt;
   std::vector<double> sorted = per_turn_;

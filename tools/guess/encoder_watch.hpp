@@ -9,18 +9,17 @@
 
 namespace lk::emulator {
 
-/// How wide the encoder field of a drive is, and which turn it spans. Its size does not grow with
-/// time.
+/// Finds the width of a drive's encoder field, and which turn it spans. Its memory is bounded.
 class EncoderWatch {
  public:
-  /// The encoder field of a reply; `speed_dps` where the reply has it.
+  /// Processes the encoder field of a reply; `speed_dps` if the reply has it.
   void field(std::uint16_t counts, std::optional<int> speed_dps, std::optional<SimTime> at);
-  /// The reply to 0x92. Returns the turn that a step of the field and of 0x92 together show.
+  /// Processes a reply to 0x92. Returns the turn that the steps of the field and of 0x92 show.
   std::optional<EncoderSpan> angle(std::int64_t angle_cdeg, std::optional<SimTime> at);
 
-  /// The largest value of the field; none: no reply had the field.
+  /// Returns the largest value of the field; empty if no reply had it.
   std::optional<std::uint16_t> largest() const { return largest_; }
-  /// Counts of the field per 360° of 0x92; none: the log does not have the shaft turn enough.
+  /// Returns the counts of the field per 360° of 0x92; empty if the shaft turned too little.
   std::optional<double> counts_per_turn() const;
 
  private:

@@ -6,14 +6,14 @@
 namespace lk::emulator {
 namespace {
 
-/// Frames that speak against a value are believed when they are more than this part of those that
-/// tell (assumed): a log of a drive that was exchanged has both.
+/// Frames against a value count if they are more than this part of all sure and likely frames
+/// (assumed). The log of an exchanged drive has both.
 constexpr std::uint64_t kBelievedOneIn = 20;
-/// So many queries without a reply for one that may have had one (assumed).
+/// Unanswered queries needed for each query that may have been answered (assumed).
 constexpr std::uint64_t kSilencePerHint = 4;
-/// Answers that a bus is taken to have given before the log began, and one loss (assumed).
+/// Prior of the loss rate: so many queries before the log, one of them lost (assumed).
 constexpr double kBefore = 20;
-/// That all the silence was lost frames, at most (assumed).
+/// Largest probability that all the silence was lost frames (assumed).
 constexpr double kMostLikelyLoss = 1.0 / 400;
 
 void add(Frames& to, const Frames& more) {
@@ -53,8 +53,8 @@ ValueSet Evidence::open(Trait trait) const {
 
 bool Evidence::decided(Trait trait) const { return std::has_single_bit(open(trait)); }
 
-/// How many queries without a reply are no loss any more: at least two, and more where replies to
-/// commands that every drive answers are missing too.
+/// Returns the number of unanswered queries that lost frames do not explain: at least two. It is
+/// larger if replies to commands that every drive answers are missing too.
 std::uint64_t Evidence::enough_silence() const {
   const double loss = (static_cast<double>(lost_) + 1) /
                       (static_cast<double>(answered_) + static_cast<double>(lost_) + kBefore);
@@ -73,8 +73,8 @@ bool Evidence::excluded(Trait trait, std::size_t value) const {
     if (!contains(static_cast<ValueSet>(set), value)) add(against, frames);
   }
   const auto tell = [](const Frames& frames) { return frames.sure > 0 || frames.likely > 1; };
-  // One sure reply is worth more than any silence. What was only likely to be a reply is not: a
-  // host that repeats itself at the pace of the drive looks like one.
+  // One sure reply outweighs any silence. A likely reply does not: a host that repeats a query at
+  // the pace of the drive looks like one.
   const std::uint64_t doubtful = all.hints + all.likely;
   const bool silence =
       all.sure == 0 && all.silent >= enough_silence() && all.silent > kSilencePerHint * doubtful;

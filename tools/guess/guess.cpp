@@ -9,10 +9,10 @@
 namespace lk::emulator {
 namespace {
 
-constexpr std::size_t kForeignReplies = 2;  // of Trait::kReplyId: 0x240
+constexpr std::size_t kForeignReplies = 2;  // value of Trait::kReplyId: 0x240
 
-/// Does the trait say something about the generation of such a drive? 0xA0 is for MS drives, and
-/// they know no current.
+/// Returns true if the trait separates generations of such drives. Only MS drives have 0xA0, and
+/// only others have a limit of iq.
 bool counts(Trait trait, const Evidence& evidence) {
   if (row_of(trait).of == nullptr || !shows_on(trait, evidence.framing())) return false;
   const ValueSet series = evidence.open(Trait::kSeries);
@@ -37,13 +37,13 @@ GenerationFit fit_of(Generation generation, const Evidence& evidence) {
   return fit;
 }
 
-/// The one with less against it; of two with as much, the one that agrees in what shows most often.
+/// Fewer contradictions are nearer; if equal, agreement in the traits that show most often.
 bool nearer(const GenerationFit& a, const GenerationFit& b) {
   if (a.against.size() != b.against.size()) return a.against.size() < b.against.size();
   return b.against < a.against;
 }
 
-/// Of the values that are open the one with the most frames for it.
+/// Returns the possible value with the most frames for it.
 std::size_t likeliest(Trait trait, const Evidence& evidence) {
   std::optional<std::size_t> best;
   for (std::size_t value = 0; value < row_of(trait).count; ++value) {
@@ -54,7 +54,7 @@ std::size_t likeliest(Trait trait, const Evidence& evidence) {
   return best.value_or(0);
 }
 
-/// The generations that fit; where none does, those with the least against them.
+/// Returns the generations that fit; if none fits, those with the fewest contradictions.
 std::vector<Generation> candidates_of(const Guess& guess) {
   std::size_t least = SIZE_MAX;
   for (const GenerationFit& fit : guess.generations) least = std::min(least, fit.against.size());
@@ -125,7 +125,7 @@ std::vector<Trait> telling(const Guess& guess) {
     });
     if (!same) traits.push_back(trait);
   }
-  // A query is easier to send than something to wait for.
+  // Traits with a query come first: a query is easier than waiting.
   std::stable_partition(traits.begin(), traits.end(),
                         [&guess](Trait trait) { return has_probe(trait, guess.framing); });
   return traits;

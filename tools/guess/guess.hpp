@@ -10,10 +10,10 @@
 
 namespace lk::emulator {
 
-/// How a generation of firmware goes with what was seen of a drive.
+/// Fit of a generation of firmware to the evidence about a drive.
 struct GenerationFit {
   Generation generation = Generation::kLegacy;
-  std::vector<Trait> against;  // the traits that it has otherwise
+  std::vector<Trait> against;  // traits that contradict the evidence
   std::uint64_t frames_for = 0;
   std::uint64_t frames_against = 0;
 };
@@ -25,35 +25,35 @@ struct QuirkOption {
   friend bool operator==(const QuirkOption&, const QuirkOption&) = default;
 };
 
-/// What a drive is by what was seen of it.
+/// Conclusion about a drive from the evidence.
 struct Guess {
   std::vector<GenerationFit> generations;    // all of them, from old to new
-  std::vector<Generation> fits;              // those with nothing against them
-  Generation nearest = Generation::kLegacy;  // the first that fits, or has the least against it
-  std::vector<QuirkOption> quirks;           // that `nearest` needs beside
-  std::string_view encoder_span;             // no generation says it; empty: the log neither
+  std::vector<Generation> fits;              // those without contradictions
+  Generation nearest = Generation::kLegacy;  // first that fits, or with least contradictions
+  std::vector<QuirkOption> quirks;           // needed in addition to `nearest`
+  std::string_view encoder_span;             // not part of a generation; empty: unknown
   protocol::Framing framing = protocol::Framing::kCan;
   bool ms = false;    // sure to be of the MS series
-  std::string motor;  // of the label that the drive gave; empty: it gave none that is known
+  std::string motor;  // from the label in its product info; empty: unknown
   std::vector<Trait> decided;
-  std::vector<Trait> unknown;        // that the log could have told, and does not
-  std::vector<Trait> contradictory;  // frames say one thing and the other
-  bool foreign = false;              // replies where no LK drive has them
+  std::vector<Trait> unknown;        // visible in logs, but not in this one
+  std::vector<Trait> contradictory;  // frames contradict each other
+  bool foreign = false;              // replies on identifiers of no LK drive
 
-  /// `quirks`, and `encoder_span` where it is known.
+  /// Returns `quirks`, and `encoder_span` if known.
   std::vector<QuirkOption> all_quirks() const;
   /// "--generation v235 --quirk single_turn_bits=16"
   std::string options() const;
 };
 
-/// The motor that stands in for every MS motor: frames do not show which one it is.
+/// Substitute for every MS motor, because frames do not show which one it is.
 inline constexpr std::string_view kMsStandIn = "ms4010";
 
 Guess guess_of(const Evidence& evidence);
-/// The values of a trait that are open, by name: "centivolt", "centivolt_and_bus_current".
+/// Returns the names of the possible values: "centivolt", "centivolt_and_bus_current".
 std::vector<std::string_view> open_values(Trait trait, const Evidence& evidence);
-/// The unknown traits that tell the generations that fit apart; where none fits, those that come
-/// nearest.
+/// Returns the unknown traits that separate the generations that fit, or the nearest ones if none
+/// fits.
 std::vector<Trait> telling(const Guess& guess);
 
 }  // namespace lk::emulator

@@ -6,7 +6,7 @@
 
 namespace lk::emulator {
 
-/// What was found, for programs: an object a line for each drive, then the summary.
+/// Returns the findings as JSON: a line for each drive, then the summary.
 std::string guess_json(const Guesser& guesser);
 
 }  // namespace lk::emulator

@@ -60,7 +60,7 @@ std::string sighting_line(const Sighting& sighting, std::optional<SimTime> begin
   return "      " + at + frame_text(sighting.frame) + "\n";
 }
 
-/// A trait of which something is known, and the frames that say so.
+/// Describes a known trait, with examples of frames.
 std::string finding(Trait trait, const Evidence& evidence, std::optional<SimTime> begin,
                     Language language) {
   const TraitRow& row = row_of(trait);
@@ -136,7 +136,7 @@ std::string summary_of(const Guess& guess, Language language) {
   return names(guess.fits, Words{" or ", " 或 "}.in(language));
 }
 
-/// What to send to know more, or to wait for.
+/// Describes the query to send, or the event to wait for, to know more.
 std::string probe_line(Trait trait, int drive, protocol::Framing framing, Language language) {
   const TraitRow& row = row_of(trait);
   if (!has_probe(trait, framing)) {
@@ -150,7 +150,7 @@ std::string probe_line(Trait trait, int drive, protocol::Framing framing, Langua
   return say(words, language, probe_text(trait, drive, framing), row.key, row.how.in(language));
 }
 
-/// First what tells the generations apart, then the traits that nothing has been said of.
+/// Lists the traits that separate generations, then the other unknown traits.
 std::string unknown_lines(const Guess& guess, int drive, Language language) {
   std::string text;
   const std::vector<Trait> apart = telling(guess);
@@ -168,7 +168,7 @@ std::string unknown_lines(const Guess& guess, int drive, Language language) {
                                    language, rest);
 }
 
-/// What drives of LK-TECH do not have.
+/// Lists observations that do not occur with LK-TECH drives.
 std::string oddities(const DriveWatch& drive, Language language) {
   std::string text;
   if (drive.odd_currents() > 0) {
@@ -192,7 +192,7 @@ std::string product_text(const ProductInfo& product, Language language) {
              language, product.motor, product.driver, product.firmware);
 }
 
-/// The width of the encoder field, and which turn it spans.
+/// Describes the width of the encoder field and its counts per turn.
 std::string encoder_text(const DriveWatch& drive, Language language) {
   const EncoderWatch& encoder = drive.encoder();
   if (!encoder.largest()) return "";
@@ -205,7 +205,7 @@ std::string encoder_text(const DriveWatch& drive, Language language) {
   return text;
 }
 
-/// "can0, drive 1: v235; calls itself MS4015 …": all of a drive in one line.
+/// Returns the conclusion in one line: "can0, drive 1: v235; calls itself MS4015 …".
 std::string conclusion(const std::string& interface, int id, const DriveWatch& drive,
                        Language language) {
   std::string text = say({"{}, drive {}: ", "{}，驱动器 {}："}, language, interface, id);
@@ -241,7 +241,7 @@ std::string drive_text(int id, const DriveWatch& drive, std::optional<SimTime> b
 
 // --- how to emulate them
 
-/// A virtual bus, and nothing in its name that a shell or a file takes for something else.
+/// Returns true for a virtual bus whose name is safe in a shell and in a file.
 bool is_virtual(std::string_view name) {
   for (const std::string_view prefix : {"vcan", "vxcan"}) {
     if (!name.starts_with(prefix) || name.size() > kLongestName) continue;
@@ -253,8 +253,8 @@ bool is_virtual(std::string_view name) {
   return false;
 }
 
-/// Names of virtual buses for those of the log: a real one's would be started on by whoever copies
-/// the line.
+/// Replaces the bus names of a log by names of virtual buses. A copied command must not start on a
+/// real bus.
 class BusNames {
  public:
   explicit BusNames(const Guesser& guesser) {
@@ -279,13 +279,13 @@ class BusNames {
   int arms_ = 0;
 };
 
-/// Drives of a bus that are emulated alike.
+/// Drives of a bus with the same options.
 struct Kind {
-  Guess guess;  // of the first; `fits` holds for all of them
+  Guess guess;  // of the first; but `fits` is common to all of them
   std::vector<int> ids;
 };
 
-/// By their options.
+/// Groups the drives of a bus by their options.
 std::map<std::string, Kind> kinds_of(const Guesser& guesser, const GuessedBus& bus) {
   std::map<std::string, Kind> kinds;
   for (const auto& [id, drive] : bus.drives) {
@@ -301,7 +301,7 @@ std::map<std::string, Kind> kinds_of(const Guesser& guesser, const GuessedBus& b
   return kinds;
 }
 
-/// What is not as sure as the command looks.
+/// Lists what the command assumes without proof.
 std::vector<std::string> doubts(const Guess& guess, Language language) {
   std::vector<std::string> notes;
   if (guess.framing == protocol::Framing::kSerial) {
@@ -325,7 +325,7 @@ std::vector<std::string> doubts(const Guess& guess, Language language) {
   return notes;
 }
 
-/// Words in quotes; true, 16 and 0x180 without.
+/// Puts words in quotes; true, 16 and 0x180 stay without.
 std::string toml_value(std::string_view value) {
   const bool bare = value == "true" || value == "false" ||
                     std::isdigit(static_cast<unsigned char>(value.front())) != 0;

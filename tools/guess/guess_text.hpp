@@ -8,17 +8,17 @@
 
 namespace lk::emulator {
 
-/// What was found, for people.
+/// Returns the findings as text.
 std::string guess_text(const Guesser& guesser, Language language);
 
-/// A command that emulates a bus, and what is not as sure as it looks.
+/// A command that emulates a bus, and its assumptions.
 struct StartCommand {
   std::string line;
   std::vector<std::string> doubts;
 };
 
-/// What emulates the drives. A command cannot say several kinds of drive, and a bus can be started
-/// once, so a bus with several kinds is in `robot`.
+/// Commands that emulate the drives. A command allows one kind of drive on a bus, so a bus with
+/// several kinds is in `robot`.
 struct Starts {
   std::vector<StartCommand> commands;
   std::string robot;  // a configuration file; empty: no bus needs it

@@ -8,14 +8,14 @@
 namespace lk::emulator {
 namespace {
 
-/// Drives that know all commands of a series on a wire.
+/// Returns a reader for drives with all commands of a series on a wire.
 FrameReader every_command(Series series, const protocol::Dialect& wire) {
   BusConfig bus;
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
     ServoConfig servo;
     servo.id = id;
     servo.profile.series = series;
-    servo.quirks.manual_reply_bytes = true;  // as well as those of the query
+    servo.quirks.manual_reply_bytes = true;  // besides the bytes of the query
     auto& dialect = servo.quirks.dialect;
     dialect = wire;
     dialect.pid_commands = true;
@@ -37,13 +37,13 @@ FrameReader every_command(Series series, const protocol::Dialect& wire) {
   return FrameReader(bus);
 }
 
-/// Where fields are does not matter to who says what on CAN.
+/// On CAN, the positions of fields do not matter to separate queries from replies.
 std::vector<FrameReader> can_readers() {
   return {every_command(Series::kMf, protocol::kLegacyDialect),
           every_command(Series::kMs, protocol::kLegacyDialect)};
 }
 
-/// On RS-485 the length of a packet has to be that of some manual.
+/// On RS-485, the length of a packet must be that of some manual.
 std::vector<FrameReader> serial_readers() {
   return {every_command(Series::kMf, protocol::kM35Dialect),
           every_command(Series::kMf, protocol::kM36bDialect),
@@ -120,7 +120,7 @@ Guess Guesser::guess(const DriveWatch& drive) const {
   return guess;
 }
 
-/// The first is kept, all are counted.
+/// Keeps the first problem and counts all.
 void Guesser::refuse(const std::string& problem) {
   if (bad_lines_++ == 0) first_problem_ = "line " + std::to_string(lines_) + ": " + problem;
 }

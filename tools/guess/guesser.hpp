@@ -25,35 +25,35 @@ struct GuessedBus {
   Conversation conversation;
   std::map<int, DriveWatch> drives;  // by ID
   std::uint64_t frames = 0;
-  std::uint64_t others = 0;  // of no drive
+  std::uint64_t others = 0;  // frames of no drive
 };
 
-/// Lines of candump to what kind of drives spoke. Presumes no generation.
+/// Finds the kind of drives from lines of candump. Assumes no generation.
 class Guesser {
  public:
   struct Options {
     bool json = false;
     Language language = Language::kEnglish;
-    /// The name of the motor that is sold under a label, which may be anything; empty: none is.
+    /// Returns the name of the motor with this label, which may be any text; empty if none.
     std::function<std::string(const std::string& label)> motor_of = {};
   };
   explicit Guesser(Options options);
 
-  /// Takes a line without its end. Says nothing: what kind of drives they are is known at the end.
+  /// Processes a line without its end. Returns an empty text: the result comes from finish().
   std::string take(std::string_view line);
-  /// Nothing comes any more: what was found.
+  /// Ends the input and returns the findings.
   std::string finish();
 
   std::uint64_t frames() const { return frames_; }
   std::uint64_t bad_lines() const { return bad_lines_; }
-  /// Frames of interfaces beyond kMostInterfaces: they are not read.
+  /// Number of ignored frames, from interfaces beyond kMostInterfaces.
   std::uint64_t unread_frames() const { return unread_frames_; }
   const std::string& first_problem() const { return first_problem_; }
-  /// The conclusion for one drive.
+  /// Returns the conclusion for one drive.
   Guess guess(const DriveWatch& drive) const;
   using Buses = std::map<std::pair<std::string, protocol::Framing>, GuessedBus>;
   const Buses& buses() const { return buses_; }
-  /// When the first frame was; none without time stamps.
+  /// Time of the first frame; empty without time stamps.
   std::optional<SimTime> begin() const { return begin_; }
 
   static constexpr std::size_t kMostInterfaces = 32;

@@ -15,9 +15,9 @@ using protocol::get_le;
 using protocol::Opcode;
 using namespace std::chrono_literals;
 
-// All assumed: far enough from rest and from noise to tell one from the other.
+// All assumed: far enough from rest and from noise to separate them.
 constexpr double kTurningFrom_dps = 100;
-constexpr double kTurns = 0.5;  // of what was asked for
+constexpr double kTurns = 0.5;  // of the commanded speed
 constexpr double kRests_dps = 3;
 constexpr SimTime kSlowestRise = 10s;
 constexpr SimTime kStaysFor = 300ms;
@@ -53,8 +53,8 @@ void MotionWatch::query(const Sighting& query) {
       limited_since_ = *query.at;
       held_ = 0;
     }
-    // The same again changes nothing while it turns; after a run that did not resume it is what
-    // shows that the drive obeys.
+    // A repeated command changes nothing while the shaft turns. After a run that did not resume, it
+    // shows that the drive executes commands.
     if (run_ == Run::kStayed && enough) {
       speed_dps_ = speed_dps;
     } else if (!enough) {
@@ -101,7 +101,7 @@ void MotionWatch::reply(const Sighting& reply, Evidence& evidence) {
 void MotionWatch::state_2(const Sighting& reply, Evidence& evidence) {
   const double speed_dps = get_le<std::int16_t>(reply.frame.data, 4);
   const double iq_lsb = std::abs(static_cast<double>(get_le<std::int16_t>(reply.frame.data, 2)));
-  // What a load drives beyond the speed asked for, or backwards, may be out of the drive's hands.
+  // A load may turn the shaft backwards or beyond the commanded speed, against the drive.
   const bool driven =
       speed_dps * speed_dps_ < 0 || std::abs(speed_dps) > kBeyond * std::abs(speed_dps_);
   if (limit_lsb_ > 0 && !driven && *reply.at - limited_since_ >= kLimitActsAfter &&
@@ -133,7 +133,7 @@ void MotionWatch::state_2(const Sighting& reply, Evidence& evidence) {
       }
       break;
     case Run::kStayed:
-      // It obeys the next command, so it was not off for an error.
+      // The drive executes the next command, so it was not off for an error.
       if (turns) {
         evidence.see(Trait::kRunResumes, only(kSwitchedOff), Weight::kLikely, stayed_);
         run_ = Run::kTurning;

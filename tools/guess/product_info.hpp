@@ -14,7 +14,7 @@ struct ProductInfo {
   std::string firmware;  // "2.35"
 };
 
-/// None: the packet is no reply to 0x12.
+/// Returns the info from a reply to 0x12; empty for other packets.
 std::optional<ProductInfo> product_info(const protocol::Frame& reply);
 
 }  // namespace lk::emulator

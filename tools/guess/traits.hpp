@@ -1,7 +1,6 @@
 #pragma once
 
-/// @file What the bytes on a bus can tell about a drive: the switches of docs/protocol.md §10.1
-/// that show, and its series.
+/// @file Traits of a drive that show on a bus: its series, and switches of docs/protocol.md §10.1.
 
 #include <array>
 #include <cstddef>
@@ -16,7 +15,7 @@
 
 namespace lk::emulator {
 
-/// In the order of how much they say about a drive, and how often they show.
+/// Sorted by how much they say about a drive, and how often they show.
 enum class Trait : std::uint8_t {
   kReplyId,
   kState1,
@@ -57,7 +56,7 @@ constexpr bool contains(ValueSet set, std::size_t value) {
   return (unsigned{set} >> value & 1U) != 0;
 }
 
-// Values by their place in the row of the trait; of a switch that is on or off, 0 is off.
+// Values by their index in the row of the trait; an on/off switch has 0 for off.
 inline constexpr std::size_t kSwitchedOff = 0;
 inline constexpr std::size_t kSwitchedOn = 1;
 inline constexpr std::size_t kNarrow = 0;  // 16 bits
@@ -73,32 +72,32 @@ inline constexpr std::size_t kMs = 1;
 enum class Wires : std::uint8_t { kCan, kSerial, kBoth };
 
 struct TraitRow {
-  std::string_view key;  // the name of the switch; of kSeries, of nothing
-  std::size_t count;     // of values
+  std::string_view key;                              // name of the switch; empty for kSeries
+  std::size_t count;                                 // of values
   std::array<std::string_view, kMostValues> values;  // as --quirk takes them
   std::array<Words, kMostValues> meanings;           // what a drive does
-  /// Which value a drive with these switches has; null where they do not say.
+  /// Returns the value of a drive with these switches; null if they do not define it.
   std::size_t (*of)(const Quirks& quirks);
-  std::string_view probe;              // DATA of a query that would tell, or of the first of them
-  Words how;                           // what else it takes to tell; without a probe, all of it
-  Wires wires = Wires::kCan;           // on which it shows
-  std::string_view serial_probe = {};  // CMD and data of a packet that would tell
+  std::string_view probe;              // DATA of the first query that decides the trait
+  Words how;                           // further steps; without a probe, all steps
+  Wires wires = Wires::kCan;           // on which the trait shows
+  std::string_view serial_probe = {};  // CMD and data of a packet that decides it
 };
 
 const TraitRow& row_of(Trait trait);
-/// All values of a trait.
+/// Returns all values of a trait.
 ValueSet all_of(Trait trait);
-/// Frames of the wire can tell it.
+/// Returns true if frames of the wire show the trait.
 bool shows_on(Trait trait, protocol::Framing framing);
-/// There is a query that would tell.
+/// Returns true if a query decides the trait.
 bool has_probe(Trait trait, protocol::Framing framing);
-/// The query that would tell, as cansend takes it; empty: there is none.
+/// Returns the query that decides the trait, as for cansend; empty if there is none.
 std::string probe_text(Trait trait, int drive, protocol::Framing framing);
 
-/// The trait that decides whether a drive answers the command on the wire; none: all drives do.
+/// Returns the trait that decides whether a drive answers the command; empty if all drives do.
 std::optional<Trait> trait_behind(protocol::Opcode opcode, protocol::Framing framing);
 
-/// Switches that change no byte that tells them from anything else.
+/// Switches that frames never show.
 inline constexpr std::string_view kNeverShown[] = {
     "single_turn_target_bits",
     "iq_scale",

@@ -2,8 +2,8 @@
 
 namespace lk::emulator {
 
-/// Makes the bodies of robots known to the program that has them (use_bodies): with_bodies.cpp or
-/// without_bodies.cpp.
+/// Registers the simulator of robot bodies (use_bodies), if the program has one. Defined in
+/// with_bodies.cpp or without_bodies.cpp.
 void provide_bodies();
 
 }  // namespace lk::emulator

@@ -72,7 +72,7 @@ int run(int argc, char** argv) {
   return daemon.run();
 }
 
-/// With one line for whatever is wrong.
+/// Runs the program. Prints one line for any error.
 int run_and_tell(int argc, char** argv) {
   try {
     return run(argc, argv);
@@ -85,18 +85,18 @@ int run_and_tell(int argc, char** argv) {
   }
 }
 
-/// Whoever closed standard output, or input, wants nothing of it; no other file gets its number.
+/// Opens /dev/null for closed standard descriptors, so that no other file gets their numbers.
 void fill_standard_descriptors() {
   for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (::fcntl(number, F_GETFD) < 0) ::open("/dev/null", O_RDWR);
   }
 }
 
-/// What was printed has left, or nobody reads any more.
+/// Returns true if all output is written, or if its reader has closed it.
 bool output_is_written() {
   errno = 0;
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return true;
-  // Of a write in between the reason is not known any more.
+  // The reason of an earlier failed write is no longer known.
   const char* const reason = errno != 0 ? std::strerror(errno) : "not all of it could be written";
   pollfd output{STDOUT_FILENO, POLLOUT, 0};
   ::poll(&output, 1, 0);
@@ -109,8 +109,8 @@ bool output_is_written() {
 
 int main(int argc, char** argv) {
   fill_standard_descriptors();
-  std::signal(SIGPIPE, SIG_IGN);  // whoever read our output may leave first
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that must not grow is a write that failed, no more
+  std::signal(SIGPIPE, SIG_IGN);  // the reader of our output may exit first
+  std::signal(SIGXFSZ, SIG_IGN);  // at a file size limit, only the write fails
   const int status = run_and_tell(argc, argv);
   if (output_is_written()) return status;
   return status != 0 ? status : 1;

@@ -1,6 +1,5 @@
-// Writes the files by which programs of other people read the bus:
-// lk-emu-formats DISSECTOR DIRECTORY. Alone it prints the
-// generated part of docs/protocol.md.
+// Writes the DBC files and the Wireshark dissector: lk-emu-formats DISSECTOR DIRECTORY. Without
+// arguments, prints the generated part of docs/protocol.md.
 
 #include <cstdio>
 #include <exception>
@@ -36,7 +35,7 @@ void write(const std::filesystem::path& file, const std::string& text) {
   stream.close();
 }
 
-/// The default generation has the plain names.
+/// Writes the DBC files of a generation; those of the default generation have no suffix.
 void write_dbc(const std::filesystem::path& directory, const lk::protocol::GenerationRow& row) {
   const auto format = lk::protocol::wire_format(row.dialect, lk::protocol::Series::kMf);
   std::string name = "lk-motor";
