@@ -9,9 +9,8 @@ class App;
 
 namespace lk::emulator {
 
-/// What `app` could not place of the arguments that it has parsed, the first of it, with what may
-/// have been meant; empty when it has placed all. `first_words` are those that only count as the
-/// first argument.
+/// Describes the first argument that `app` could not parse, with a suggestion; empty if all are
+/// parsed. Words in `first_words` are valid only as the first argument.
 std::string argument_problem(const CLI::App& app, const std::vector<std::string>& first_words);
 
 }  // namespace lk::emulator

@@ -37,7 +37,7 @@ any --bus are for all. Example, two buses:
 Exit status: 0 stopped by SIGINT or SIGTERM, 1 failed while running (with --strict: or advice
 was given), 2 unusable input; with --scenario its verdict: 0 passed, 1 failed, 3 invalid.)";
 
-/// They have their own --help.
+/// Lists the other commands, which have their own --help.
 std::string other_commands() {
   std::string text = "\nOther commands, see lk-emu WORD --help:\n";
   for (const Command& command : commands()) {
@@ -46,7 +46,7 @@ std::string other_commands() {
   return text;
 }
 
-/// The values as CLI11 collects them; the first four may come several times.
+/// The values as CLI11 collects them; the first four options are repeatable.
 struct Raw {
   std::vector<std::string> buses;
   std::vector<std::string> ids;
@@ -221,7 +221,7 @@ void set_quirk(const std::string& text, FirmwareRequest& firmware) {
   }
 }
 
-/// Gives each option that belongs to a bus to the --bus before it.
+/// Assigns each option that belongs to a bus to the --bus before it.
 void pair_up(const CLI::App& app, const Raw& raw, Overrides& overrides) {
   auto next_bus = raw.buses.begin();
   auto next_ids = raw.ids.begin();
@@ -246,7 +246,7 @@ void check_log_level(const std::string& level) {
                    "\" is not one of trace, debug, info, warn, error, off");
 }
 
-/// A plain decimal number: 010 is ten, and what does not fit is said so.
+/// Parses a decimal number: 010 is ten. Throws StartError, also if the number is out of range.
 std::int64_t parse_number(const char* option, const std::string& text) {
   std::int64_t number = 0;
   const char* last = text.data() + text.size();
@@ -270,12 +270,12 @@ double parse_real(const char* option, const std::string& text) {
   return number;
 }
 
-/// "127.0.0.1:8474", "[::1]:0", "localhost:8474". No name is looked up: localhost is 127.0.0.1,
-/// where browsers go when nothing answers at ::1.
+/// Parses "127.0.0.1:8474", "[::1]:0", "localhost:8474". Does no name look-up: localhost is
+/// 127.0.0.1, which browsers use if ::1 does not answer.
 HttpAddress parse_http_address(const std::string& text) {
   const std::size_t colon = text.rfind(':');
   const std::string host = text.substr(0, colon);
-  // Brackets are for IPv6, whose addresses have colons of their own.
+  // IPv6 addresses contain colons, so they need brackets.
   if (colon == std::string::npos || host.empty() ||
       host.starts_with('[') != (host.find(':') != std::string::npos)) {
     throw StartError("--http: \"" + text +
@@ -295,7 +295,7 @@ HttpAddress parse_http_address(const std::string& text) {
   return {*address, static_cast<std::uint16_t>(port)};
 }
 
-/// What the start would refuse as well, for --check.
+/// Throws for an open address without a token, so that --check fails as the start would.
 void check_reach(const ControlOptions& control) {
   if (control.http && !is_loopback(control.http->address) && control.token_file.empty() &&
       !control.open_to_others) {
@@ -391,13 +391,13 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
   return line;
 }
 
-/// Options that name a file each, no two of which may be the same.
+/// Options that name a file; no two of them may name the same file.
 constexpr const char* kFiles[] = {"--output", "--report", "--csv",   "--candump",
                                   "--html",   "--json",   "--junit", "--scenario"};
 
 /// Refuses one file for two outputs: the last one written would overwrite the other.
 void check_files(const CLI::App& app) {
-  std::map<std::string, std::string> taken;  // by whom
+  std::map<std::string, std::string> taken;  // file, option
   for (const char* name : kFiles) {
     const CLI::Option* const option = app.get_option_no_throw(name);
     if (option == nullptr || option->empty() || option->get_items_expected_max() == 0) continue;
@@ -422,7 +422,7 @@ bool parse_arguments(CLI::App& app, int argc, const char* const* argv,
     app.exit(answer);
     return false;
   } catch (const CLI::ParseError& problem) {
-    // Of an argument without a place the library says less, or something else that is missing.
+    // For an unexpected argument, the library's message is vague, or about another missing one.
     const std::string left_over = argument_problem(app, first_words);
     throw StartError((left_over.empty() ? problem.what() : left_over) + " (see " + app.get_name() +
                      " --help)");

@@ -22,13 +22,13 @@ namespace lk::emulator {
 
 struct ConfigTexts;
 
-/// What the command line says.
+/// The parsed command line.
 struct CommandLine {
   Overrides overrides;
   std::optional<std::filesystem::path> config_file;
   bool create_bus = false;
   bool real_bus = false;  // interfaces need not be virtual
-  bool check = false;     // say what would run, and start nothing
+  bool check = false;     // print what would run, and start nothing
   RomOptions rom;
   ClockMode clock;
   ControlOptions control;
@@ -42,22 +42,22 @@ struct CommandLine {
   std::string log_level = "info";
 };
 
-/// Parses the arguments of a command. False when the answer was all there is to do (`--help`).
-/// `first_words` would have meant another command as the first argument. Throws StartError.
+/// Parses the arguments of a command. Returns false if nothing remains to do (`--help`). Words in
+/// `first_words` are other commands if they come first. Throws StartError.
 bool parse_arguments(CLI::App& app, int argc, const char* const* argv,
                      const std::vector<std::string>& first_words = {});
 
-/// Nothing when the answer was all there is to do (`--help`, `--version`, printed on standard
-/// output). Throws StartError.
+/// Parses the command line. Empty if nothing remains to do (`--help`, `--version`, printed on
+/// standard output). Throws StartError.
 std::optional<CommandLine> parse_command_line(int argc, const char* const* argv);
 
-/// The options of a run, for the completions; the words have theirs in commands().
+/// Returns the options of a run, for completions; other commands have theirs in commands().
 std::shared_ptr<CLI::App> program_app();
 
 inline constexpr const char* kLogLevels[] = {"trace", "debug", "info", "warn", "error", "off"};
 
-/// The buses to run: configuration file, profiles and command line together. What was read goes
-/// into `texts`, if that is wanted. Throws StartError.
+/// Returns the buses to run, from configuration file, profiles and command line. Stores the files
+/// that were read in `texts`, unless null. Throws StartError.
 std::vector<BusConfig> load_config(const CommandLine& command_line, ConfigTexts* texts = nullptr);
 
 }  // namespace lk::emulator

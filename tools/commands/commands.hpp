@@ -1,7 +1,6 @@
 #pragma once
 
-/// @file What `lk-emu WORD …` does besides running drives: each word has a function, and a file, of
-/// its own.
+/// @file The commands `lk-emu WORD …`; each has its own function and file.
 
 #include <memory>
 #include <span>
@@ -17,11 +16,11 @@ struct Command {
   const char* about;  // for --help
   /// `argv[0]` is the word. Returns the exit status; throws StartError.
   int (*run)(int argc, const char* const* argv);
-  /// Its options, for the completions.
+  /// Returns its options, for completions.
   std::shared_ptr<CLI::App> (*app)();
 };
 
-/// In the order of listings.
+/// Returns all commands, in the order of listings.
 std::span<const Command> commands();
 
 // campaign_command.cpp

@@ -46,7 +46,7 @@ Names can_interfaces() {
   return names;
 }
 
-/// Values of an option by what --help calls them: "MOTOR", "on|off|cycle", "SCENARIO|stop".
+/// Returns the values of an option by its type in --help: "MOTOR", "on|off|cycle", "SCENARIO|stop".
 Names values(std::string_view type) {
   if (const auto bar = type.find('|'); bar != std::string_view::npos) {
     Names words = values(type.substr(0, bar));
@@ -63,7 +63,7 @@ Names values(std::string_view type) {
   if (type == "MODE") return {"realtime", "stepped", "x0.1", "x10"};
   if (type == "LANG") return {"en", "zh"};
   if (type == "LEVEL") return {std::begin(kLogLevels), std::end(kLogLevels)};
-  // Small letters are typed as they are; capitals stand for something else.
+  // Small letters are literal; capitals are placeholders.
   if (std::ranges::all_of(type, [](char c) { return c >= 'a' && c <= 'z'; })) {
     return {std::string(type)};
   }
@@ -73,7 +73,7 @@ Names values(std::string_view type) {
 Names values(const CLI::Option& option) {
   if (option.check_lname("generation")) return generation_words();
   const std::string type = option.get_type_name();
-  // TEXT is CLI11's default; a positional then has a name that says more.
+  // TEXT is CLI11's default; then the name of a positional says more.
   return values(option.get_positional() && type == "TEXT" ? option.get_name(true) : type);
 }
 
@@ -94,7 +94,7 @@ const Command* find_command(const std::string& word) {
   return nullptr;
 }
 
-/// Where on the command line the last word is.
+/// Position of the last word on the command line.
 class Place {
  public:
   Place() : root_(program_app()), app_(root_.get()) {}
@@ -154,7 +154,7 @@ class Place {
     return {names.begin(), names.end()};
   }
 
-  /// The argument that the next word without an option is; the last may take several.
+  /// Returns the positional argument of the next word; the last one may take several words.
   const CLI::Option* find_positional() const {
     std::size_t left = position_;
     for (const CLI::Option* option : app_->get_options()) {
@@ -167,8 +167,8 @@ class Place {
 
   std::shared_ptr<CLI::App> root_;
   const CLI::App* app_;
-  const CLI::Option* awaiting_ = nullptr;  // its value comes next
-  std::size_t position_ = 0;               // arguments so far
+  const CLI::Option* awaiting_ = nullptr;  // the next word is its value
+  std::size_t position_ = 0;               // positional arguments so far
   bool first_ = true;
 };
 
@@ -179,14 +179,14 @@ std::vector<std::string> completions(std::vector<std::string> words) {
   if (!words.empty()) words.pop_back();
   Place place;
   for (const std::string& passed : words) place.pass(passed);
-  std::string kept;  // of the word, before what is completed
+  std::string kept;  // part of the word before the completed part
   if (word == "=") word.clear();
   if (const auto equals = word.find('='); word.starts_with("--") && equals != std::string::npos) {
     place.pass(word.substr(0, equals));
     kept = word.substr(0, equals + 1);
     word.erase(0, equals + 1);
   }
-  const std::size_t list = word.rfind(',') + 1;  // of signals; 0 without a comma
+  const std::size_t list = word.rfind(',') + 1;  // after the last comma; 0 without a comma
   kept += word.substr(0, list);
   word.erase(0, list);
   Names found = place.candidates(word);

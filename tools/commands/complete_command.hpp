@@ -5,12 +5,12 @@
 
 namespace lk::emulator {
 
-/// Candidates for the last of `words`, the command line without the program's name. Bash splits
-/// words at '=', the other shells do not; both forms are understood. Empty: nothing is known, so
-/// that the shell offers files.
+/// Returns candidates for the last of `words`, the command line without the program's name. Accepts
+/// words that are split at '=' (Bash) or not (other shells). Empty: unknown, so that the shell
+/// offers files.
 std::vector<std::string> completions(std::vector<std::string> words);
 
-/// `lk-emu __complete WORDS...` prints them, one a line. packaging/completions/ calls it.
+/// Runs `lk-emu __complete WORDS...` of packaging/completions/: prints them, one per line.
 int run_complete(int argc, const char* const* argv);
 
 }  // namespace lk::emulator

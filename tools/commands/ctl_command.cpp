@@ -44,7 +44,7 @@ struct RawCtl {
 
 using Answer = CtlClient::Answer;
 
-/// Words in it may be anybody's.
+/// Makes all strings safe to print, because they may come from other programs.
 Json printable(Json json) {
   if (json.is_string()) return on_one_line(json.get<std::string>());
   if (json.is_structured()) {
@@ -79,7 +79,7 @@ class Ctl {
 
   int fault() {
     Json said = Json::object();
-    Json fault = {{"kind", raw_.word}};  // not in its place yet: what is in `said` moves
+    Json fault = {{"kind", raw_.word}};  // inserted last: insertions move elements of `said`
     for (const std::string& word : raw_.words) {
       const bool of_event = word.starts_with("id=") || word.starts_with("ids=") ||
                             word.starts_with("at_s=") || word.starts_with("when.");
@@ -101,7 +101,7 @@ class Ctl {
     return show(client().ask("POST", "/frames", said), sent_lines);
   }
 
-  /// Until all interfaces are up. Not what a log says, which may be of yesterday.
+  /// Waits until all interfaces are up. Asks the program itself, because a log may be old.
   int wait() {
     const double limit_s = raw_.lasts.empty() ? 30 : parse_span_s(raw_.lasts);
     const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(limit_s);
@@ -142,12 +142,12 @@ class Ctl {
   int scenario() {
     if (raw_.word == "stop") return show(client().ask("DELETE", "/scenario"), scenario_page);
     if (raw_.word == "verdict") return show(client().ask("GET", "/scenario"), scenario_page);
-    const std::string file = scenario_file(raw_.word);  // before the program is looked for
+    const std::string file = scenario_file(raw_.word);  // before looking for the program
     return show(client().ask("POST", "/scenario", {{"file", file}}), scenario_page);
   }
 
  private:
-  /// Empty: it is ready.
+  /// Returns why the program is not ready; empty if it is.
   std::string not_ready() {
     try {
       client_.emplace(find_socket(raw_.socket, raw_.bus));
@@ -160,12 +160,12 @@ class Ctl {
       return problem.what();
     }
   }
-  /// Looked for when something is asked: what was typed wrong is told first.
+  /// Looks for the socket at the first request, so that wrong arguments are reported first.
   const CtlClient& client() {
     if (!client_) client_.emplace(find_socket(raw_.socket, raw_.bus));
     return *client_;
   }
-  /// lk-emu stands somewhere else.
+  /// Makes a path absolute: the running lk-emu may have another working directory.
   static std::string absolute(const std::string& path) {
     return std::filesystem::absolute(path).lexically_normal().string();
   }
@@ -232,7 +232,7 @@ class Ctl {
     if (answer.status >= 300) {
       const Json error = answer.body.value("error", Json::object());
       const std::string where = error.value("where", std::string("?"));
-      // Where in the address something is wrong nobody has asked who has not typed it.
+      // Errors in the request path are reported as "ctl", because the user did not type the path.
       std::fprintf(stderr, "lk-emu: %s: %s\n", where == "path" ? "ctl" : on_one_line(where).c_str(),
                    on_one_line(error.value("reason", std::string("refused"))).c_str());
       return 1;
@@ -246,12 +246,12 @@ class Ctl {
   std::optional<CtlClient> client_;
 };
 
-/// What each word does, and the member that does it.
+/// A subcommand, and the member that runs it.
 struct Row {
   const char* word;
   const char* about;
   int (Ctl::*run)();
-  const char* argument = nullptr;  // the one that follows
+  const char* argument = nullptr;  // name of the word that follows
   const char* argument_about = "";
   bool needed = true;
   const char* example = nullptr;
@@ -317,7 +317,7 @@ void add_arguments(CLI::App& sub, const Row& row, RawCtl& raw) {
 struct CtlApp {
   CLI::App app{"Inspect and control a running lk-emu", "lk-emu ctl"};
   RawCtl raw;
-  std::vector<CLI::App*> subs;  // for each row
+  std::vector<CLI::App*> subs;  // one for each row
 
   CtlApp() {
     app.require_subcommand(1);

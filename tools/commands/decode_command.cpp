@@ -78,7 +78,7 @@ volatile std::sig_atomic_t g_asked_to_stop = 0;
 
 extern "C" void stop_decoding(int /*signal*/) { g_asked_to_stop = 1; }
 
-/// SIGINT and SIGTERM end the reading, and are seen nowhere else.
+/// Lets SIGINT and SIGTERM end the reading; both are blocked outside of wait_for().
 class StopSignals {
  public:
   StopSignals() {
@@ -87,7 +87,7 @@ class StopSignals {
     for (const int signal : {SIGINT, SIGTERM}) {
       struct sigaction before {};
       ::sigaction(signal, nullptr, &before);
-      if (before.sa_handler == SIG_IGN) continue;  // whoever started it wants that
+      if (before.sa_handler == SIG_IGN) continue;  // the parent process wants that
       struct sigaction action {};
       action.sa_handler = stop_decoding;
       ::sigaction(signal, &action, nullptr);
@@ -96,16 +96,16 @@ class StopSignals {
     ::sigprocmask(SIG_BLOCK, &stops, &otherwise_);
   }
 
-  /// False: nothing more is to be read.
+  /// Returns false if reading has to stop.
   bool wait_for(int fd) const {
-    // What is always ready is never waited for, and the signal would wait instead.
+    // Checks pending signals first, because ppoll() delivers none while input is always ready.
     sigset_t arrived;
     sigpending(&arrived);
     if (sigismember(&arrived, SIGINT) == 1 || sigismember(&arrived, SIGTERM) == 1) return false;
     pollfd input{fd, POLLIN, 0};
     while (g_asked_to_stop == 0) {
       if (::ppoll(&input, 1, nullptr, &otherwise_) > 0) return true;
-      if (errno != EINTR) return true;  // reading says what is wrong
+      if (errno != EINTR) return true;  // read() reports the error
     }
     return false;
   }
@@ -149,7 +149,7 @@ DecodeOptions read_options(const DecodeApp& given) {
 
 std::string because() { return std::strerror(errno); }  // NOLINT(concurrency-mt-unsafe): one thread
 
-/// From chunks, as they come, to what is printed.
+/// Splits chunks into lines, and returns the output of the reader for them.
 template <class Reader>
 class Lines {
  public:
@@ -159,7 +159,7 @@ class Lines {
     std::string out;
     while (!chunk.empty()) {
       const std::size_t length = std::min(chunk.find('\n'), chunk.size());
-      // What is too long to be a line is not kept whole.
+      // Keeps only the beginning of a line that is too long.
       const std::size_t room = kLongestCandumpLine + 2 - begun_.size();
       begun_ += chunk.substr(0, std::min(length, room));
       if (length == chunk.size()) break;
@@ -179,7 +179,7 @@ class Lines {
   std::string begun_;
 };
 
-/// False: nobody reads any more.
+/// Returns false if the reader of standard output has closed it.
 bool print(const std::string& text) {
   const int error = text.empty() ? 0 : write_all(STDOUT_FILENO, text);
   if (error == 0 || error == EPIPE) return error == 0;
@@ -206,7 +206,7 @@ bool decode(int fd, const std::string& name, Reader& reader) {
   return ended;
 }
 
-/// The name of the shipped motor that is sold under the label, which a log may have; empty: none.
+/// Returns the name of the shipped motor with this label, which may come from a log; empty if none.
 std::string motor_sold_as(const std::string& label) {
   // A label out of a log must never be taken for a path.
   const bool is_label = !label.empty() && std::ranges::all_of(label, [](char c) {
@@ -220,7 +220,7 @@ std::string motor_sold_as(const std::string& label) {
   }
 }
 
-/// Reads all that comes, and says where not a single frame did.
+/// Reads the whole log. Throws StartError if it contains no frame.
 template <class Reader>
 void read_log(const std::string& log, Reader& reader) {
   const bool from_input = log.empty() || log == "-";

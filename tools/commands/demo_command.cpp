@@ -29,7 +29,7 @@ program in Python: python3-can has to be installed. Needs lk-emu-body.
 
 Exit status: 0 ended by Ctrl-C or SIGTERM, 1 robot or host had failed, 2 it could not begin.)";
 
-/// A delivered robot, and what moves it: a file of python/examples with its arguments.
+/// A shipped robot, and its host: a file of python/examples with its arguments.
 struct Demo {
   const char* word;
   const char* robot;
@@ -74,7 +74,7 @@ fs::path demo_script() {
   throw StartError("demo: python/examples/demo.py not found in " + config_directory().string());
 }
 
-/// Becomes that program, the first of the words, which is looked for in PATH; returns why not.
+/// Replaces this process by the program `words[0]`, found in PATH. Returns errno if that fails.
 int become(std::vector<std::string> words) {
   std::vector<char*> pointers;
   for (std::string& word : words) pointers.push_back(word.data());
@@ -83,7 +83,7 @@ int become(std::vector<std::string> words) {
   return errno;
 }
 
-/// The program that has bodies: this one, or what stands beside it.
+/// Returns the program with bodies: this one, or lk-emu-body in the same directory.
 fs::path program_with_bodies() {
   const fs::path self = fs::read_symlink("/proc/self/exe");
   if (body_loader()) return self;

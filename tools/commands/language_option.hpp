@@ -10,14 +10,14 @@ class App;
 
 namespace lk::emulator {
 
-/// `--lang en` or `--lang zh`, for the commands whose words exist in both.
+/// Adds `--lang en` and `--lang zh`, for commands with output in both languages.
 void add_language_option(CLI::App& app, std::string& given);
 
-/// What --lang says; without it, what the locale asks for: LC_ALL, LC_MESSAGES, LANG, the first
-/// that is set. Throws StartError when `given` is neither.
+/// Returns the language of --lang, or of the locale: the first set of LC_ALL, LC_MESSAGES, LANG.
+/// Throws StartError if `given` is neither en nor zh.
 Language chosen_language(const std::string& given);
 
-/// The language of a locale like zh_CN.UTF-8; English unless it is Chinese.
+/// Returns the language of a locale like zh_CN.UTF-8; English unless it is Chinese.
 Language language_of_locale(std::string_view locale);
 
 }  // namespace lk::emulator

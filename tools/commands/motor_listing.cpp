@@ -11,10 +11,10 @@
 namespace lk::emulator {
 namespace {
 
-/// A printed number, or a dash where the vendor is silent.
+/// Formats a number printed by the vendor, or a dash if there is none.
 std::string printed(double value) { return value > 0 ? fmt::format("{:.4g}", value) : "-"; }
 
-/// What such drives were seen to speak.
+/// Returns the generation that was seen on such drives.
 std::string seen(const Profile& profile) {
   return profile.seen_generation ? std::string(generation_name(*profile.seen_generation)) : "-";
 }
@@ -68,7 +68,7 @@ std::string numbers(const Profile& profile) {
               fmt::format("{:.4g} kHz", p.inverter.f_pwm / p.control.motion_divider * 1e-3));
 }
 
-/// The protections that are on, as they leave the factory, and the limit of the loops.
+/// Describes the factory settings of limits and of all protections.
 std::string registers(const Profile& profile) {
   static constexpr const char* kNames[model::kErrorKinds] = {
       "under-voltage", "over-voltage", "driver temperature", "motor temperature", "over-current",

@@ -126,7 +126,7 @@ Recording open_recording(const std::string& directory) {
   return recording;
 }
 
-/// How far it goes, if it was ended in good order and says so; else 0.
+/// Returns the length of a recording; 0 if it was not ended in good order.
 SimTime length(const Recording& recording) {
   SimTime last{0};
   for (const RecordedInput& input : recording.inputs) {
@@ -182,7 +182,7 @@ int replay_recorded(const ReplayRequest& request) {
 
 // --- a log
 
-/// A bus of the configuration, and what the log calls it; empty: it was not said.
+/// A bus of the configuration, and its name in the log; empty if not given.
 struct ChosenBus {
   BusConfig config;
   std::string name;
@@ -206,10 +206,10 @@ ChosenBus choose_bus(const ReplayRequest& request) {
   throw StartError("replay: " + request.config + " has no bus " + request.bus.substr(0, sign));
 }
 
-/// How candump and loggers of serial ports call it: "ttyUSB0" of "rs485:/dev/ttyUSB0".
+/// Returns the name in logs of candump and of serial ports: "ttyUSB0" of "rs485:/dev/ttyUSB0".
 std::string short_name(const std::string& bus) { return bus.substr(bus.find_last_of("/:") + 1); }
 
-/// The frames of which of its interfaces: that of the bus, or the only one.
+/// Returns the interface to read: that of the bus, or the only one in the log.
 std::string find_interface(const std::vector<CandumpLine>& lines, const ChosenBus& bus,
                            const std::string& file) {
   std::set<std::string> all;
@@ -229,8 +229,8 @@ std::string find_interface(const std::vector<CandumpLine>& lines, const ChosenBu
                   file, fmt::join(all, ", "), bus.config.interface, bus.config.interface));
 }
 
-/// What is longer is no silence but a clock that was set, from 1970 to the present for one: to
-/// emulate that would take for ever.
+/// A longer gap means that the clock was set, e.g. from 1970 to the present. To emulate such a gap
+/// would take too long.
 constexpr SimTime kLongestSilence = std::chrono::hours(1);
 
 void check_silences(const std::vector<LoggedFrame>& frames, const std::string& file) {

@@ -26,7 +26,7 @@ constexpr const char* kRunFooter = R"(
 Exit status: 0 all passed, 1 an expectation failed (or advice was given, with --strict), or the report could not be printed, 2 unusable
 input, 3 invalid: a planned fault never took effect, so the run says nothing. Of several scenarios the worst counts: 2, 1, 3, 0.)";
 
-/// As CLI11 collects them.
+/// The values as CLI11 collects them.
 struct RawRun {
   std::vector<std::string> files;
   std::string seed;
@@ -131,7 +131,7 @@ std::optional<std::uint64_t> read_seed(const CLI::App& app, const RawRun& raw) {
   return static_cast<std::uint64_t>(seed);
 }
 
-/// Whoever reads a file does not want colours, nor does who says so (no-color.org).
+/// Returns true on a terminal, unless NO_COLOR is set (no-color.org).
 bool in_colour() {
   const char* const refused = std::getenv("NO_COLOR");
   return ::isatty(STDOUT_FILENO) != 0 && (refused == nullptr || *refused == '\0');
@@ -188,7 +188,7 @@ int run_scenarios(int argc, const char* const* argv) {
   const std::optional<std::uint64_t> seed = read_seed(app, raw);
   const RunOutputs outputs = read_outputs(app, raw);
   const Language language = chosen_language(raw.language);
-  // All that can be wrong is found before anything runs.
+  // Finds all errors of the input before anything runs.
   std::vector<Scenario> scenarios;
   for (const std::string& file : raw.files) scenarios.push_back(load_scenario(file, seed));
   std::optional<OutputFile> junit;

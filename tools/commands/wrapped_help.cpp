@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kColumns = 80;
 
-/// Breaks between words, where a line would be longer than `width`.
+/// Breaks lines between words, at `width` columns.
 std::string wrapped(const std::string& text, std::size_t width) {
   std::istringstream words(text);
   std::string all;
@@ -28,7 +28,7 @@ std::string wrapped(const std::string& text, std::size_t width) {
   return all;
 }
 
-/// Paragraph by paragraph; lines that are indented stay as they are.
+/// Wraps each paragraph; indented lines stay as they are.
 std::string wrapped_paragraphs(const std::string& text) {
   std::istringstream lines(text);
   std::string all;

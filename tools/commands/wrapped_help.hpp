@@ -6,7 +6,7 @@ class App;
 
 namespace lk::emulator {
 
-/// The help of `app` and of its words fits a terminal of 80 columns, examples aside.
+/// Wraps the help of `app` and of its subcommands to 80 columns, except examples.
 void wrap_help(CLI::App& app);
 
 }  // namespace lk::emulator
