@@ -49,7 +49,7 @@ struct Faults {
   double temp_motor_offset = 0, temp_driver_offset = 0;           // K
 
   // Power stage
-  bool bridge_dead = false;        // the switches never close; the firmware does not know
+  bool bridge_dead = false;        // the switches never close; the firmware does not notice
   double commutation_offset = 0;   // rad electrical, added to the firmware's commutation angle
   std::array<LegFault, 3> legs{};  // phases a, b, c
 

@@ -6,7 +6,7 @@ namespace lk::model {
 template <class T>
 struct Measurement {
   T encoder_counts{};  // unwrapped, native bits of the encoder
-  T i_a{}, i_b{};      // A; the drive takes i_c = −i_a − i_b
+  T i_a{}, i_b{};      // A; the drive computes i_c = −i_a − i_b
 };
 
 }  // namespace lk::model

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Repeatable sensor noise: one generator a drive, the same bits on every machine.
+/// @file Repeatable sensor noise: one generator per drive, the same bits on every machine.
 
 #include "model/real.hpp"
 #include "model/rounding.hpp"

@@ -77,8 +77,8 @@ inline SinCos<Real> sincos_small(const Real& x) {
           1.0 - x2 * (0.5 - x2 * (1.0 / 24 - x2 * (1.0 / 720)))};
 }
 
-/// exp(x) for −0.25 ≤ x ≤ 0.1; remainder x⁷/7! < 2e-8 at the edge, 2e-11 at the −0.1 of ordinary
-/// windings.
+/// Returns exp(x) for −0.25 ≤ x ≤ 0.1. Remainder x⁷/7! < 2e-8 at the edge, 2e-11 at the −0.1 of
+/// ordinary windings.
 template <class Real>
 inline Real exp_small(const Real& x) {
   const Real x2 = x * x;

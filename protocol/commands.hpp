@@ -211,7 +211,7 @@ inline constexpr std::uint8_t kCounterClockwise = 1;
 struct Position3 {
   static constexpr Opcode kOpcode{0xA5};
   std::uint8_t direction = kClockwise;
-  std::uint32_t target_cdeg = 0;  // valid: what 0x94 can read
+  std::uint32_t target_cdeg = 0;  // valid range: that of 0x94
   bool operator==(const Position3&) const = default;
 };
 
@@ -219,7 +219,7 @@ struct Position4 {
   static constexpr Opcode kOpcode{0xA6};
   std::uint8_t direction = kClockwise;
   double max_speed_dps = 0;       // 0 = no limit beyond the setting
-  std::uint32_t target_cdeg = 0;  // valid: what 0x94 can read
+  std::uint32_t target_cdeg = 0;  // valid range: that of 0x94
   bool operator==(const Position4&) const = default;
 };
 

@@ -28,8 +28,9 @@ using Payload = std::array<std::uint8_t, kMostBytes>;
 /// CAN: `id` holds 11 bits, or 29 if `extended`. `dlc` is 0..8. Payloads of CAN FD are not kept: LK
 /// drives do not use CAN FD, and such frames are only counted.
 ///
-/// A multi-drive packet has the `id` 0x200 + command, as on CAN, and eight bytes of `data`. Frames
-/// of kind `kBytes` have `dlc` bytes as on the wire, and `id` 0.
+/// RS-485, `kSerial`: `id` is 0x140 + ID, `data[0]` the command, `data[1 + n]` D[n], `dlc` 1 + LEN.
+/// A multi-drive packet has the `id` 0x200 + command, as on CAN, and eight bytes of `data`.
+/// RS-485, `kBytes`: `dlc` bytes as on the wire, `id` 0.
 struct Frame {
   std::uint32_t id = 0;
   FrameKind kind = FrameKind::kData;

@@ -39,7 +39,7 @@ void settings_changed(const std::array<Protection, kErrorKinds>& settings, Prote
 /// Call on each accepted frame: ends the cause of kLostInput. A latched error stays.
 void feed_input(ProtectionState& s);
 
-/// Unlatches every error whose cause is over, and that may be cleared without a power cycle.
+/// Clears latched errors whose cause is over, unless they need a power cycle.
 void clear_errors(const std::array<Protection, kErrorKinds>& settings, ProtectionState& s);
 
 }  // namespace lk::model

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file A power-off brake: its spring presses within `engage_time`, its coil lifts within
+/// @file A power-off brake: its spring closes it within `engage_time`, its coil opens it within
 /// `release_time` (docs/model.md §4).
 
 #include <algorithm>

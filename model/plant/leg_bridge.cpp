@@ -11,7 +11,7 @@ using Phases = std::array<double, 3>;
 constexpr int kSubsteps = 16;          // 2 µs at 32 kHz, far below any L/R
 constexpr double kZeroCurrent = 1e-9;  // A, below it a phase does not conduct
 
-/// The three phase axes as seen from the rotor.
+/// Returns sin and cos of the rotor's angle to each phase axis.
 std::array<SinCos<double>, 3> phase_axes(double theta_e) {
   const SinCos<double> a = sincos(theta_e);
   constexpr double kSin = 0.5 * kSqrt3;
