@@ -8,7 +8,7 @@
 namespace lk::emulator {
 namespace {
 
-/// "jitter_ms 0..10000 (0)", "frames replies|queries|both (replies)"
+/// Returns text like "jitter_ms 0..10000 (0)", "frames replies|queries|both (replies)".
 std::string param_text(const FaultParam& param) {
   if (!param.choices.empty()) {
     return fmt::format("{} {} ({})", param.word, fmt::join(param.choices, "|"),

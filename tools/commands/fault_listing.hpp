@@ -6,11 +6,11 @@
 
 namespace lk::emulator {
 
-/// All faults as a table for a person (`lk-emu faults`).
+/// Returns all faults as a table (`lk-emu faults`).
 std::string list_faults();
-/// One fault, with its parameters and an example (`lk-emu faults jam`).
+/// Returns one fault with its parameters and an example (`lk-emu faults jam`).
 std::string describe_fault(const FaultRow& row);
-/// The page docs/faults.md, as Markdown.
+/// Returns the page docs/faults.md, as Markdown.
 std::string fault_page();
 
 }  // namespace lk::emulator

@@ -92,7 +92,7 @@ std::string registers(const Profile& profile) {
   return text;
 }
 
-/// "10.6 dB, 53 deg; with a load of ten rotors 9.5 dB, 38 deg"
+/// Returns text like "10.6 dB, 53 deg; with a load of ten rotors 9.5 dB, 38 deg".
 std::string margins_text(const Profile& profile, Loop loop) {
   const auto text = [&](double rotors) {
     model::DriveParams drive = profile.drive;

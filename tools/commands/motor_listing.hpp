@@ -6,10 +6,10 @@
 
 namespace lk::emulator {
 
-/// All shipped profiles as a table, one line each (`lk-emu motors`). Throws ConfigError.
+/// Returns all shipped profiles as a table, one line each (`lk-emu motors`). Throws ConfigError.
 std::string list_motors();
 
-/// One profile with its derived figures (`lk-emu motors NAME`).
+/// Returns one profile with its derived figures (`lk-emu motors NAME`).
 std::string describe_motor(const Profile& profile);
 
 }  // namespace lk::emulator

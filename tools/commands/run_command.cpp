@@ -137,7 +137,7 @@ bool in_colour() {
   return ::isatty(STDOUT_FILENO) != 0 && (refused == nullptr || *refused == '\0');
 }
 
-/// "4 scenarios: 2 passed, 1 failed, 1 invalid"
+/// Returns text like "4 scenarios: 2 passed, 1 failed, 1 invalid".
 std::string count_text(const std::vector<RunReport>& reports) {
   const auto count = [&](Outcome outcome) {
     return std::ranges::count(reports, outcome, &RunReport::outcome);

@@ -64,7 +64,7 @@ std::string advice_blocks(const Json& advice, const char* what, const char* todo
   return text;
 }
 
-/// "ID 9, can, RS-485 115200 bit/s, CAN 500000 bit/s".
+/// Returns text like "ID 9, can, RS-485 115200 bit/s, CAN 500000 bit/s".
 std::string place_text(const Json& place) {
   return fmt::format("ID {}, {}, RS-485 {} bit/s, CAN {} bit/s", number(place, "id"),
                      word(place, "bus_type"), number(place, "rs485_rate"),

@@ -19,7 +19,7 @@ std::string hex_text(unsigned number) {
   return buffer;
 }
 
-/// "`[4:7]`", or "`[1]`".
+/// Returns text like "`[4:7]`" or "`[1]`".
 std::string place_text(const WireField& field) {
   const int last = field.byte + protocol::bytes_of(field.wire) - 1;
   std::string text = "`[" + std::to_string(field.byte);
@@ -33,7 +33,7 @@ std::string_view type_text(protocol::Wire wire) {
   return kTypes[static_cast<std::size_t>(wire)];
 }
 
-/// Returns "0x0A", or "0x05 0xE2"; empty if the field is always present.
+/// Returns text like "0x0A" or "0x05 0xE2"; empty if the field is always present.
 std::string only_with(const WireField& field) {
   if (field.parameter < 0) return "";
   std::string text = hex_text(static_cast<unsigned>(field.parameter));
@@ -222,7 +222,7 @@ std::string field_rows() {
 
 // --- RS-485
 
-/// "D[0:3]", or "D[0]".
+/// Returns text like "D[0:3]" or "D[0]".
 std::string data_place(const WireField& field) {
   const int first = field.byte - 1;
   const int last = first + protocol::bytes_of(field.wire) - 1;

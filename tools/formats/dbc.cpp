@@ -90,7 +90,7 @@ void put_multiplexing(std::ostream& out, const Signal& signal) {
       << (field.selects ? "M" : "");
 }
 
-/// " 156-156, 161-161, 162-162": one by one, because some readers do not know ranges.
+/// Writes " 156-156, 161-161, 162-162": no ranges, because some readers do not know them.
 void put_each(std::ostream& out, const std::vector<unsigned>& numbers) {
   for (std::size_t n = 0; n < numbers.size(); ++n) {
     out << (n == 0 ? " " : ", ") << numbers[n] << "-" << numbers[n];

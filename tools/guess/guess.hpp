@@ -42,7 +42,7 @@ struct Guess {
 
   /// Returns `quirks`, and `encoder_span` if known.
   std::vector<QuirkOption> all_quirks() const;
-  /// "--generation v235 --quirk single_turn_bits=16"
+  /// Returns text like "--generation v235 --quirk single_turn_bits=16".
   std::string options() const;
 };
 

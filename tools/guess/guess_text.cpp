@@ -23,7 +23,7 @@ std::string say(const Words& words, Language language, const Args&... args) {
   return fmt::format(fmt::runtime(words.in(language)), args...);
 }
 
-/// "v235, v236"
+/// Returns text like "v235, v236".
 std::string names(const std::vector<Generation>& generations, std::string_view separator) {
   std::vector<std::string_view> all;
   for (const Generation one : generations) all.push_back(generation_name(one));
@@ -38,7 +38,7 @@ std::string key_list(const std::vector<Trait>& traits) {
   return fmt::format("{}", fmt::join(all, ", "));
 }
 
-/// "1-3,7"
+/// Returns text like "1-3,7".
 std::string id_list(const std::vector<int>& ids) {
   std::string text;
   for (std::size_t n = 0; n < ids.size(); ++n) {
