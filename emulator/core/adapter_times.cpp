@@ -7,9 +7,9 @@
 namespace lk::emulator {
 namespace {
 
-/// Of a frame on a line of 115200 baud as text, "tIIILDD..DD\r": 22 characters of 10 bits.
+/// Time of a frame as text at 115200 baud, "tIIILDD..DD\r": 22 characters of 10 bits.
 constexpr double kSlcanFrame_us = 22 * 10 * 1e6 / 115'200;
-/// What the chip's buffer holds: a USB packet of 64 bytes less two of status.
+/// Buffer of the chip, bytes: a USB packet of 64 bytes minus two status bytes.
 constexpr std::size_t kFtdiBuffer = 62;
 
 // clang-format off
@@ -25,7 +25,7 @@ constexpr AdapterProfile kProfiles[] = {
 };
 // clang-format on
 
-/// 0 stands for none.
+/// Returns the minimum, where 0 stands for "none".
 template <class T>
 T smaller(T one, T other) {
   return one == 0 ? other : other == 0 ? one : std::min(one, other);

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What adapters between hosts and their wire do, as numbers (docs/configuration.md).
+/// @file Timing of the adapter between hosts and their wire (docs/configuration.md).
 
 #include <chrono>
 #include <cstddef>
@@ -11,47 +11,47 @@
 
 namespace lk::emulator {
 
-/// Before a write of a host that sends and then reads the answer is called unanswered (assumed).
+/// Silence on the wire after which writes of a host count as unanswered (assumed).
 inline constexpr SimTime kAdapterSilence = std::chrono::milliseconds(10);
-/// Frames that wait for a host at most, without a `depth` (assumed: 60 ms and more of a full wire).
+/// Capacity of the queue to a host without `depth` (assumed: 60 ms or more of a full wire).
 inline constexpr std::size_t kMostInAdapter = 512;
 
-/// What an adapter adds to the wire's own times. Several add up (`add`). All 0: nothing.
+/// Times that an adapter adds to those of the wire; all 0: none. `add` combines several.
 struct AdapterTimes {
-  // Latency of each frame: to the wire, to the host, evenly to either side of that, and now and
-  // then so much more. Never below 0.
+  // Latency of each frame to the wire and to the host, uniform jitter to either side, occasional
+  // tail. The sum is at least 0.
   double tx_us = 0, rx_us = 0, jitter_us = 0, tail_us = 0;
-  double tail_probability = 0;  // 0..1, of each frame
-  double frame_us = 0;          // a frame takes its line so long, either way, one after the other
-  // What comes from the wire reaches the host at multiples of this, or at once when so much waits;
-  // 0: at once.
+  double tail_probability = 0;  // 0..1, per frame
+  double frame_us = 0;          // line time of one frame; each direction sends one at a time
+  // Frames reach the host at multiples of this time, or once `batch_most` frames (RS-485: bytes)
+  // wait; 0: at once.
   double batch_us = 0;
   std::size_t batch_most = 0;
-  // So much may wait for the host; the newest beyond is lost, and the host is told or not. 0: as
-  // much as kMostInAdapter.
+  // Capacity of the queue to the host, frames (RS-485: bytes); 0: kMostInAdapter frames. If full,
+  // the newest frame is lost, and an error frame may report it.
   std::size_t depth = 0;
   bool reports_overrun = true;
-  // While nothing has come from the wire for kAdapterSilence, each of so many writes blocks
-  // the host so long.
+  // After kAdapterSilence without a frame from the wire, one of so many writes blocks the host this
+  // long.
   int stall_every = 0;
   double stall_us = 0;
 
-  /// The most that a lone query and its reply take longer, stalls aside.
+  /// Returns the largest delay of a single query and its reply, without stalls.
   SimTime worst_round_trip() const;
   bool any() const { return !(*this == AdapterTimes{}); }
   friend bool operator==(const AdapterTimes&, const AdapterTimes&) = default;
 };
 AdapterTimes add(const AdapterTimes& one, const AdapterTimes& other);
 
-/// An adapter that hosts are seen to use.
+/// Timing of an adapter type that hosts use.
 struct AdapterProfile {
   std::string_view name;  // "ch348"
   AdapterTimes times;
-  std::string_view source;  // of the numbers
+  std::string_view source;  // of the numbers in `times`
 };
-/// All of them; the first is none.
+/// All profiles; the first one adds no times.
 std::span<const AdapterProfile> adapter_profiles();
-/// Null when there is none of this name.
+/// Returns null if the name is unknown.
 const AdapterProfile* find_adapter(std::string_view name);
 
 }  // namespace lk::emulator

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What can be waited for on a running bus: plain values.
+/// @file Conditions that a running bus can wait for: plain values.
 
 #include <cstdint>
 #include <variant>
@@ -11,16 +11,15 @@ namespace lk::emulator {
 
 struct Signal;
 
-/// The drive has been sent the command `command` (DATA[0]), in frames of its own, so many times
-/// since this was asked for.
-/// The frame that completes the number is the first one for which the condition holds.
+/// The drive was sent `count` single-drive frames with DATA[0] = `command` since the condition was
+/// set. It holds before the drive processes the last of them.
 struct CommandSeen {
   std::uint8_t command = 0;
   int count = 1;
 };
 enum class Edge : std::uint8_t { kAbove, kBelow, kCrosses };
-/// A signal is at or above the level, or at or below it; or passes it, in either direction. Looked
-/// at every Bus::kLookStep.
+/// A signal is at or above the level, at or below it, or crosses it in either direction. Sampled
+/// every Bus::kLookStep.
 struct SignalReaches {
   const Signal* signal = nullptr;
   Edge edge = Edge::kAbove;
@@ -31,7 +30,7 @@ struct ErrorSet {
   model::Error error = model::Error::kUnderVoltage;
 };
 
-/// Of the drive `id`, which must be on the bus.
+/// Condition on the drive `id`, which must be on the bus.
 struct Condition {
   int id = 1;
   std::variant<CommandSeen, SignalReaches, ErrorSet> what;

@@ -1,7 +1,6 @@
 #pragma once
 
-/// @file What can be done to a running bus besides sending frames: plain values, handled by the
-/// core.
+/// @file Actions on a running bus besides sending frames: plain values, executed by the core.
 
 #include <array>
 #include <cstddef>
@@ -20,21 +19,21 @@
 
 namespace lk::emulator {
 
-// Of one drive.
+// For one drive.
 struct PowerOn {};
-struct PowerOff {};  // the supply is disconnected: the link runs empty
-/// Off, and on again when `off_for` has passed and the drive is dead: its link feeds it for a
-/// while.
+struct PowerOff {};  // disconnects the supply; the link capacitor discharges
+/// Disconnects the supply. Reconnects it after `off_for`, once the drive is dead: its link
+/// capacitor feeds it for a while.
 struct PowerCycle {
   SimTime off_for{std::chrono::milliseconds(500)};
 };
-/// The source's voltage moves there, evenly within `ramp`; at once when that is 0.
+/// Ramps the source linearly to `supply_V` within `ramp`; 0: at once.
 struct SupplyVoltage {
   double supply_V = 0;
   SimTime ramp{0};
 };
-/// The source drops there at once, and is back after that time at what it had, or was on its way
-/// to. A sag in a sag ends both; whatever else is said of the voltage meanwhile stays.
+/// Drops the source to `to_V`; after `duration` restores the voltage, or the target of its ramp.
+/// The end of a sag within a sag ends both. A SupplyVoltage meanwhile cancels the restore.
 struct Sag {
   double to_V = 0;
   SimTime duration{0};
@@ -45,77 +44,77 @@ struct AmbientTemperature {
 struct Load {
   model::LoadParams load;
 };
-/// The output shaft is turned by hand, by so much, clockwise positive.
+/// Turns the output shaft by hand, clockwise positive.
 struct TurnShaft {
   double turn_deg = 0;
 };
 
-/// Somebody at the drive, not on the wire, writes a setting to RAM and ROM. Nothing happens while
-/// the drive is dead or its flash has too much to do.
+/// Writes a setting to RAM and ROM at the drive, not over the wire. Ignored if the drive is dead or
+/// too many writes of its flash are pending.
 struct Setting {
   RomParameter parameter = RomParameter::kMaxSpeed;
-  Registers value;  // what `parameter` is in here
+  Registers value;  // only the member of `parameter` is used
 };
 
-// Of the bus as a whole.
+// For the whole bus.
 struct SetFault {
   Fault fault;
 };
-/// The fault of this name, all of this kind, or "all"; "planned": all directives, faults aside,
-/// that wait for their time or their condition.
+/// Clears the fault of this name, all faults of this kind, or "all". "planned" instead removes all
+/// pending directives except faults.
 struct ClearFault {
   std::string which;
 };
 inline constexpr std::string_view kPlanned = "planned";
-/// What pushes a part of the body, in the axes of the world, at the part's centre of mass.
+/// Force and torque on a part of the body, in world axes, at the part's centre of mass.
 struct Push {
-  std::size_t part = 0;  // of Mechanism::parts()
+  std::size_t part = 0;  // index in Mechanism::parts()
   std::array<double, 3> force_N{};
   std::array<double, 3> torque_Nm{};
   SimTime duration{0};
 };
-/// A part of the body carries so much at its centre of mass, in place of what it carried.
+/// Sets the mass that a part of the body carries at its centre of mass.
 struct CarriedMass {
   std::size_t part = 0;
   double mass_kg = 0;
 };
-/// The body stands still, or moves again, from rest.
+/// Stops the body, or restarts it from rest.
 struct Freeze {
   bool on = true;
 };
-/// The ground is so much higher from there on, along +x; of 0: nowhere.
+/// Raises the ground by `height_m` from `from_x_m` on, along +x; 0: removes the step.
 struct FloorStep {
   double height_m = 0;
   double from_x_m = 0;
 };
-/// The ground that the body stands on. What is not said stays as it is.
+/// Ground below the body. Absent members stay unchanged.
 struct Floor {
-  std::optional<double> friction;   // sliding, of whatever touches it
+  std::optional<double> friction;   // sliding, with all that touches it
   std::optional<double> slope_rad;  // it rises along +x
   std::optional<FloorStep> step = std::nullopt;
 };
-/// The body is put there, at rest. What is not said stays where it is.
+/// Puts the body into a pose, at rest. Absent members stay unchanged.
 struct Pose {
   struct JointAt {
     std::size_t joint = 0;  // of Mechanism::joints()
     double angle_rad = 0;
   };
-  std::optional<std::size_t> keyframe;  // of Mechanism::keyframes(), before all else
-  std::size_t part = 0;                 // that goes where it likes
-  std::optional<Triple> position_m;     // its
-  std::optional<Triple> rpy_rad;        // turned about the world's x, then y, then z
+  std::optional<std::size_t> keyframe;  // index in Mechanism::keyframes(); applied first
+  std::size_t part = 0;                 // index of the free part to place
+  std::optional<Triple> position_m;     // of that part
+  std::optional<Triple> rpy_rad;        // rotation about the world's x, then y, then z
   std::vector<JointAt> joints;
 };
-/// Of the body that drives of the bus are on; done when its next step begins.
+/// Acts on the body of the bus when its next step begins.
 struct BodyAct {
   std::variant<Push, CarriedMass, Freeze, Floor, Pose> what;
 };
-/// Nothing but a note in logs and recordings.
+/// Adds a note to logs and recordings; no other effect.
 struct Mark {
   std::string text;
 };
 
-/// To the drive `id`, which must be on the bus; SetFault, ClearFault, BodyAct and Mark have
+/// For the drive `id`, which must be on the bus. SetFault, ClearFault, BodyAct and Mark use
 /// kWholeBus.
 struct Directive {
   int id = kWholeBus;
@@ -124,13 +123,13 @@ struct Directive {
       what;
 };
 
-/// To be done at `at`, or, with a condition, at the first instant from then on at which it holds.
+/// Executed at `at`, or, with a condition, at the first instant from `at` on at which it holds.
 struct TimedDirective {
   SimTime at{0};
   Directive directive;
   std::optional<Condition> when = std::nullopt;
-  // The words that asked for it, without its time, as JSON: for recordings. Of the directives that
-  // one request made, the first has them.
+  // Source text of the request as JSON, without its time, for recordings. If a request makes
+  // several directives, only the first has it.
   std::string said = {};
 };
 

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Faults as plain values: what is injected, and what came of it.
+/// @file Faults as plain values: the request, and its outcome.
 
 #include <array>
 #include <cstddef>
@@ -19,15 +19,14 @@ struct FaultRow;
 
 inline constexpr int kWholeBus = 0;  // in place of a drive's ID
 
-/// The shortest time between two beginnings of a fault: with a shorter one it takes all the time of
-/// a run.
+/// Shortest time between two beginnings of a fault; shorter ones would take most of the run time.
 inline constexpr SimTime kClosestFaults = std::chrono::milliseconds(1);
 
-/// A word of those that a parameter offers, by its place among them; whoever acts on it has an
-/// enumeration in the same order.
+/// Index of a word in the choices of a parameter. Code that uses it has an enumeration in the same
+/// order.
 enum class FaultChoice : std::uint8_t {};
 
-/// What a parameter of a fault is set to: a number in the parameter's unit, or a word.
+/// Value of a fault parameter: a number in the parameter's unit, or a choice.
 class FaultValue {
  public:
   constexpr FaultValue(double number = 0) : value_(number) {}
@@ -49,37 +48,37 @@ class FaultValue {
 inline constexpr std::size_t kMostFaultParams = 5;
 using FaultValues = std::array<FaultValue, kMostFaultParams>;
 
-/// A fault as it is asked for. It begins when its directive is performed; a trigger is the
-/// directive's (TimedDirective).
+/// Request for a fault. It begins when its directive is executed; a trigger belongs to the
+/// directive (TimedDirective).
 struct Fault {
-  std::string name;                 // tells it from the others of its bus
-  const FaultRow* row = nullptr;    // its kind, one of fault_table(); never null on a bus
-  std::vector<int> ids;             // the drives that have it, ascending; empty: the bus as a whole
-  FaultValues values{};             // in the order and the units of the row's parameters
-  double probability = 1;           // of each frame, for kinds that act on frames
-  std::optional<SimTime> duration;  // of each time, up to kLongestTime; absent: until it is cleared
-  // From one beginning to the next, longer than `duration`, at least kClosestFaults; absent: once.
+  std::string name;                 // unique on its bus
+  const FaultRow* row = nullptr;    // kind, from fault_table(); never null on a bus
+  std::vector<int> ids;             // affected drives, ascending; empty: the whole bus
+  FaultValues values{};             // in the order and units of the row's parameters
+  double probability = 1;           // per frame, for kinds that act on frames
+  std::optional<SimTime> duration;  // of each occurrence, up to kLongestTime; absent: until cleared
+  // Period of beginnings, above `duration`, at least kClosestFaults; absent: one beginning.
   std::optional<SimTime> every;
-  int times = 0;  // beginnings in all, with `every`; 0: no end
+  int times = 0;  // beginnings in total, with `every`; 0: unlimited
 };
 
-/// What has become of a fault.
+/// State of a fault and evidence of its effects.
 struct FaultEvidence {
   enum class State : std::uint8_t { kArmed, kActive, kPaused, kOver, kCleared };
   State state = State::kArmed;
   SimTime armed_at{0};
-  std::optional<SimTime> began_at;         // first
-  std::optional<SimTime> first_effect_at;  // something was otherwise than without the fault
-  // Frames; kicks and writes; of what lasts, the instants of looking (Bus::kLookStep) at which it
-  // showed, of each drive. 0: none.
+  std::optional<SimTime> began_at;         // of the first beginning
+  std::optional<SimTime> first_effect_at;  // first difference from a run without it
+  // Affected frames; kicks and writes; of lasting faults: samples (Bus::kLookStep) with a visible
+  // effect, counted per drive.
   std::uint64_t effects = 0;
-  std::string first_on;  // what the first effect was on: "drive 2", "drive 2, 142#9C…"
+  std::string first_on;  // object of the first effect: "drive 2", "drive 2, 142#9C…"
 };
 
 struct FaultReport {
   Fault fault;
   FaultEvidence evidence;
-  std::size_t order = 0;  // so many were armed on the bus before it
+  std::size_t order = 0;  // number of faults armed on the bus before it
 };
 
 }  // namespace lk::emulator

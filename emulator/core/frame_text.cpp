@@ -9,7 +9,7 @@
 namespace lk::emulator {
 namespace {
 
-constexpr std::uint32_t kErrorFlag = 0x20000000;  // of Linux's can_id, which candump prints
+constexpr std::uint32_t kErrorFlag = 0x20000000;  // in Linux's can_id, which candump prints
 
 void add_hex(std::string& text, std::uint32_t value, int digits) {
   for (int digit = digits - 1; digit >= 0; --digit) {
@@ -24,7 +24,7 @@ std::optional<std::uint32_t> hex_digit(char c) {
   return std::nullopt;
 }
 
-/// All of `text` as one number of hexadecimal digits, at most eight.
+/// Parses all of `text` as a hexadecimal number of at most eight digits.
 std::optional<std::uint32_t> parse_hex(std::string_view text) {
   if (text.empty() || text.size() > 8) return std::nullopt;
   std::uint32_t value = 0;
@@ -38,7 +38,7 @@ std::optional<std::uint32_t> parse_hex(std::string_view text) {
 
 std::string quoted(std::string_view text) { return "\"" + std::string(text) + "\""; }
 
-/// What is wrong with the identifier; empty when nothing is.
+/// Returns what is wrong with the identifier; empty if it is valid.
 std::string read_identifier(std::string_view text, protocol::Frame& frame) {
   const auto id = parse_hex(text);
   if (!id || (text.size() != 3 && text.size() != 8)) {
@@ -77,7 +77,7 @@ std::string read_bytes(std::string_view text, protocol::Frame& frame,
   return "";
 }
 
-/// Of RS-485: the bytes of one packet, or bytes that are none.
+/// RS-485: the bytes of one packet, or any other bytes.
 constexpr std::string_view kSerialMark = "rs485";
 std::variant<protocol::Frame, std::string> read_serial(std::string_view text) {
   protocol::Frame bytes;
@@ -88,7 +88,7 @@ std::variant<protocol::Frame, std::string> read_serial(std::string_view text) {
   return protocol::bytes_frame({bytes.data.data(), bytes.dlc});
 }
 
-/// What stands behind '#'.
+/// Parses the text after '#'.
 std::string read_content(std::string_view text, protocol::Frame& frame) {
   if (text.starts_with('#')) {
     frame.kind = protocol::FrameKind::kFd;

@@ -8,11 +8,11 @@
 
 namespace lk::emulator {
 
-/// A frame as candump and cansend write it: "141#9C00000000000000", "141#R", "00000141#…".
+/// Formats a frame as candump and cansend do: "141#9C00000000000000", "141#R", "00000141#…".
 std::string frame_text(const protocol::Frame& frame);
 
-/// The frame that such a text is, or what is wrong with it, for a person. Dots between the bytes
-/// and lower case are welcome; of a CAN FD frame ("141##0…") the payload is left out.
+/// Parses such a text; returns the frame or a message for the user. Accepts dots between bytes and
+/// lower case. Ignores the payload of a CAN FD frame ("141##0…").
 std::variant<protocol::Frame, std::string> parse_frame(std::string_view text);
 
 }  // namespace lk::emulator

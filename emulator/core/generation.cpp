@@ -18,7 +18,7 @@ Quirks quirks_of(Generation generation, protocol::Framing framing) {
   const bool newer = generation != Generation::kLegacy && generation != Generation::kLateLegacy;
   quirks.run_resumes = !newer;
   quirks.off_needs_run = newer;
-  // Two teams on RS-485 saw 0 where power came on, two on CAN the single-turn angle.
+  // At power-up two teams saw 0 on RS-485, and two saw the single-turn angle on CAN.
   if (framing == protocol::Framing::kSerial) quirks.boot_multi_turn = BootMultiTurn::kZero;
   return quirks;
 }

@@ -9,15 +9,14 @@
 
 namespace lk::emulator {
 
-/// The switches as the drives of a generation have them on a wire (docs/protocol.md §10.1,
-/// docs/rs485.md).
+/// Returns the switches of a generation's drives on a wire (docs/protocol.md §10.1, docs/rs485.md).
 Quirks quirks_of(Generation generation, protocol::Framing framing = protocol::Framing::kCan);
 
-/// The word that configuration files and options have for it.
+/// Returns the name that configuration files and options use.
 std::string_view generation_name(Generation generation);
-/// The generation of that name.
+/// Returns the generation of that name; nothing if unknown.
 std::optional<Generation> generation_of(std::string_view name);
-/// Their names, in the order of Generation.
+/// Returns all names, in the order of Generation.
 std::vector<std::string> generation_names();
 
 }  // namespace lk::emulator

@@ -2,8 +2,7 @@
 
 namespace lk::emulator {
 
-/// A function for each alternative of a variant, for std::visit: one that is missing does not
-/// compile.
+/// Visitor for std::visit with one function for each alternative; a missing one does not compile.
 template <class... Functions>
 struct overloaded : Functions... {
   using Functions::operator()...;

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What a drive keeps: its settings, in RAM and in ROM, and what ROM is made of.
+/// @file Settings of a drive in RAM and ROM, and properties of the ROM.
 
 #include <array>
 #include <cstddef>
@@ -11,11 +11,10 @@
 
 namespace lk::emulator {
 
-/// Of the settings by which a drive is found on its bus: never written, so it is what the drive is
-/// wired and configured as.
+/// Value of an unwritten address setting: the drive uses its wiring and its configuration.
 inline constexpr std::uint8_t kAsWired = 0xFF;
 
-/// The drive's parameter memory. RAM starts as a copy of ROM at power-up.
+/// Parameter memory of a drive. RAM is a copy of ROM at power-up.
 struct Registers {
   model::GainBytes gains;
   std::int32_t acceleration_dps_s = 0;         // 0 = no ramp
@@ -25,19 +24,19 @@ struct Registers {
   double max_speed_dps = 16800;                // > 0
   double max_angle_deg = 0;                    // 0 = no limit
   double current_ramp_A_s = 0;                 // of the speed and position loops; 0 = none
-  bool broadcast_mode = false;                 // answers the commands for several drives only
+  bool broadcast_mode = false;                 // answers multi-drive commands only
   std::array<model::Protection, model::kErrorKinds> protections{};  // by model::Error, SI
-  std::int32_t align_value = 0;                                     // what 0x18 found last
-  // Where the drive is found from the next start on; all may be kAsWired.
-  std::uint8_t driver_id = kAsWired;    // 0..32, 0 = that of the DIP switch
+  std::int32_t align_value = 0;                                     // result of the last 0x18
+  // Address settings; each may be kAsWired.
+  std::uint8_t driver_id = kAsWired;    // 0..32; 0: that of the DIP switch
   std::uint8_t bus_type = kAsWired;     // protocol::BusType
-  std::uint8_t serial_rate = kAsWired;  // code of the bit rate on RS-485, 0..10
-  std::uint8_t can_rate = kAsWired;     // code of the bit rate on CAN, 0..4
+  std::uint8_t serial_rate = kAsWired;  // code of the RS-485 bit rate, 0..10
+  std::uint8_t can_rate = kAsWired;     // code of the CAN bit rate, 0..4
 
   friend bool operator==(const Registers&, const Registers&) = default;
 };
 
-/// What ROM holds, one by one: each is written, and wears, by itself.
+/// Parameters in ROM; each is written, and wears, separately.
 enum class RomParameter : std::uint8_t {
   kGains,
   kAcceleration,
@@ -56,10 +55,10 @@ enum class RomParameter : std::uint8_t {
   kCanRate,
 };
 inline constexpr std::size_t kRomParameters = 15;
-/// How often each parameter was written.
+/// Number of writes of each parameter.
 using RomWear = std::array<std::uint32_t, kRomParameters>;
 
-/// What the memory is made of.
+/// Properties of the ROM.
 struct RomParams {
   SimTime write_time = std::chrono::milliseconds(2);  // assumed: a page of flash
   std::uint32_t endurance = 10'000;  // writes of one parameter; STM32 data sheets' minimum

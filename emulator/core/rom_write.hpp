@@ -6,10 +6,10 @@
 
 namespace lk::emulator {
 
-/// A drive has written its ROM: what stands there now, all of it. The shell keeps it; the reply
-/// that acknowledges it (TimedFrame::after_rom_write) may leave when it is durable.
+/// Full contents of a drive's ROM after a write. The shell stores them; the acknowledging reply
+/// (TimedFrame::after_rom_write) may leave when they are durable.
 struct RomWrite {
-  std::uint64_t number = 0;  // from 1, of this drive
+  std::uint64_t number = 0;  // from 1, per drive
   int id = 1;                // the drive
   Registers rom;
   RomWear wear{};

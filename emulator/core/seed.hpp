@@ -4,8 +4,7 @@
 
 namespace lk::emulator {
 
-/// What draws from the bus's seed: its drives, its faults, its hosts' adapter; each has numbers of
-/// its own.
+/// Users of the bus seed: drives, faults, adapter. Each has a separate sequence of numbers.
 enum class SeedStream : std::uint8_t {
   kNoise,
   kBootAngle,
@@ -24,13 +23,13 @@ constexpr std::uint64_t mix(std::uint64_t x) {
   return x ^ (x >> 31U);
 }
 
-/// Depends on the bus's seed and the drive's ID only, so a drive does not change with its company.
+/// Depends only on bus seed and drive ID, so other drives on the bus do not change it.
 constexpr std::uint64_t stream_seed(std::uint64_t bus_seed, int id, SeedStream stream) {
   return mix(mix(bus_seed) + static_cast<std::uint64_t>(id) * 256U +
              static_cast<std::uint64_t>(stream));
 }
 
-/// [0, 1), from the upper 53 bits.
+/// Maps the upper 53 bits to [0, 1).
 constexpr double uniform(std::uint64_t bits) { return static_cast<double>(bits >> 11U) * 0x1p-53; }
 
 }  // namespace lk::emulator

@@ -7,23 +7,23 @@
 
 namespace lk::emulator {
 
-/// Simulated time since the bus was powered on: an integer number of nanoseconds. Never read from a
-/// clock in here; the shell decides how it relates to wall time.
+/// Simulated time since the bus was powered on, in integer nanoseconds. The core never reads a
+/// clock; the shell relates this time to wall time.
 using SimTime = std::chrono::nanoseconds;
 
-/// The longest time that can be asked for, about three years: sums of such times fit.
+/// Longest time accepted as input, about three years: sums of such times do not overflow.
 inline constexpr SimTime kLongestTime = std::chrono::seconds(100'000'000);
 
-/// A frame and an instant. Of a host's frame: when the host put it on its interface. Of a drive's:
-/// when its last bit was on the bus; where hosts have an adapter, when that hands it over.
+/// A frame and its time. From a host: when the host wrote it. From a drive: when its last bit
+/// ended, or when the hosts' adapter hands it over.
 struct TimedFrame {
   SimTime at{0};
   protocol::Frame frame;
-  std::uint64_t after_rom_write = 0;  // of a drive's: the RomWrite it acknowledges; 0 = none
-  int said_by = 0;    // of a drive's: its ID, when the identifier does not tell; else 0
-  bool echo = false;  // no drive's: the host's own, which it reads
-  // Of a host's: the number by which its port knows it; other hosts get to hear the frame. 0: the
-  // medium has told them already.
+  std::uint64_t after_rom_write = 0;  // of a drive: number of the RomWrite it acknowledges; 0: none
+  int said_by = 0;    // of a drive: its ID if the identifier does not give it; else 0
+  bool echo = false;  // the host's own frame, which it reads back
+  // Of a host: its number at its port, which passes the frame on to other hosts. 0: the medium has
+  // already delivered it to them.
   std::uint32_t sender = 0;
 
   friend bool operator==(const TimedFrame&, const TimedFrame&) = default;

@@ -10,25 +10,25 @@ namespace lk::emulator {
 class Line;
 struct Signal;
 
-/// What a client wants to be told again and again.
+/// Request of a client for periodic samples.
 struct TelemetryRequest {
   Line* line = nullptr;
   std::vector<int> ids;
-  std::vector<const Signal*> signals;       // of each
-  std::vector<const Signal*> body_signals;  // once
-  double values() const {                   // of a sample
+  std::vector<const Signal*> signals;       // of each drive
+  std::vector<const Signal*> body_signals;  // one value each per sample
+  double values() const {                   // per sample
     return static_cast<double>(ids.size() * signals.size() + body_signals.size());
   }
   double rate_Hz = 100;
   SimTime period{0};
-  // 1: a message is a sample; more: a list of up to so many, which is less work for both sides.
+  // 1: a message is a sample. Above 1: a list of up to so many samples, at lower cost.
   int samples_per_message = 1;
 };
 
 inline constexpr double kSlowestTelemetry_Hz = 0.1;
 inline constexpr double kFastestTelemetry_Hz = 20'000;
 inline constexpr int kMostSamplesPerMessage = 1000;
-/// Values a second of simulated time in one stream.
+/// Limit of values per second of simulated time in one stream.
 inline constexpr double kMostTelemetry = 200'000;
 
 }  // namespace lk::emulator

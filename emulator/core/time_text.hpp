@@ -6,9 +6,9 @@
 
 namespace lk::emulator {
 
-/// "1.25 s", to the nanosecond.
+/// Formats as "1.25 s", to the nanosecond.
 std::string time_text(SimTime time);
-/// The same as a number of seconds: "1.25".
+/// Formats as a number of seconds: "1.25".
 std::string seconds_text(SimTime time);
 
 }  // namespace lk::emulator

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Between the units of the wire and those of the model.
+/// @file Conversions between the units of the wire and of the model.
 
 #include <numbers>
 

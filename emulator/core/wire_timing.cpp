@@ -13,7 +13,7 @@ SimTime bits_duration(std::int64_t bits, std::int64_t bitrate) {
 
 std::int64_t ticks_until(SimTime t, std::int64_t f_Hz) {
   assert(t.count() >= 0 && f_Hz > 0);
-  // Whole seconds apart from the rest: t·f itself leaves 64 bits after 80 hours at 32 kHz.
+  // Split off whole seconds: t·f overflows 64 bits after 80 hours at 32 kHz.
   const std::int64_t seconds = t.count() / kNsPerS;
   const std::int64_t rest_ns = t.count() % kNsPerS;
   return seconds * f_Hz + rest_ns * f_Hz / kNsPerS;
