@@ -14,9 +14,9 @@
 
 namespace lk::emulator {
 
-// Of the drive `id`.
+// For the drive `id`.
 
-/// The next step of a supply's way to its new voltage.
+/// Next step of a supply voltage ramp.
 struct SupplyStep {
   int id;
 };
@@ -24,11 +24,11 @@ struct SupplyStep {
 struct SagEnd {
   int id;
 };
-/// A drive's memory has taken the write it began first.
+/// The flash of a drive has finished its oldest pending write.
 struct RomWritten {
   int id;
 };
-/// Half of the time of a calibration has passed.
+/// Half of the calibration time has passed.
 struct CalibrationStep {
   int id;
 };
@@ -36,33 +36,33 @@ struct CalibrationStep {
 struct Reconnect {
   int id;
 };
-/// A drive's controller has counted out its time off the bus.
+/// The bus-off recovery time of a drive is over.
 struct BusOffEnd {
   int id;
 };
 
-// Of a fault, by its order on the board.
+// For a fault, by its order on the board.
 
-/// A fault begins; its present time is over.
+/// A fault begins; an occurrence of it ends.
 struct FaultBegin {
   std::size_t fault;
 };
 struct FaultEnd {
   std::size_t fault;
 };
-/// The drive `id` sends the next frame that nobody asked for.
+/// The drive `id` sends its next unsolicited frame.
 struct Babbling {
   std::size_t fault;
   int id;
 };
-/// Conditions and faults that last are looked at.
+/// Conditions and lasting faults are sampled.
 struct Look {};
 
 using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, CalibrationStep, Reconnect,
                           BusOffEnd, FaultBegin, FaultEnd, Babbling, Look>;
 
-/// What is going to happen on a bus besides frames, in order of time. Among equals, what the
-/// configuration has comes first, then what was entered first. A value.
+/// Tasks of a bus besides frames, by time. At equal times configured tasks come first, then the
+/// order of entry decides. A value.
 class Agenda {
  public:
   enum class Rank : std::uint8_t { kConfigured, kSaidLater };
@@ -70,39 +70,39 @@ class Agenda {
     entries_.push_back({at, rank, entered_++, std::move(task)});
     std::ranges::push_heap(entries_, later);
   }
-  /// A look at `at` at the latest; there is one at a time.
+  /// Ensures a look at `at` or earlier; at most one is pending.
   void look_by(SimTime at, Rank rank = Rank::kSaidLater) {
     if (next_look_ && *next_look_ <= at) return;
     next_look_ = at;
     enter(at, Look{}, rank);
   }
-  /// Everything has been looked at, because that was due or because somebody could not wait.
+  /// Clears the pending look if it is due. Call after each look, due or early.
   void looked(SimTime now) {
     if (next_look_ && *next_look_ <= now) next_look_.reset();
   }
   std::optional<SimTime> next_due() const {
     return entries_.empty() ? std::nullopt : std::optional(entries_.front().at);
   }
-  /// The next task; there must be one.
+  /// Pre: `next_due()` has a value. Removes and returns the next task.
   Task take() {
     std::ranges::pop_heap(entries_, later);
     Task task = std::move(entries_.back().task);
     entries_.pop_back();
     return task;
   }
-  /// How many directives are to be done.
+  /// Number of pending directives.
   std::size_t directives() const {
     return static_cast<std::size_t>(std::ranges::count_if(entries_, is_directive));
   }
   void forget_directives() {
     forget_if<Directive>([](const Directive& /*directive*/) { return true; });
   }
-  /// Forgets what of this kind is to happen to a drive.
+  /// Removes the tasks of this kind for a drive.
   template <class Kind>
   void forget(int id) {
     forget_if<Kind>([id](const Kind& task) { return task.id == id; });
   }
-  /// Forgets what of this kind is to happen because of a fault.
+  /// Removes the tasks of this kind for a fault.
   template <class Kind>
   void forget_fault(std::size_t fault) {
     forget_if<Kind>([fault](const Kind& task) { return task.fault == fault; });
@@ -130,7 +130,7 @@ class Agenda {
     if (std::erase_if(entries_, meant) > 0) std::ranges::make_heap(entries_, later);
   }
 
-  std::vector<Entry> entries_;  // a heap, the next one first
+  std::vector<Entry> entries_;  // a heap, the next entry first
   std::uint64_t entered_ = 0;
   std::optional<SimTime> next_look_;
 };

@@ -68,15 +68,15 @@ bool Bus::deliver_to(SimTime until) {
   for (;;) {
     const std::optional<SimTime> due = next_due();
     SimTime target = std::max(std::min(due.value_or(until), until), time_);
-    // Where everybody is brought, nobody may be ahead of what happens when a drive dies before its
-    // frame starts: the wire is left to others then.
+    // When all motors advance together, stop at the start of a reply. If its drive dies before,
+    // other frames take the wire, and no motor may be ahead of them.
     const std::optional<SimTime> start = wire_.next_reply_start();
     if ((faults_or_conditions() || flags_left_ > 0) && start && *start > time_) {
       target = std::min(target, *start);
     }
     const Brought brought = bring_concerned_to(target);
     if (brought == Brought::kNotYet) return false;
-    if (brought == Brought::kEdge) continue;  // what was due may be void
+    if (brought == Brought::kEdge) continue;  // the due event may be void now
     time_ = target;
     if (due && *due <= target) {
       if (agenda_.next_due() && *agenda_.next_due() <= time_) {
@@ -105,13 +105,13 @@ void Bus::take_rom_writes(std::vector<RomWrite>& out) {
 void Bus::restore_rom(int id, const Registers& rom, const RomWear& wear) {
   settle();
   if (std::ranges::find(rom_writes_, id, &RomWrite::id) != rom_writes_.end()) {
-    return;  // whoever takes that one will hear whether it is durable
+    return;  // who takes that write learns whether it is durable
   }
   Node& node = nodes_.of(id);
   if (node.memory.idle()) {
     node.servo.restore_rom(rom, wear);
   } else {
-    // It brings what the failed one brought; only if the power cuts it short is that gone.
+    // The pending write repeats the failed change; a power loss before its end undoes both.
     node.memory.set_before(rom, wear);
   }
 }
@@ -124,7 +124,7 @@ std::optional<SimTime> Bus::next_due() const {
   return next;
 }
 
-/// Hosts whose receiver stays on while they send read themselves first.
+/// Hosts that receive while they send read their own frame first.
 void Bus::echo(SimTime at) {
   LiveFault* const fault = faults_.echo();
   if (fault == nullptr) return;
@@ -140,7 +140,7 @@ void Bus::to_host(TimedFrame frame) {
   if (serial_) {
     const int id = static_cast<int>(frame.frame.id & 0x3FU);
     faults_.read(frame.frame, time_);
-    if (!frame.echo && frame.said_by == 0) frame.said_by = id;  // bytes do not say
+    if (!frame.echo && frame.said_by == 0) frame.said_by = id;  // the bytes give no ID
   }
   if (!adapter_.in_use()) {
     hand_over(frame);
@@ -162,7 +162,7 @@ void Bus::lose_in_adapter() {
   ++stats_.replies_overrun;
 }
 
-/// Serial ports know nothing but bytes: those that find no room leave an unreported hole.
+/// Serial ports handle bytes only: those that do not fit are lost without a report.
 void Bus::bytes_to_host(TimedFrame frame) {
   const protocol::WireBytes bytes = protocol::wire_bytes(frame.frame);
   const std::size_t fits = std::min(bytes.size, adapter_.room());
@@ -187,7 +187,7 @@ void Bus::deliver_next() {
 }
 
 void Bus::deliver(const WireDelivery& delivery) {
-  if (had_errors_) {  // everybody's counters go down again
+  if (had_errors_) {  // a success decrements the error counters
     count_success(host_link_, delivery.from_host);
     if (!delivery.from_host) {
       int& errors = transmit_errors({delivery.frame, false, delivery.owner});
@@ -207,7 +207,7 @@ void Bus::deliver(const WireDelivery& delivery) {
     stats_.extra_frames += duplicates_.hear(delivery.at, delivery.frame, wire_, faults_, time_);
     return;
   }
-  if (delivery.frame.dlc == 0 && serial_) {  // nothing of it could be told from another's
+  if (delivery.frame.dlc == 0 && serial_) {  // its bytes cannot be told from another's
     ++stats_.replies_lost;
     ++stats_.replies_collided;
     return;

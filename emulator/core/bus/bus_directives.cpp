@@ -1,4 +1,4 @@
-// What is done to a bus besides sending frames: at once, when it is time, when something holds.
+// Actions on a bus besides sending frames: at once, at a time, or on a condition.
 
 #include <algorithm>
 #include <stdexcept>
@@ -13,7 +13,7 @@
 
 namespace lk::emulator {
 
-/// How often a power cycle looks whether the drive is dead.
+/// Interval at which a power cycle checks whether the drive is dead.
 constexpr SimTime kDeathWatch = std::chrono::milliseconds(1);
 
 void Bus::check(const Directive& directive) const {
@@ -37,10 +37,10 @@ bool Bus::apply(const Directive& directive) {
   const int id = directive.id;
   const auto motor = [&] { return lane(nodes_.of(id)); };
   const auto connect = [&](bool connected) {
-    agenda_.forget<Reconnect>(id);  // what was said last counts
+    agenda_.forget<Reconnect>(id);  // the last request counts
     motor().bank.connect_supply(motor().index, connected);
   };
-  // The voltage is on another way; whatever it was about to do is void.
+  // A new supply request cancels the pending one.
   const auto start_supply = [&] {
     agenda_.forget<SupplyStep>(id);
     agenda_.forget<SagEnd>(id);
@@ -90,7 +90,7 @@ bool Bus::apply(const Directive& directive) {
             }
           },
           [&](const BodyAct& act) { body_acts_.push_back(act); },
-          [](const Mark&) {},  // a note for others
+          [](const Mark&) {},  // only noted in logs and recordings
       },
       directive.what);
   return done;

@@ -1,4 +1,4 @@
-// Faults of a bus: when they begin and end, what they do, and what shows of them.
+// Faults of a bus: beginning, end, effects and evidence.
 
 #include <cstddef>
 #include <set>
@@ -9,7 +9,7 @@
 namespace lk::emulator {
 
 void Bus::begin_fault(std::size_t fault) {
-  // Another directive of the same instant may have cleared it, or it was dropped.
+  // It may have been cleared at this instant, or dropped from the board.
   if (!faults_.start(fault, time_)) return;
   LiveFault& live = faults_[fault];
   const FaultRow& row = live.row();
@@ -76,7 +76,7 @@ void Bus::pass_on_faults(Node& node) {
   if (!(motor.bank.faults(motor.index) == plant)) motor.bank.set_faults(motor.index, plant);
 }
 
-/// Faults of the plant that last, at one instant: what shows is counted, what moves is moved on.
+/// Samples lasting faults of the plant: counts visible effects, updates faults that move.
 void Bus::look_at_faults() {
   std::set<int> moved;
   for (const std::size_t fault : faults_.take_turns(time_)) {
@@ -121,7 +121,7 @@ bool Bus::destroy_next() {
   if (fault != nullptr) {
     fault->took_effect(time_, fault->row().of_bus ? kWholeBus : id, &next.frame);
   }
-  if (wire_.serial() != nullptr) {  // nobody notices, nobody sends again
+  if (wire_.serial() != nullptr) {  // not detected, so not sent again
     wire_.serial()->spoil_next();
     return false;
   }
@@ -145,7 +145,7 @@ int& Bus::transmit_errors(const WireCandidate& frame) {
   return nodes_.of(static_cast<int>(frame.owner & 0x3FU)).link.errors;
 }
 
-/// That of the hosts, and that of a second drive, start anew by themselves.
+/// The controllers of hosts and of duplicates recover by themselves.
 void Bus::leave_bus(const WireCandidate& given_up) {
   if (given_up.from_host) {
     stats_.drop(Drop::kFault);

@@ -1,5 +1,4 @@
-// The motors of a bus: how they are brought to the instants at which somebody needs them, and what
-// becomes of a drive whose motor tells that its controller has died or started.
+// Motors of a bus: advancing them, and reactions to a controller that dies or starts.
 
 #include <algorithm>
 #include <bit>
@@ -40,8 +39,8 @@ Bus::Brought Bus::bring_to(SimTime t, const Node* one) {
   return edge ? Brought::kEdge : Brought::kThere;
 }
 
-/// Others bring the motors. A drive that has died or come alive stands where it did: nobody brings
-/// them further before it has been followed.
+/// For motors that others advance. A drive that has died or started stays at that instant until
+/// `follow_lives` has run.
 [[gnu::noinline]] Bus::Brought Bus::await(SimTime t) {
   const auto changed = [this](const Node& node) {
     return motors_.alive(node.motor) != node.power.alive;
@@ -59,9 +58,9 @@ Bus::Brought Bus::bring_to(SimTime t, const Node* one) {
   return Brought::kThere;
 }
 
-/// Drives meet on the wire only: without faults and conditions, which look at several, a drive
-/// nobody hears of may stay behind. A drive that dies stops there, and those that were brought with
-/// it: when its frame is void, nobody is ahead of what happens instead.
+/// Drives interact on the wire only. Without faults and conditions, which read several drives, a
+/// drive without traffic may lag. Motors advanced together stop where a drive dies: its frame is
+/// void, and none is ahead of what follows.
 Bus::Brought Bus::bring_concerned_to(SimTime t) {
   if (faults_or_conditions()) {
     return bring_to(t);
@@ -70,7 +69,7 @@ Bus::Brought Bus::bring_concerned_to(SimTime t) {
   const bool wire_due = wire_.next_due() && *wire_.next_due() <= t;
   const std::optional<SimTime> start = wire_.next_reply_start();
   const bool replies = start && *start <= t;
-  // A reply that ends later: whoever waits behind it might have had the wire by then.
+  // If the drive of an unfinished reply dies, a frame behind it may have had the wire by now.
   if (!agenda_due && !wire_due && !(replies && wire_.several_wait())) {
     return Brought::kThere;
   }
@@ -83,7 +82,7 @@ Bus::Brought Bus::bring_concerned_to(SimTime t) {
   }
   if (agenda_due) return bring_to(t);
   const protocol::Frame next = wire_.next().frame;
-  if (next.kind == protocol::FrameKind::kBytes) return bring_to(t);  // a packet may end in it
+  if (next.kind == protocol::FrameKind::kBytes) return bring_to(t);  // a packet may end here
   const auto addressed = protocol::address(next);
   const int* const id = std::get_if<int>(&addressed);
   if (id != nullptr && *id == protocol::kMultiDrive) {
@@ -96,8 +95,8 @@ Bus::Brought Bus::bring_concerned_to(SimTime t) {
   return brought;
 }
 
-/// Some drive has died or come alive. Drives may be far apart then; they meet on the wire only, and
-/// nothing of a drive's happens there before it has been brought to it.
+/// Updates drives that have died or started. Motors may be at different times then: drives interact
+/// on the wire only, and each is advanced before its frames take effect.
 void Bus::follow_lives() {
   for (Node& node : nodes_) {
     const bool alive = motors_.alive(node.motor);
@@ -108,13 +107,13 @@ void Bus::follow_lives() {
       node.servo.power_cycle(lane(node));
       follow_start(node);
     } else {
-      // A frame that starts as the tick ends does not start.
+      // A frame that would start at the end of the tick does not start.
       lose_power(node, motors_.time(node.motor) - SimTime{1});
     }
   }
 }
 
-/// What it was about to say is lost, and so is what its memory had not taken yet.
+/// Pending replies and pending ROM writes are lost.
 void Bus::lose_power(Node& node, SimTime at) {
   stats_.replies_lost += node.link.forget(wire_, at);
   node.link.errors = 0;
@@ -136,8 +135,8 @@ void Bus::restart(Node& node) {
   follow_start(node);
 }
 
-/// A drive that starts anew may take another's ID, one at another rate destroys frames, one that
-/// hangs keeps the line: whether it has power then is to be known first.
+/// A drive with a new address at restart, at another rate, or holding the line affects the others.
+/// So its power state has to be known first.
 bool Bus::any_concerns_all() const {
   return flags_left_ > 0 || std::ranges::any_of(nodes_, [](const Node& node) {
            return node.servo.keeps_line() || node.servo.moves_at_start();

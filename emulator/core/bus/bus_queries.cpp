@@ -1,4 +1,4 @@
-// What drives make of the frames of hosts: who hears them, what is answered, and when.
+// Reaction of drives to frames of hosts: who receives them, what is answered, and when.
 
 #include <algorithm>
 #include <utility>
@@ -65,7 +65,7 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
 }
 
 std::optional<Drop> Bus::hear(SimTime at, Node& node, const protocol::Frame& frame) {
-  // Whoever waits for the query has its turn before the drive hears it.
+  // A condition on this query acts before the drive processes it.
   if (!conditions_.empty() && conditions_.count(node.id(), frame.data[0], time_)) look();
   if (!node.power.alive) return Drop::kNoPower;
   Servo& servo = node.servo;
@@ -76,7 +76,7 @@ std::optional<Drop> Bus::hear(SimTime at, Node& node, const protocol::Frame& fra
   protocol::Frame heard = frame;
   if (!faults_.hear(node.link, servo, heard, time_)) return Drop::kFault;
   if (servo.deaf_while_calibrating()) {
-    lane(node).feed_input();  // the link has not failed
+    lane(node).feed_input();  // restarts the lost-input window
     return Drop::kDriveBusy;
   }
   if (wire_.is_deaf(node.link.owner, at)) return Drop::kDriveBusy;
@@ -95,7 +95,7 @@ std::optional<Drop> Bus::hear(SimTime at, Node& node, const protocol::Frame& fra
   return std::nullopt;
 }
 
-/// A drive on RS-485 still holds the line: no drive hears what hosts send.
+/// Returns true, and counts the drop, if a drive holds the RS-485 line: no drive receives frames.
 bool Bus::line_is_kept() {
   if (!serial_) return false;
   const auto keeper = std::ranges::find_if(
@@ -107,8 +107,8 @@ bool Bus::line_is_kept() {
   return true;
 }
 
-/// Each drive hears the frame in its own way, and answers when those of lower IDs have. When none
-/// answers, the cause is that of the drive that came closest to it.
+/// Every drive processes the frame and answers in the order of addresses. If none answers, the
+/// cause is that of the drive that came closest.
 void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
   if (nodes_.size() > 0 &&
       std::ranges::none_of(nodes_, [](const Node& node) { return node.power.alive; })) {
@@ -210,9 +210,9 @@ void Bus::step_calibration(Node& node) {
   say(time_, time_, node, reply, before);
 }
 
-/// Without a modelled wire a drive on CAN has no reply time either; flash takes its time all the
-/// same. After a packet for several each has its turn by time, whether or not those before it
-/// answer (docs/rs485.md).
+/// A CAN bus without bit timing has no reply time; flash writes still take time. After a
+/// multi-drive packet each drive has a time slot, whether or not those before it answer
+/// (docs/rs485.md).
 SimTime Bus::reply_time(Node& node, For whom) const {
   const ServoConfig& config = node.servo.config();
   if (!serial_) return wire_.bitrate() > 0 ? config.reply_time : SimTime{0};

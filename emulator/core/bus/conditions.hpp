@@ -12,25 +12,25 @@
 
 namespace lk::emulator {
 
-/// What waits on a bus until its condition holds: directives, and beginnings of faults. A value.
+/// Directives and beginnings of faults that wait for a condition. A value.
 class Conditions {
  public:
-  /// Conditions that are waited for at once.
+  /// Limit of pending conditions.
   static constexpr std::size_t kMost = 1000;
 
   bool empty() const { return waiting_.empty(); }
   bool full() const { return waiting_.size() >= kMost; }
-  /// `task` waits for `when`, which does not count before `from`. There must be room.
+  /// Pre: `!full()`. Lets `task` wait for `when`, which is not tested before `from`.
   void add(SimTime from, const Condition& when, Task task);
-  /// The drive `id` is sent `command`, DATA[0]. Returns whether this completes a count.
+  /// Counts `command` (DATA[0]) sent to the drive `id`. Returns true if a count is complete.
   bool count(int id, std::uint8_t command, SimTime now);
-  /// Looks at them in the order in which they were added; those that hold no longer wait. `view`
-  /// gives a drive as it is now.
+  /// Removes and returns the tasks whose conditions hold, in order of `add`. `view` returns the
+  /// present state of a drive.
   std::vector<Task> take_due(SimTime now, const std::function<DriveView(int id)>& view);
-  /// The beginning of this fault does not wait any more.
+  /// Removes the pending beginning of this fault.
   void forget_fault(std::size_t fault);
   void forget_directives();
-  /// Directives that wait, without the beginnings of faults.
+  /// Number of pending directives, without beginnings of faults.
   std::size_t directives() const;
 
  private:
@@ -38,9 +38,9 @@ class Conditions {
     SimTime from;
     Condition when;
     Task task;
-    int seen = 0;                                 // frames
-    std::optional<double> before = std::nullopt;  // the signal, when it was last looked at
-    bool due = false;                             // holds, and is about to be done
+    int seen = 0;                                 // frames counted
+    std::optional<double> before = std::nullopt;  // last sampled value of the signal
+    bool due = false;                             // holds; the task is returned next
   };
   static bool is_directive(const Waiting& waiting) {
     return std::holds_alternative<Directive>(waiting.task);

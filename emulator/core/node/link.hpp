@@ -10,43 +10,42 @@
 
 namespace lk::emulator {
 
-/// A frame on its way out of a drive.
+/// A frame that a drive is about to send.
 struct Outgoing {
   SimTime ready{0};
   protocol::Frame frame;
-  std::uint64_t after_rom_write = 0;  // a copy acknowledges what its original does
-  bool held_back = false;             // until the next one has left
+  std::uint64_t after_rom_write = 0;  // a copy has the number of its original
+  bool held_back = false;             // to be sent after the next frame
 };
 
-/// The controller of a drive, between firmware and wire. A value; the wire is the bus's.
+/// Link controller of a drive, between firmware and wire. A value; the bus owns the wire.
 struct DriveLink {
   std::uint32_t owner;                     // of its frames on the wire: 0x140 + the configured ID
   int errors = 0;                          // transmit error counter
-  bool bus_off = false;                    // neither sends nor hears
-  bool blocked = false;                    // nothing leaves its queue
-  SimTime last_reply{0};                   // a drive answers in order
-  std::optional<Outgoing> held_back = {};  // it leaves behind the next one
-  std::optional<Outgoing> last_said = {};  // what stands in its buffer
-  std::uint64_t replies_drawn = 0;         // times of replies
+  bool bus_off = false;                    // neither sends nor receives
+  bool blocked = false;                    // its send queue is stopped
+  SimTime last_reply{0};                   // replies stay in order
+  std::optional<Outgoing> held_back = {};  // is sent after the next frame
+  std::optional<Outgoing> last_said = {};  // content of its send buffer
+  std::uint64_t replies_drawn = 0;         // number of random reply times drawn
 
-  /// It does not take in another query: what waits for its flash or the wire has to go first.
+  /// It accepts no query: too many replies are pending, for flash or wire.
   bool full(const Wire& wire) const { return wire.drive_queue_full(owner, held_back ? 1 : 0); }
-  /// It does not hear a query that ends at `end`: the same, or on RS-485 because of its own reply.
+  /// It does not receive a query that ends at `end`: full, or replying on RS-485.
   bool deaf(const Wire& wire, SimTime end) const { return full(wire) || wire.is_deaf(owner, end); }
-  /// In the order of calls, whatever waits how long. Returns how many frames are lost: 1 when it is
-  /// full.
+  /// Queues a frame in the order of calls. Returns the number of lost frames: 1 if full.
   std::size_t send(Wire& wire, const Outgoing& out);
-  /// The same of several, of which one may be held back.
+  /// As `send`, for several frames of which one may be held back.
   std::size_t send_all(Wire& wire, const std::vector<Outgoing>& out);
-  /// Sends a frame that nobody asked for. One may wait behind the one on the wire: so it has the
-  /// wire to itself when it is fast enough. Returns false when there is no room for another.
+  /// Sends an unsolicited frame. Queues at most one behind that on the wire, which suffices to
+  /// occupy the wire. Returns false if there is no room.
   bool babble(Wire& wire, const protocol::Frame& frame, SimTime now) const;
-  /// Everything that has not left by `now` is gone. Returns how many frames.
+  /// Drops all frames that have not left by `now`. Returns their number.
   std::size_t forget(Wire& wire, SimTime now);
-  /// Nothing leaves the queue from `now` on. Returns how many frames this catches.
+  /// Stops the send queue at `now`. Returns the number of stopped frames.
   std::size_t block(Wire& wire, SimTime now);
   void release(Wire& wire, SimTime now);
-  /// What was held back leaves. Returns how many frames are lost.
+  /// Sends the frame that was held back. Returns the number of lost frames.
   std::size_t let_go(Wire& wire, SimTime now);
 };
 

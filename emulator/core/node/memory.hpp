@@ -9,25 +9,25 @@
 
 namespace lk::emulator {
 
-/// What stands in the ROM of `servo` now, as the news of it.
+/// Returns the present ROM contents of `servo` as a RomWrite.
 RomWrite rom_write(const Servo& servo);
 
-/// The flash of a drive: writes that it has not taken yet, one after the other. A value.
+/// Flash of a drive: the queue of unfinished writes. A value.
 class Memory {
  public:
   bool idle() const { return writes_.empty(); }
   std::size_t size() const { return writes_.size(); }
-  /// `servo` has written its ROM at `at`. Returns when the flash will have taken it.
+  /// Queues the write that `servo` made at `at`. Returns when the flash will have completed it.
   SimTime begin(SimTime at, const Servo& servo);
-  /// The first write is done.
+  /// Removes and returns the first write, which is done.
   RomWrite finish();
-  /// Without power the ROM of `servo` holds what stood there before the first write. Returns
-  /// whether any was under way.
+  /// Drops all writes: restores the ROM of `servo` to the state before the first one. Returns false
+  /// if none was pending.
   bool lose_power(Servo& servo);
-  /// `parameter` is what it is in `rom` from now on, whatever becomes of the writes, and has been
-  /// written `wear` times more. Returns false when there are none.
+  /// Sets `parameter` to its value in `rom`, before and after each pending write, and adds `wear`
+  /// to its write count. Returns false if none is pending.
   bool damage(RomParameter parameter, const Registers& rom, std::uint32_t wear = 0);
-  /// What the first write replaces is this.
+  /// Sets the ROM contents that the first write replaces.
   void set_before(const Registers& rom, const RomWear& wear);
 
  private:

@@ -13,14 +13,14 @@
 
 namespace lk::emulator {
 
-/// Where a drive's motor is computed.
+/// Location of a drive's motor.
 struct MotorPlace {
-  std::size_t bank;  // of those of its PWM rate
+  std::size_t bank;  // index of the bank for its PWM rate
   std::size_t lane;
 };
 
-/// The motors of a bus: one bank for each PWM rate, filled in the order of the drives. A value: a
-/// copy has its motors for itself, even one of motors that are shared.
+/// Motors of a bus: one bank for each PWM rate, filled in the order of drives. A value: a copy has
+/// separate motors, even a copy of shared ones.
 class Motors {
  public:
   explicit Motors(const BusConfig& config);
@@ -29,7 +29,7 @@ class Motors {
   Motors& operator=(const Motors& other);
   Motors& operator=(Motors&& other) noexcept = default;
   ~Motors() = default;
-  /// Of one of the configuration's drives.
+  /// Pre: `servo` is a drive of `config`.
   MotorPlace place_of(const ServoConfig& servo, const BusConfig& config) const;
 
   Lane lane(const MotorPlace& place) {
@@ -41,21 +41,21 @@ class Motors {
   }
   model::Truth truth(const MotorPlace& place) const { return bank(place).truth(index(place)); }
   const model::DriveBank& bank(const MotorPlace& place) const { return *banks_[place.bank].drives; }
-  /// Of the motor in that bank.
+  /// Index of the motor in its bank.
   std::size_t index(const MotorPlace& place) const { return banks_[place.bank].first + place.lane; }
   std::int64_t f_pwm_Hz(const MotorPlace& place) const { return banks_[place.bank].f_pwm_Hz; }
   bool alive(const MotorPlace& place) const { return bank(place).alive(index(place)); }
-  /// When its last tick was.
+  /// Time of its last tick.
   SimTime time(const MotorPlace& place) const;
-  /// All motors to `t`, or to the first instant before at which a drive dies or wakes; true then.
-  /// Not of shared ones.
+  /// Advances all motors to `t`, or to the first earlier instant at which a drive dies or starts;
+  /// returns true then. Pre: `!shared()`.
   bool advance_to(SimTime t);
-  /// The same of one motor, and those that are computed with it.
+  /// As above, for one motor and those that are computed with it.
   bool advance_to(SimTime t, const MotorPlace& place);
 
-  /// They are in banks with those of other buses, and whoever has these brings them all.
+  /// The motors are in banks of several buses; SharedMotors advances them.
   bool shared() const { return shared_; }
-  /// Shared ones have got to `t`.
+  /// Shared motors have reached `t`.
   bool have_reached(SimTime t) const;
 
  private:
@@ -63,19 +63,19 @@ class Motors {
   struct Bank {
     std::int64_t f_pwm_Hz;
     std::shared_ptr<model::DriveBank> drives;
-    std::size_t first = 0;  // of this bus's
+    std::size_t first = 0;  // index of this bus's first motor
     std::size_t count = 0;
   };
   std::vector<Bank> banks_;
   bool shared_ = false;
 };
 
-/// Motors of several buses in common banks, so that they fill the lanes of the processor.
+/// Motors of several buses in common banks, so that they fill the SIMD lanes of the processor.
 class SharedMotors {
  public:
-  /// All must stand at the same instant. From now on they are shared.
+  /// Pre: all are at the same time. They are shared from now on.
   explicit SharedMotors(std::span<Motors* const> all);
-  /// As of Motors. After an edge every bus has to follow the lives of its drives before it goes on.
+  /// As Motors::advance_to. After true, every bus must update its drives before it continues.
   bool advance_to(SimTime t);
 
  private:

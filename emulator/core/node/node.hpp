@@ -17,31 +17,29 @@
 
 namespace lk::emulator {
 
-/// A drive on a bus: what answers, where its motor is computed, and what happens to it over time
-/// besides answering.
+/// A drive on a bus: firmware, location of the motor, supply, flash and link.
 struct Node {
   Servo servo;
   MotorPlace motor;
   Power power;
   Memory memory;
   DriveLink link;
-  SimTime started{0};  // its controller, last
+  SimTime started{0};  // last start of its controller
   JointState joint{};
-  int flags_left = 0;  // error flags that it sends yet because it is at another bit rate
+  int flags_left = 0;  // error flags still to send, because it is at another bit rate
 
   int id() const { return servo.id(); }
 };
 
-/// The drives of a bus, by ID, ascending. The configured ID is all that tells one from the other;
-/// what a drive answers at is its address, which several may share.
+/// Drives of a bus, ascending by ID. The configured ID is unique; an address, at which a drive
+/// answers, may be shared by several.
 class Nodes {
  public:
   Nodes() {
     index_of_id_.fill(-1);
     at_address_.fill(0);
   }
-  /// The ID must be one that the wire has, and above those that are there; throws
-  /// std::invalid_argument otherwise.
+  /// Throws std::invalid_argument unless the ID is in 1..32 and above all present ones.
   void add(Node node) {
     if (node.id() < protocol::kMinId || node.id() > protocol::kMaxId) {
       throw std::invalid_argument("drive " + std::to_string(node.id()) + ": IDs are 1 to 32");
@@ -55,7 +53,7 @@ class Nodes {
     nodes_.push_back(std::move(node));
     find_addresses();
   }
-  /// Some drive answers elsewhere from now on.
+  /// Updates the address table.
   void find_addresses() {
     const auto before = at_address_;
     at_address_.fill(0);
@@ -66,22 +64,22 @@ class Nodes {
     }
     if (at_address_ != before) ++moves_;
   }
-  /// How often some drive has come to be found elsewhere.
+  /// Number of changes of the address table.
   std::uint64_t moves() const { return moves_; }
-  /// The drives that hear what is sent to the ID, as bits that `each` takes; 0: none.
+  /// Drives that receive frames to the ID, as bits for `each`; 0: none.
   std::uint32_t at_address(int id) const {
     return id >= protocol::kMinId && id <= protocol::kMaxId
                ? at_address_[static_cast<std::size_t>(id)]
                : 0;
   }
-  /// Calls `act` with each of them.
+  /// Calls `act` for each of these drives.
   template <class Act>
   void each(std::uint32_t bits, Act act) {
     for (; bits != 0; bits &= bits - 1) {
       act(nodes_[static_cast<std::size_t>(std::countr_zero(bits))]);
     }
   }
-  /// Calls `act` with each that hears its bus, by the addresses that they have now.
+  /// Calls `act` for each drive that receives frames, in the order of present addresses.
   template <class Act>
   void each_by_address(Act act) {
     for (const std::uint32_t bits : std::array(at_address_)) each(bits, act);
@@ -90,7 +88,7 @@ class Nodes {
     return id >= protocol::kMinId && id <= protocol::kMaxId &&
            index_of_id_[static_cast<std::size_t>(id)] >= 0;
   }
-  // Throws std::out_of_range when the drive `id` is not on the bus.
+  // Throws std::out_of_range if the drive `id` is not on the bus.
   Node& of(int id) { return nodes_[index_of(id)]; }
   const Node& of(int id) const { return nodes_[index_of(id)]; }
   std::size_t size() const { return nodes_.size(); }
@@ -106,7 +104,7 @@ class Nodes {
   }
   std::vector<Node> nodes_;
   std::array<std::int8_t, protocol::kMaxId + 1> index_of_id_{};   // −1 = not on the bus
-  std::array<std::uint32_t, protocol::kMaxId + 1> at_address_{};  // a bit for each drive
+  std::array<std::uint32_t, protocol::kMaxId + 1> at_address_{};  // one bit per drive
   std::uint64_t moves_ = 0;
 };
 

@@ -5,7 +5,7 @@
 namespace lk::emulator {
 namespace {
 
-/// A ramp moves the source in steps this long.
+/// Time step of a voltage ramp.
 constexpr SimTime kRampStep = std::chrono::milliseconds(1);
 
 double fraction(SimTime part, SimTime whole) {

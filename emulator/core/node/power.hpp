@@ -6,8 +6,8 @@
 
 namespace lk::emulator {
 
-/// The supply of a drive as directives move it: its voltage, where that is going, and whether the
-/// controller lives on it. A value.
+/// Supply of a drive as set by directives: voltage, its ramp, and whether the controller runs. A
+/// value.
 class Power {
  public:
   Power(double supply_V, bool is_alive) : alive(is_alive), supply_V_(supply_V) {}
@@ -15,14 +15,13 @@ class Power {
   bool alive;  // the controller runs
 
   double supply_V() const { return supply_V_; }
-  /// From `now` on the voltage moves there, evenly within `within`; what it was about to do is
-  /// void, a sag with it.
+  /// Ramps the voltage to `to_V` within `within`. Cancels an earlier ramp or sag.
   void move(double to_V, SimTime now, SimTime within);
-  /// It drops there. A sag in a sag ends at what the first would have ended at.
+  /// Drops the voltage to `to_V`. A sag within a sag ends at the voltage of the outer one.
   void sag(double to_V, SimTime now);
-  /// What the sag under way ends at.
+  /// Pre: a sag is active. Voltage at its end.
   double after_sag_V() const { return *after_sag_V_; }
-  /// Moves the voltage to where it is at `now`. Returns when to do so again; none: it has arrived.
+  /// Sets the voltage at `now`. Returns the time of the next step; nothing at the end of a ramp.
   std::optional<SimTime> step(SimTime now);
 
  private:

@@ -5,7 +5,7 @@
 namespace lk::emulator {
 namespace {
 
-// linux/can/error.h: error classes, and what stands in data[1] to data[3].
+// linux/can/error.h: error classes, and values of data[1] to data[3].
 constexpr std::uint32_t kClassController = 0x004;
 constexpr std::uint32_t kClassProtocol = 0x008;
 constexpr std::uint32_t kClassBusOff = 0x040;
@@ -24,7 +24,7 @@ constexpr std::uint8_t kInEndOfFrame = 0x1A;
 constexpr int kMostReceiveErrors = 255;
 constexpr int kBackFromPassive = 119;  // ISO 11898-1: between 119 and 127
 
-/// The state that a counter has reached with its last step.
+/// State that the last step of a counter has reached.
 std::uint8_t reached(int before, int now, std::uint8_t warning, std::uint8_t passive) {
   const auto passes = [&](int level) { return before < level && now >= level; };
   return passes(kErrorPassive) ? passive : passes(kErrorWarning) ? warning : std::uint8_t{0};
@@ -41,7 +41,7 @@ protocol::Frame report_error(HostLink& host, bool sending) {
   if (sending) {
     counter += kErrorStep;
     frame.data[1] = reached(before, counter, kTransmitWarning, kTransmitPassive);
-    // Its end of frame meets the receivers' error flags.
+    // Error flags of the receivers hit its end of frame.
     frame.data[2] = kOnTransmission | kNoRecessiveBit;
     frame.data[3] = kInEndOfFrame;
   } else {

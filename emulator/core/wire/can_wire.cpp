@@ -27,7 +27,7 @@ CanWire::CanFrame::operator protocol::Frame() const {
 
 CanWire::Waiting CanWire::waiting(SimTime at, const protocol::Frame& frame) const {
   Waiting result{.at = at, .frame = CanFrame(frame)};
-  if (bitrate_ > 0) {  // else nobody waits for anybody: all priorities equal, replies at once
+  if (bitrate_ > 0) {  // else no frame waits: equal priority, no duration
     const int bits = protocol::frame_bits(frame);
     result.priority = protocol::arbitration_field(frame);
     result.length = bits_duration(bits, bitrate_);
@@ -129,7 +129,7 @@ std::optional<CanWire::Turn> CanWire::next_turn() const {
   if (!first) {
     return std::nullopt;
   }
-  // All who wait when the wire falls free start together; the lowest arbitration field stays.
+  // All that wait when the wire becomes free start together; the lowest arbitration field wins.
   Turn turn{.start = std::max(*first, free_at_), .end = SimTime{0}, .drive = std::nullopt};
   const Waiting* winner = nullptr;
   for (std::size_t k = 0; k < drives_.size(); ++k) {
@@ -140,9 +140,8 @@ std::optional<CanWire::Turn> CanWire::next_turn() const {
       turn.drive = k;
     }
   }
-  // Query and reply of a drive share the identifier, so both may start at once and nobody backs
-  // off. The wire of a real robot has a bit error then and both try again; here the reply goes
-  // first.
+  // Query and reply of a drive share the identifier, so both may start, and neither backs off. On a
+  // real wire both then have a bit error and retry; here the reply goes first.
   if (host_count_ > 0) {
     const Waiting& head = hosts_[host_head_];
     if (host_ready() <= turn.start && (winner == nullptr || head.priority < winner->priority)) {
@@ -172,7 +171,7 @@ std::optional<CanWire::Delivery> CanWire::deliver(SimTime until) {
   }
   const Turn turn = *turn_;
   const Waiting& frame = sender(turn);
-  std::optional<Delivery> delivery(std::in_place);  // a frame is copied once
+  std::optional<Delivery> delivery(std::in_place);  // avoids a second copy of the frame
   delivery->at = turn.end;
   delivery->frame = protocol::Frame(frame.frame);
   delivery->from_host = !turn.drive;
@@ -195,7 +194,7 @@ SimTime CanWire::bits(int count) const {
   return bitrate_ > 0 ? bits_duration(count, bitrate_) : SimTime{0};
 }
 
-/// The frame up to its error flags, the delimiter, and the intermission.
+/// Occupies the wire with the frame up to its error flags, the delimiter, and the intermission.
 void CanWire::break_off(const Turn& turn) {
   const SimTime occupancy =
       sender(turn).length + bits(kErrorDelimiterBits + protocol::kInterframeBits);

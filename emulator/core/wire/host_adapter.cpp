@@ -11,7 +11,7 @@ namespace {
 
 SimTime from_us(double time_us) { return SimTime(protocol::rounded(time_us * 1e3)); }
 
-/// The next multiple of `period`, or `at` itself.
+/// Rounds `at` up to a multiple of `period`.
 SimTime tick_from(SimTime at, SimTime period) {
   return (at + period - SimTime{1}) / period * period;
 }
@@ -34,7 +34,7 @@ SimTime HostAdapter::across(Direction& way, SimTime at, double mean_us) {
 HostAdapter::ToWire HostAdapter::to_wire(SimTime at) {
   AdapterShown shown;
   SimTime written = at;
-  // What is written during a stall waits for its end and begins no other.
+  // A write during a stall waits for its end and does not begin another.
   if (times_.stall_every > 0 && at >= tx_.line_free) {
     ++unanswered_;
     shown.stalled = at - heard_ >= kAdapterSilence &&
@@ -66,7 +66,7 @@ AdapterShown HostAdapter::from_wire(const TimedFrame& frame, std::size_t size) {
   SimTime due = there;
   if (times_.batch_us > 0) {
     const bool goes = times_.batch_most > 0 && waiting_size_ + size >= times_.batch_most;
-    if (goes) {  // with all that waits
+    if (goes) {  // with all pending frames
       for (Waiting& one : waiting_) one.frame.at = std::min(one.frame.at, there);
     } else {
       due = tick_from(there, from_us(times_.batch_us));

@@ -13,25 +13,25 @@
 
 namespace lk::emulator {
 
-/// What showed of an adapter on a frame.
+/// Effects of an adapter on a frame.
 struct AdapterShown {
-  bool late = false;      // by latency, jitter, or the time that the adapter's line takes
-  bool batched = false;   // it waits for its time
-  bool lost = false;      // the queue was full,
-  bool reported = false;  // and the host is to be told: once, until a frame has room again
+  bool late = false;      // by latency, jitter, or line time of the adapter
+  bool batched = false;   // held back until its batch
+  bool lost = false;      // the queue was full
+  bool reported = false;  // with a notice to the host: one until a frame fits again
   bool stalled = false;   // the host's write blocks
 };
 
-/// Between one host and its wire, of whatever kind: when a frame gets across, either way, in order.
-/// A value; it knows neither the bus nor what frames say.
+/// Delay between one host and its wire, of either kind, in both directions; keeps the order. A
+/// value, independent of the bus and of frame contents.
 class HostAdapter {
  public:
-  /// `random` begins its own random numbers.
+  /// `random` seeds its random numbers.
   HostAdapter(const AdapterTimes& times, std::uint64_t random) : times_(times), random_(random) {}
 
-  /// From now on; frames under way keep their times.
+  /// Takes effect now; frames under way keep their times.
   void set(const AdapterTimes& times) { times_ = times; }
-  /// Frames have to go through it: it delays them, or others are still under way.
+  /// Frames have to pass through it: it delays them, or earlier ones are still under way.
   bool in_use() const { return times_.any() || !waiting_.empty(); }
 
   struct ToWire {
@@ -40,28 +40,28 @@ class HostAdapter {
   };
   /// A host writes a frame at `at`.
   ToWire to_wire(SimTime at);
-  /// A frame has come from the wire at `frame.at`. `size` is what it counts in the queue: 1, its
-  /// bytes where the adapter knows nothing but bytes, 0 what is never lost. A lost one is not kept.
+  /// Queues a frame from the wire at `frame.at`, unless it is lost. `size` in the queue: 1, or the
+  /// number of bytes at a serial port; 0: is never lost.
   AdapterShown from_wire(const TimedFrame& frame, std::size_t size = 1);
-  /// How much fits into its queue yet, with a depth.
+  /// Free room in its queue; unlimited without a depth.
   std::size_t room() const {
     return times_.depth > 0 ? times_.depth - std::min(times_.depth, waiting_size_) : SIZE_MAX;
   }
-  /// Frames of drives under way to the host.
+  /// Frames of drives that are under way to the host.
   std::size_t waiting() const;
-  /// When the last write that stalled is over.
+  /// End of the last stalled write.
   SimTime stalled_until() const { return stalled_until_; }
-  /// When the next one reaches the host.
+  /// Time at which the next frame reaches the host.
   std::optional<SimTime> next_due() const {
     return waiting_.empty() ? std::nullopt : std::optional(waiting_.front().frame.at);
   }
-  /// The next one; there must be one. Its time is that at which the host gets it.
+  /// Pre: `next_due()` has a value. Removes and returns the next frame, with its arrival time.
   TimedFrame take();
 
  private:
   struct Direction {
     SimTime line_free{0};
-    SimTime last{0};  // nothing overtakes
+    SimTime last{0};  // frames stay in order
   };
   struct Waiting {
     TimedFrame frame;
@@ -74,10 +74,10 @@ class HostAdapter {
   std::uint64_t random_;
   Direction tx_, rx_;
   SimTime stalled_until_{0};
-  SimTime heard_{0};              // the last frame from the wire
-  std::uint64_t unanswered_ = 0;  // writes since, those in a stall aside
+  SimTime heard_{0};              // time of the last frame from the wire
+  std::uint64_t unanswered_ = 0;  // writes since then, without those during a stall
   bool overrun_ = false;          // the last frame was lost
-  std::vector<Waiting> waiting_;  // in the order of their times
+  std::vector<Waiting> waiting_;  // by ascending time
   std::size_t waiting_size_ = 0;
 };
 

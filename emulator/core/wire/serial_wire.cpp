@@ -26,12 +26,12 @@ SimTime SerialWire::bits(int count) const {
   return bitrate_ > 0 ? bits_duration(count, bitrate_) : SimTime{0};
 }
 
-/// When the byte begins; the last ends where the next would begin.
+/// Start of a byte, which is the end of the byte before.
 SimTime SerialWire::byte_time(const Sending& one, std::size_t byte) const {
   return one.start + bits(kSerialBitsPerByte * static_cast<int>(byte));
 }
 
-// --- who sends
+// --- senders
 
 bool SerialWire::host_sends() const {
   return std::ranges::any_of(sending_, [](const Sending& one) { return one.what.owner == kHost; });
@@ -100,7 +100,7 @@ void SerialWire::send_from_drive(SimTime at, const Frame& frame, std::uint64_t a
   }
 }
 
-/// A sender has nothing on the wire any more.
+/// Starts the next frame of a sender that has none on the wire.
 void SerialWire::begin_next(std::uint32_t owner, SimTime free_at) {
   if (owner == kHost) {
     host_free_at_ = free_at;
@@ -120,9 +120,9 @@ void SerialWire::begin_next(std::uint32_t owner, SimTime free_at) {
 std::size_t SerialWire::block(std::uint32_t owner, SimTime now) {
   const auto own = std::ranges::find_if(
       sending_, [owner](const Sending& one) { return one.what.owner == owner; });
-  if (own != sending_.end() && own->start >= now) {  // else it goes on to its end
+  if (own != sending_.end() && own->start >= now) {  // else it is completed
     drives_.push_back(own->what);
-    std::rotate(drives_.begin(), drives_.end() - 1, drives_.end());  // it was the first
+    std::rotate(drives_.begin(), drives_.end() - 1, drives_.end());  // it stays the first
     sending_.erase(own);
   }
   std::size_t count = 0;
@@ -157,7 +157,7 @@ std::size_t SerialWire::forget_replies(std::uint32_t owner, SimTime now) {
   return count + 1;
 }
 
-// --- what is on the line
+// --- bytes on the line
 
 bool SerialWire::overlaps(const Sending& one) const {
   return std::ranges::any_of(sending_, [&](const Sending& other) {
@@ -165,7 +165,7 @@ bool SerialWire::overlaps(const Sending& one) const {
   });
 }
 
-/// Its bytes have to be looked at one by one: they are more, or others, than one packet.
+/// Its bytes must be processed one by one: they may not be exactly one intact packet.
 bool SerialWire::goes_by_bytes(const Sending& one) const {
   if (one.bytes.size == 0) return false;
   if (one.heard > 0 || one.covered_until > one.start || one.spoilt || overlaps(one)) return true;
@@ -179,7 +179,7 @@ SimTime SerialWire::due(const Sending& one) const {
   return goes_by_bytes(one) ? byte_time(one, one.heard + 1) : one.end;
 }
 
-/// The one of which something is heard first. Of those at the same instant, that which began first.
+/// The frame with the earliest due bytes; at equal times the one that began first.
 const SerialWire::Sending* SerialWire::next_sending() const {
   const Sending* first = nullptr;
   SimTime first_due{0};
@@ -237,7 +237,7 @@ std::optional<Frame> SerialWire::hear_byte(Sending& one) {
   const SimTime begin = byte_time(one, place);
   const SimTime end = byte_time(one, place + 1);
   std::uint8_t value = one.bytes.bytes[place];
-  // A byte of another that is on the wire meanwhile: with which this one is heard, or not at all.
+  // Spoiled by a fault, or by overlap with a frame that has ended.
   bool spoiled = one.spoilt == place || begin < one.covered_until;
   if (one.what.owner != kHost && keeps_line_ > SimTime{0} && host_keeps(begin)) {
     spoiled = one.met_host = true;
@@ -246,7 +246,7 @@ std::optional<Frame> SerialWire::hear_byte(Sending& one) {
   bool merged_for_host = begin < one.merged_for_host_until;
   for (const Sending& other : sending_) {
     if (&other == &one || other.start >= end || other.end <= begin) continue;
-    // Which of its bytes began last, by this one's end.
+    // Index of the other's last byte that begins before the end of this one.
     std::size_t beside = 0;
     while (beside + 1 < other.bytes.size && byte_time(other, beside + 1) < end) ++beside;
     const bool together = byte_time(other, beside) == begin;
@@ -287,7 +287,7 @@ std::optional<WireDelivery> SerialWire::deliver(SimTime until) {
   while (one.heard < bytes) packet = hear_byte(one);
   const bool from_host = one.what.owner == kHost;
   if (one.heard < one.bytes.size) {
-    if (!packet || !from_host) return std::nullopt;  // nobody answers a drive
+    if (!packet || !from_host) return std::nullopt;  // packets of drives are no queries
     return WireDelivery{byte_time(one, one.heard), *packet, true, 0, kHost, true};
   }
   const WireDelivery delivery = delivery_of(one, packet);

@@ -14,13 +14,13 @@
 
 namespace lk::emulator {
 
-/// RS-485: two wires for all, no arbitration, ten bits a byte (docs/rs485.md). Whoever wants to
-/// send sends; bytes of several at once spoil each other. Hosts are one adapter with a queue, whose
-/// bytes stand back to back; each drive is a sender with a queue.
+/// RS-485: two wires for all nodes, no arbitration, ten bits per byte (docs/rs485.md). A node sends
+/// at any time; overlapping bytes spoil each other. Hosts are one adapter with a queue, which sends
+/// bytes back to back; each drive is a sender with a queue.
 ///
-/// What drives hear is one receiver: all of them hear the same bytes. Bytes that overlap are one,
-/// that of the sender which began first, and spoiled, unless they are equal and begin together.
-/// Hosts do not hear themselves: bytes of drives that meet theirs are spoiled, and all there.
+/// All drives share one receiver: they receive the same bytes. Overlapping bytes become one byte of
+/// the sender that began first, spoiled unless they are equal and begin together. Hosts do not
+/// receive their own bytes: they read all bytes of drives, spoiled where these overlap their own.
 class SerialWire {
  public:
   static constexpr std::size_t kHostQueue = 1024;
@@ -28,8 +28,8 @@ class SerialWire {
   static constexpr std::size_t kHostBytes = 4096;
   static constexpr std::size_t kDriveQueue = 16;
 
-  /// `bitrate` in bit/s; 0 = bytes take no time. `seed` gives what spoiled bytes are.
-  /// `hears_while_replying`: a drive whose reply has not begun takes in another packet.
+  /// `bitrate` in bit/s; 0: bytes take no time. `seed` determines spoiled bytes.
+  /// `hears_while_replying`: a drive accepts packets until its reply begins.
   SerialWire(std::int64_t bitrate, const protocol::ReceiverRules& rules, std::uint64_t seed,
              bool hears_while_replying = true);
 
@@ -41,14 +41,14 @@ class SerialWire {
   }
   std::size_t host_queue_size() const { return hosts_.size() + (host_sends() ? 1 : 0); }
   std::size_t host_frames_ready(SimTime now) const;
-  /// From `at` on, behind what hosts sent before. `frame` is kSerial or kBytes, and not empty.
+  /// Queues a frame, ready at `at`. Pre: `frame` is kSerial or kBytes, and not empty.
   void send_from_host(SimTime at, const protocol::Frame& frame);
 
   bool drive_queue_full(std::uint32_t owner, std::size_t elsewhere = 0) const;
   std::size_t drive_frames() const;
   std::size_t copies(std::uint32_t owner, const protocol::Frame& frame) const;
-  /// The drive does not hear a packet that ends at `end`: its transmitter was on during the packet,
-  /// or a reply waits and `hears_while_replying` is false.
+  /// The drive does not receive a packet that ends at `end`: it was sending during the packet, or
+  /// it has a reply pending and `hears_while_replying` is false.
   bool is_deaf(std::uint32_t owner, SimTime end) const;
   void send_from_drive(SimTime at, const protocol::Frame& frame, std::uint64_t after_rom_write,
                        std::uint32_t owner, bool blocked);
@@ -58,22 +58,22 @@ class SerialWire {
 
   std::optional<SimTime> next_reply_start() const;
   bool several_wait() const { return sending_.size() > 1; }
-  /// When the next bytes are heard.
+  /// End of the next bytes.
   std::optional<SimTime> next_due() const;
-  /// What is due by `until`: of drives, what the host reads; of hosts, a packet as drives hear it,
-  /// or kBytes when a frame of theirs was none. Nothing also where bytes went by that make neither.
+  /// Returns what is complete by `until`. From drives: bytes as the host reads them. From hosts: a
+  /// packet as drives receive it, or kBytes for a frame that was none. Nothing: no result yet.
   std::optional<WireDelivery> deliver(SimTime until);
-  /// What deliver would give; kBytes where that is not known yet. Something must be due.
+  /// Pre: something is due. The frame that `deliver` would return; kBytes if not yet known.
   WireCandidate next() const;
-  /// Whether faults have to say something of what is due: once of each frame, before it is heard.
+  /// Returns true once per frame, before its first byte: faults may act on the frame now.
   bool take_judgement();
-  /// One of its bytes is spoiled.
+  /// Spoils one byte of the next frame.
   void spoil_next();
 
   SimTime busy() const { return busy_; }
-  /// The host's frame that was delivered last, as it wrote it.
+  /// The last delivered frame of a host, as written.
   const protocol::Frame& written() const { return written_; }
-  /// How long after a host's bytes the line stays blocked; 0: it is released at once.
+  /// Time for which hosts keep the line after their bytes; 0: they release it at once.
   void keep_line(SimTime behind) { keeps_line_ = behind; }
   const protocol::ReceiverStats& receiver_stats() const { return receiver_.stats(); }
 
@@ -85,27 +85,27 @@ class SerialWire {
     std::uint32_t owner = kHost;
     bool blocked = false;
   };
-  /// On the wire, or about to be.
+  /// A frame on the wire, or about to be.
   struct Sending {
     Waiting what;
     SimTime start{0};
     SimTime end{0};
     protocol::WireBytes bytes;
-    std::size_t heard = 0;  // of them
-    // One that has ended overlapped it until then, and began first: of a drive, for hosts too.
+    std::size_t heard = 0;  // number of bytes processed
+    // End of overlap with ended frames: any; those that began first; of these, those of drives.
     SimTime covered_until{0};
     SimTime merged_until{0};
     SimTime merged_for_host_until{0};
-    std::optional<std::size_t> spoilt = {};                 // this byte, by a fault
-    bool judged = false;                                    // faults have had their say
-    bool clean = true;                                      // as sent, so far
-    bool met_host = false;                                  // who kept the line
+    std::optional<std::size_t> spoilt = {};                 // index of a byte that a fault spoils
+    bool judged = false;                                    // faults have acted on it
+    bool clean = true;                                      // bytes are as sent so far
+    bool met_host = false;                                  // began while hosts kept the line
     std::array<std::uint8_t, protocol::kMostBytes> read{};  // by the host
     std::size_t read_size = 0;
   };
   static constexpr std::uint32_t kHost = 0;
 
-  /// Hosts keep the line at `at`, behind what they sent.
+  /// Hosts keep the line at `at`, after their bytes.
   bool host_keeps(SimTime at) const { return at < host_free_at_ + keeps_line_; }
   SimTime byte_time(const Sending& one, std::size_t byte) const;
   bool host_sends() const;
@@ -119,13 +119,13 @@ class SerialWire {
   Sending& next_of_all() {
     return sending_[static_cast<std::size_t>(next_sending() - sending_.data())];
   }
-  /// `first` began earlier, or is heard if both began together.
+  /// `first` began earlier; at equal starts it comes first in `sending_`.
   static bool is_first(const Sending& first, const Sending& second) {
     return first.start < second.start || (first.start == second.start && &first < &second);
   }
-  /// What `ended` has on the line covers what `other` has.
+  /// Marks `other` as overlapped by `ended` until `until`.
   static void cover(const Sending& ended, Sending& other, SimTime until);
-  /// The next byte of `one` is on the line. Gives the packet that drives have heard with it.
+  /// Processes the next byte of `one`. Returns the packet that drives have received with it.
   std::optional<protocol::Frame> hear_byte(Sending& one);
   WireDelivery delivery_of(const Sending& one, const std::optional<protocol::Frame>& packet) const;
 
@@ -137,10 +137,10 @@ class SerialWire {
   SimTime keeps_line_{0};
   protocol::Frame written_;
   SimTime busy_{0};
-  std::vector<Sending> sending_;  // at most one of each sender
-  std::deque<Waiting> hosts_;     // behind the one that is being sent
-  std::size_t host_bytes_ = 0;    // in hosts_
-  std::vector<Waiting> drives_;   // the same, in the order in which they were sent; and the blocked
+  std::vector<Sending> sending_;  // at most one per sender
+  std::deque<Waiting> hosts_;     // waiting behind the one that is sent
+  std::size_t host_bytes_ = 0;    // of those in hosts_
+  std::vector<Waiting> drives_;   // waiting or blocked, in the order of sending
 };
 
 }  // namespace lk::emulator

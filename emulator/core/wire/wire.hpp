@@ -8,9 +8,9 @@
 
 namespace lk::emulator {
 
-/// The wire of a bus, of either kind: the verbs that both have (can_wire.hpp, serial_wire.hpp).
+/// Wire of a bus, CAN or RS-485, with the functions of both (can_wire.hpp, serial_wire.hpp).
 class Wire {
-  // Asked for several times in every event.
+  // Runs several times per event.
   template <class Self, class Act>
   [[gnu::always_inline]] static auto of(Self& self, Act act) {
     auto* const can = std::get_if<CanWire>(&self.medium_);
@@ -22,7 +22,7 @@ class Wire {
   static constexpr std::size_t kDriveQueue = CanWire::kDriveQueue;
   static_assert(kHostQueue == SerialWire::kHostQueue && kDriveQueue == SerialWire::kDriveQueue);
 
-  /// A CAN bus.
+  /// Makes a CAN wire.
   explicit Wire(std::int64_t bitrate) : medium_(std::in_place_type<CanWire>, bitrate) {}
   explicit Wire(const BusConfig& config);
 
@@ -45,12 +45,12 @@ class Wire {
   std::size_t host_frames_ready(SimTime now) const {
     return of(*this, [&](auto& wire) { return wire.host_frames_ready(now); });
   }
-  /// `sender`: of a CAN bus, the host among the hosts; the owner of what `deliver` gives.
+  /// `sender`: number of the host on a CAN bus; becomes the owner in the delivery.
   void send_from_host(SimTime at, const protocol::Frame& frame, std::uint32_t sender = 0) {
     if (auto* const wire = can()) {
       wire->send_from_host(at, frame, sender);
     } else {
-      serial()->send_from_host(at, frame);  // whose hosts are one
+      serial()->send_from_host(at, frame);  // where hosts are one sender
     }
   }
   bool drive_queue_full(std::uint32_t owner, std::size_t elsewhere = 0) const {
@@ -62,7 +62,7 @@ class Wire {
   std::size_t copies(std::uint32_t owner, const protocol::Frame& frame) const {
     return of(*this, [&](auto& wire) { return wire.copies(owner, frame); });
   }
-  /// On RS-485: it does not hear a packet that ends at `end`.
+  /// RS-485 only: the drive does not receive a packet that ends at `end`.
   bool is_deaf(std::uint32_t owner, SimTime end) const {
     return serial() != nullptr && serial()->is_deaf(owner, end);
   }

@@ -9,16 +9,16 @@ namespace lk::emulator {
 
 /// A frame that got through.
 struct WireDelivery {
-  SimTime at{0};  // its last bit
+  SimTime at{0};  // end of its last bit
   protocol::Frame frame;
   bool from_host = false;
   std::uint64_t after_rom_write = 0;  // as given to send_from_drive
-  std::uint32_t owner = 0;            // the same; of a host: its `sender`
-  bool from_pieces = false;           // of a host: a packet that no frame of its own was
-  bool met_host = false;              // of a drive: hosts kept the line when it began
+  std::uint32_t owner = 0;            // as given to send_from_drive; of a host: its `sender`
+  bool from_pieces = false;           // of a host: a packet within or across its frames
+  bool met_host = false;              // of a drive: a byte began while hosts kept the line
 };
 
-/// A frame whose last bit is due, before it is known whether it gets through.
+/// A frame whose last bit is due, but which may still be destroyed.
 struct WireCandidate {
   protocol::Frame frame;
   bool from_host;
