@@ -9,7 +9,7 @@
 namespace lk::emulator {
 namespace {
 
-// One row a line.
+// One row per line.
 // clang-format off
 constexpr BodySignal kTable[] = {
     {"contact_N", "normal forces between what moves and the world, summed", [](const BodyState& b, std::size_t) { return b.contact_N; }, false},
@@ -42,7 +42,7 @@ std::span<const BodySignal> body_signal_table() { return kTable; }
 
 BodySignals::BodySignals(std::span<const std::string> parts, BodyState beginning)
     : beginning_(std::move(beginning)) {
-  names_.reserve(std::size(kTable) * (parts.size() + 1));  // so that none of them moves
+  names_.reserve(std::size(kTable) * (parts.size() + 1));  // references stay valid
   const auto add = [this](const std::string& name, const BodySignal& row, std::size_t part) {
     names_.push_back(std::string(kBodyPrefix) + name);
     signals_.push_back({names_.back(), row.about, nullptr, row.read, part});

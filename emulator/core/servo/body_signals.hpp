@@ -9,12 +9,12 @@
 
 namespace lk::emulator {
 
-/// What can be watched of a body: "body.fallen", and of each of its parts "body.trunk.z_m". One
-/// for all buses of a robot; a signal lives as long as it does.
+/// Signals of a body: "body.fallen", and for each part "body.trunk.z_m". One object for all buses
+/// of a robot; its signals are valid while it exists.
 class BodySignals {
  public:
-  /// `parts`: names, of Mechanism::parts(). Those without one have no signals, nor have those whose
-  /// name cannot stand in a list with commas. `beginning`: of the body as it starts.
+  /// `parts`: names in Mechanism::parts(). A part has no signals if its name is empty or cannot be
+  /// in a comma list. `beginning`: initial state of the body.
   BodySignals(std::span<const std::string> parts, BodyState beginning);
   BodySignals(const BodySignals&) = delete;
   BodySignals& operator=(const BodySignals&) = delete;
@@ -29,7 +29,7 @@ class BodySignals {
   BodyState beginning_;
 };
 
-/// One of the table behind BodySignals.
+/// Row of the table behind BodySignals.
 struct BodySignal {
   std::string_view name;  // "z_m", of a part; "fallen"
   std::string_view about;
@@ -38,10 +38,10 @@ struct BodySignal {
 };
 std::span<const BodySignal> body_signal_table();
 
-/// Names of signals of a body begin with it.
+/// Prefix of the names of body signals.
 inline constexpr std::string_view kBodyPrefix = "body.";
 
-/// All of a drive, and of the body, which may be null.
+/// Returns all signals of a drive, and those of `body` unless it is null.
 std::vector<const Signal*> signals_with(const BodySignals* body);
 
 }  // namespace lk::emulator

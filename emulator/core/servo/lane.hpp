@@ -8,7 +8,7 @@
 
 namespace lk::emulator {
 
-/// The motor of one servo: a place in a bank. Valid as long as the bank stays where it is.
+/// Motor of one servo: an index in a bank. Valid while the bank is not moved.
 struct Lane {
   model::DriveBank& bank;
   std::size_t index;
@@ -24,11 +24,11 @@ struct Lane {
   model::Telemetry telemetry() const { return bank.telemetry(index); }
 };
 
-/// Where the rotor of `config` stands, in rad, when its boot angle is `angle_deg`.
+/// Returns the rotor angle in rad for the boot angle `angle_deg` of `config`.
 double start_theta_m(const ServoConfig& config, double angle_deg);
 
-/// The motor that `config` asks for, standing where it stands at power-up. `bus_seed` and the ID
-/// give the noise and, when the configuration leaves it open, the boot angle.
+/// Returns the motor of `config` as it is at power-up. `bus_seed` and ID determine the noise, and
+/// the boot angle if the configuration has none.
 model::DriveInit make_drive(const ServoConfig& config, std::uint64_t bus_seed);
 
 }  // namespace lk::emulator

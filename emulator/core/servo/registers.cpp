@@ -17,7 +17,7 @@ constexpr double kSpeedLsb_dps = 0.01;
 constexpr double kAngleLsb_deg = 0.01;
 constexpr double kCurrentRampLsb_A_s = 1e-3;
 
-/// What the later prints let a parameter be.
+/// Clamps a parameter to the ranges of the later manuals.
 protocol::Parameter within_ranges(protocol::Parameter parameter) {
   for (std::uint16_t* gain : {&parameter.gains.kp, &parameter.gains.ki, &parameter.gains.kd}) {
     *gain = std::min<std::uint16_t>(*gain, protocol::kMostGain);
@@ -51,12 +51,12 @@ protocol::Parameter within_ranges(protocol::Parameter parameter) {
 
 model::ControlSettings control_settings(const Registers& registers,
                                         const protocol::WireFormat& format) {
-  // A register of 0 lets no current through; the loops want a limit above 0, so it is one that
-  // nothing can be seen of.
+  // A register of 0 allows no current, but the loops need a limit above 0: this one has no visible
+  // effect.
   constexpr double kNoCurrent_A = 1e-6;
   model::ControlSettings settings;
   settings.gains = registers.gains;
-  // MS limits by power, and nothing else.
+  // MS limits only by power.
   constexpr double kNoLimit_A = 1e3;
   settings.i_q_max =
       format.series == Series::kMs
@@ -111,11 +111,11 @@ std::int32_t in_16_bits(std::int32_t number) {
 void set_parameter(Registers& registers, const protocol::Parameter& wanted,
                    const protocol::WireFormat& format) {
   auto& gains = registers.gains;
-  // A value that was read can be written back, even if a configuration put it beyond the range.
+  // A value that was read can be written back, even if the configuration exceeds the range.
   if (wanted == get_parameter(registers, wanted.id, format)) return;
   const protocol::Parameter parameter =
       format.dialect.parameter_ranges ? within_ranges(wanted) : wanted;
-  const std::int32_t number = std::max(parameter.number, 0);  // no register knows a sign
+  const std::int32_t number = std::max(parameter.number, 0);  // registers have no sign
   switch (parameter.id) {
     case ParameterId::kAngleGains:
       gains.angle_kp = parameter.gains.kp;

@@ -7,31 +7,31 @@
 
 namespace lk::emulator {
 
-// What the registers can hold; what is written beyond is clamped.
-inline constexpr double kMinSpeed_dps = 1;  // the loops want a limit above 0
+// Ranges of the registers; written values are clamped to them.
+inline constexpr double kMinSpeed_dps = 1;  // the loops need a limit above 0
 inline constexpr double kMaxSpeed_dps = 72'000;
 inline constexpr double kMaxAngle_deg = 1e7;
 inline constexpr double kMaxCurrentRamp_A_s = 1e6;
 
-/// The registers as the loops and the protections read them: SI, rotor side. `format` says how much
-/// one LSB of Max Torque Current is.
+/// Converts the registers for loops and protections: SI, rotor side. `format` gives the LSB of Max
+/// Torque Current.
 model::ControlSettings control_settings(
     const Registers& registers, const protocol::WireFormat& format = protocol::kLegacyFormat);
 
-/// What 0xC0 answers.
+/// Returns the parameter as 0xC0 answers it.
 protocol::Parameter get_parameter(const Registers& registers, protocol::ParameterId id,
                                   const protocol::WireFormat& format);
 /// Writes a parameter as 0xC1 does. Writing the value that 0xC0 reads changes nothing.
 void set_parameter(Registers& registers, const protocol::Parameter& parameter,
                    const protocol::WireFormat& format);
 
-/// A number as a field of int16 shows it.
+/// Clamps a number to a field of int16.
 std::int32_t in_16_bits(std::int32_t number);
 
-/// Where ROM keeps what 0xC1 writes to RAM.
+/// Returns the ROM parameter for what 0xC1 writes to RAM.
 RomParameter rom_parameter_of(protocol::ParameterId id, Series series);
 
-/// `parameter` of `to` becomes what it is in `from`.
+/// Copies `parameter` from `from` to `to`.
 void copy_parameter(RomParameter parameter, const Registers& from, Registers& to);
 
 }  // namespace lk::emulator

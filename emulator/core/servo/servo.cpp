@@ -14,17 +14,17 @@ using protocol::Reply;
 
 namespace {
 
-/// Bits of errorState that `legacy` shows: under-voltage and motor over-temperature. The others
-/// turn the bridge off just the same.
+/// Bits of errorState that `legacy` shows: under-voltage and motor over-temperature. The other
+/// errors turn the bridge off as well.
 constexpr model::ErrorBits kLegacyErrors =
     model::bit(model::Error::kUnderVoltage) | model::bit(model::Error::kMotorTemperature);
 
-// A shaft at rest on zero answers 0x92 with a copy of the query, which hosts take for an echo. A
-// drawn boot angle keeps clear of that.
+// At rest on zero, a drive answers 0x92 with a copy of the query, which hosts take for an echo. A
+// drawn boot angle avoids that.
 constexpr double kBootAngleMargin_deg = 5;
 
-/// Somewhere on the turn that the encoder field spans; in each turn of the rotor, clear of its
-/// zero.
+/// Draws an angle within the turn that the encoder field spans, away from the zero of each rotor
+/// turn.
 double drawn_angle_deg(const ServoConfig& config, std::uint64_t bus_seed) {
   const double turns = encoder_turns(config.profile, config.quirks) *
                        uniform(stream_seed(bus_seed, config.id, SeedStream::kBootAngle));
@@ -131,8 +131,8 @@ Reply Servo::handle(const protocol::Query& query, const Lane& lane) {
   return reply;
 }
 
-/// A protection that tripped has turned the bridge off and dropped the command; only 0x9B and then
-/// 0x88 bring the drive back.
+/// A tripped protection has turned the bridge off and cancelled the command. Only 0x9B and then
+/// 0x88 make the drive run again.
 void Servo::turn_off_after_trip(const model::Telemetry& telemetry) {
   if (telemetry.errors != 0) {
     run_state_ = RunState::kOff;
@@ -185,7 +185,7 @@ Reply Servo::on(const protocol::Run&, const Context& context) {
   return echo(context);
 }
 
-/// The reply tells what the coil is after the command, as that to 0x9B tells which errors are left.
+/// The reply shows the coil after the command, as the reply to 0x9B shows the remaining errors.
 Reply Servo::on(const protocol::Brake& command, const Context& context) {
   switch (command.action) {
     case protocol::kBrakeEngage:
@@ -246,7 +246,7 @@ Reply Servo::state_2(Opcode command, const model::Telemetry& telemetry) const {
       .power_permille = protocol::quantize<std::int16_t>(telemetry.power, 1e-3)};
 }
 
-/// DATA[0] of the reply: that of the query, or what the manual misprints.
+/// Returns DATA[0] of the reply: that of the query, or the misprint in the manual.
 Opcode Servo::reply_opcode(Opcode command) const {
   if (!config_.quirks.manual_reply_bytes || format_.dialect.framing == protocol::Framing::kSerial) {
     return command;

@@ -18,10 +18,10 @@
 
 namespace lk::emulator {
 
-/// After what a drive answers its next motion command and does not execute it.
+/// Event after which the next motion command is acknowledged but not executed.
 enum class LostAfter : std::uint8_t { kBoot, kLostInput, kClear, kOff };
 
-/// Injected faults of firmware and memory that last.
+/// Injected lasting faults of firmware and memory.
 struct FirmwareFaults {
   bool rom_write_fails = false;
   bool rom_worn = false;
@@ -31,26 +31,26 @@ struct FirmwareFaults {
   bool first_command_lost = false;
   LostAfter lost_after = LostAfter::kLostInput;
   bool hangs_after_off = false;
-  OffHangs off_hangs = OffHangs::kNo;  // then
+  OffHangs off_hangs = OffHangs::kNo;  // for hangs_after_off
   bool encoder_wrap_at_boot = false;
-  int turns_at_boot = 0;  // by which the multi-turn angle is off
+  int turns_at_boot = 0;  // error of the multi-turn angle at a start, rotor turns
   bool multi_turn_zero_at_boot = false;
 };
 
 enum class RunState : std::uint8_t { kOff, kStopped, kRunning };
 
-/// A drive with an ID: the firmware between the wire and the motor. Registers, run state, angles,
-/// and what each command does; moves no motor itself. A value.
+/// Firmware of a drive with an ID, between wire and motor: registers, run state, angles, and the
+/// effect of each command. It does not move the motor itself. A value.
 class Servo {
  public:
-  /// `boot` is what the motor's bank says before its first tick.
+  /// `boot`: telemetry of the motor before its first tick.
   Servo(const ServoConfig& config, const model::Telemetry& boot);
 
-  /// Its name, whatever ID it answers at.
+  /// Configured ID, which may differ from the address.
   int id() const { return config_.id; }
-  /// Where it is found: the ID in force, the bus and the bit rates that it is set to.
+  /// Address in force: ID, bus and bit rates.
   const DrivePlace& place() const { return place_; }
-  /// ROM has another place than that in force.
+  /// The address in ROM differs from the one in force.
   bool moves_at_start() const {
     return rom_.driver_id != ram_.driver_id || rom_.bus_type != ram_.bus_type ||
            rom_.serial_rate != ram_.serial_rate || rom_.can_rate != ram_.can_rate;
@@ -58,27 +58,27 @@ class Servo {
   int address() const { return place_.id; }
   bool on_its_bus() const { return is_on_its_bus(place_, config_); }
   bool at_its_rate() const { return is_at_its_rate(place_, config_); }
-  /// What ROM will hold, and say of its place at the next start, once 0x44 has saved it.
+  /// ROM contents after 0x44 has saved the pending settings.
   Registers pending() const;
-  /// The value of the setting that 0x40 reads.
+  /// Value that 0x40 returns for this setting.
   protocol::StoredSetting shown_setting(const protocol::StoredSetting& which) const;
-  /// Settings that wait for 0x44.
+  /// Some settings wait for 0x44.
   bool has_pending() const { return touched_.any(); }
   const ServoConfig& config() const { return config_; }
   SimTime reply_time() const { return config_.reply_time; }
-  /// Answers the commands for several drives only.
+  /// Answers multi-drive commands only.
   bool multi_drive_mode() const { return ram_.broadcast_mode; }
-  /// How it speaks.
+  /// Wire format of the drive.
   const protocol::WireFormat& format() const { return format_; }
   const Registers& ram() const { return ram_; }
   const Registers& rom() const { return rom_; }
   const RomWear& wear() const { return wear_; }
-  // What the last write to ROM replaced.
+  // Contents of ROM before the last write.
   const Registers& rom_before() const { return rom_before_; }
   const RomWear& wear_before() const { return wear_before_; }
   const ServoStats& stats() const { return stats_; }
-  // What the wire would say, of a motor in that state.
-  /// A protection that trips turns the bridge off at once, whether or not somebody asks since.
+  // Values on the wire for this state of the motor.
+  /// A tripped protection turns the bridge off at once, even without a query.
   RunState run_state(const model::Telemetry& telemetry) const {
     return telemetry.errors != 0 ? RunState::kOff : run_state_;
   }
@@ -88,15 +88,14 @@ class Servo {
   std::uint16_t encoder_counts(const model::Telemetry& telemetry) const {
     return angles_.encoder(angles_.position(telemetry), ram_.encoder_offset);
   }
-  /// The multi-turn angle that a position of the loops (model::Position) has.
+  /// Multi-turn angle of a position of the loops (model::Position).
   double multi_turn_deg_of(double theta) const { return angles_.multi_turn_deg(theta); }
 
-  /// What a frame asks of this servo, told of its own kind; kForeignId or kUnknownCommand when it
-  /// is nothing that this drive answers.
+  /// Decodes a frame as a query in its single-drive form. Returns kForeignId or kUnknownCommand if
+  /// this drive does not answer it.
   std::variant<protocol::Query, protocol::Reject> understand(const protocol::Frame& frame) const;
-  /// Executes a query that this servo has understood and gives its reply. The motor stands where it
-  /// stands when the query's last bit arrives; the reply tells that state, the query changes the
-  /// next.
+  /// Executes a query from `understand` and returns the reply. Pre: the motor is at the time of the
+  /// query's last bit. The reply shows that state; the query affects the next one.
   protocol::Reply handle(const protocol::Query& query, const Lane& lane);
   /// Identifier of its replies.
   std::uint32_t reply_id() const {
@@ -105,59 +104,59 @@ class Servo {
   protocol::Frame encode(const protocol::Reply& reply) const {
     return protocol::encode_reply(address(), reply, format_);
   }
-  /// 0x07 has been handled since the last call: the controller is to start anew.
+  /// Returns true if 0x07 was handled since the last call: the controller has to restart.
   bool take_restart() { return std::exchange(restarts_, false); }
-  /// The ID or the rate that the last query has brought into force without a restart is in force
-  /// from now on. Returns false when there is none.
+  /// Applies an address change that takes effect without a restart, after the reply to the query.
+  /// Returns false if there is none.
   bool take_move();
-  /// 0x18 turns the shaft, and there is no reply yet.
+  /// 0x18 turns the shaft, and its reply is pending.
   bool calibrating() const { return calibration_.has_value(); }
-  /// It obeys nothing meanwhile, and answers nothing either where calibrate_busy says so.
+  /// Executes and answers no command while calibrating, if calibrate_busy says so.
   bool deaf_while_calibrating() const {
     return calibrating() && config_.quirks.calibrate_busy == CalibrateBusy::kSilent;
   }
-  /// A part of the time of 0x18 has passed. Returns whether another one follows.
+  /// Ends the first half of 0x18. Returns true if the second half begins.
   bool turn_back(const Lane& lane);
-  /// All of it has; the drive is calibrating. `random` chooses the align value.
+  /// Ends 0x18 and returns its reply. Pre: calibrating(). `random` selects the align value.
   protocol::Reply finish_calibration(const Lane& lane, std::uint64_t random);
-  /// It answers at `id` from now on, and keeps that in ROM.
+  /// Sets the ID at which it answers, in RAM and in ROM.
   void change_id(int id);
-  /// A packet of RS-485 with this drive's ID arrived: 0x95 may look at what is left of it.
+  /// Stores an RS-485 packet with this drive's ID, whose remains 0x95 may read.
   void keep_received(const protocol::Frame& packet);
-  /// Its reply to 0x9B shows the errors from before it cleared them.
+  /// The reply to 0x9B shows the errors before the command.
   bool clear_reply_before() const {
     return faults_.clear_reply_before || config_.quirks.clear_reply == ClearReply::kBefore;
   }
-  /// How often its controller has started, power-up included.
+  /// Number of starts of the controller, power-up included.
   std::uint32_t starts() const { return starts_; }
-  /// It obeys, and nothing that it says leaves it until it starts anew.
+  /// It obeys commands, but sends nothing until it restarts.
   bool is_mute() const { return hung_ != OffHangs::kNo; }
-  /// On RS-485 it holds the line, so no other drive is heard either.
+  /// It holds the RS-485 line, so that other drives receive nothing either.
   bool keeps_line() const { return hung_ == OffHangs::kBus; }
-  /// That showed on a frame of others.
+  /// Records that holding the line affected a frame for other drives.
   void show_kept_line() { shown_faults_.hangs_after_off |= faults_.hangs_after_off; }
-  /// A frame with an unknown command byte arrived; a single-drive one in multi-drive mode did.
+  /// Counters: a frame with an unknown command byte; a single-drive frame in multi-drive mode.
   void count_unknown_command() { ++stats_.unknown_commands; }
   void count_wrong_mode() { ++stats_.wrong_mode; }
 
-  /// Somebody at the drive, not on the wire, writes a setting: `parameter` becomes what it is in
-  /// `value`, which the drive must be able to hold, in RAM and in ROM.
+  /// Writes the setting `parameter` of `value` at the drive, not over the wire, to RAM and ROM.
+  /// Pre: the registers can hold it.
   void write_setting(RomParameter parameter, const Registers& value, const Lane& lane);
-  /// ROM holds this from now on.
+  /// Replaces the contents of ROM.
   void restore_rom(const Registers& rom, const RomWear& wear);
 
-  /// What is wrong with the firmware and its memory, from now on.
+  /// Sets the active faults of firmware and memory.
   void set_faults(const FirmwareFaults& faults) { faults_ = faults; }
-  /// What of that has shown since the last call.
+  /// Returns the faults that have had an effect since the last call.
   FirmwareFaults take_shown_faults() { return std::exchange(shown_faults_, {}); }
-  /// A parameter of ROM is as delivered, from now on, and ROM has another number of changes.
-  /// Returns false when it was so before.
+  /// Sets a parameter in ROM to its factory value and counts a ROM write. Returns false if it has
+  /// that value already.
   bool damage_rom(RomParameter parameter);
-  /// A bit of a setting in RAM flips; `random` chooses it. Returns false when the register holds
-  /// nothing else.
+  /// Flips a bit of a setting in RAM; `random` chooses it. Returns false if the register allows no
+  /// other value.
   bool flip_ram(RomParameter parameter, std::uint64_t random, const Lane& lane);
 
-  /// The controller has started: ROM stays, RAM, turn count, errors and command are gone.
+  /// Restarts the controller: ROM is kept; RAM, turn count, errors and command are lost.
   void power_cycle(const Lane& lane);
 
  private:
@@ -166,12 +165,12 @@ class Servo {
     const model::Telemetry& before;
     const Lane& lane;
   };
-  /// A motion command, in the terms of the loops.
+  /// A motion command as a set point of the loops.
   struct Motion {
     model::Setpoint setpoint = model::Idle{};
     std::optional<CommandedPosition> position;       // of position commands
-    std::optional<protocol::Position3> single_turn;  // of 0xA5/0xA6: what was asked for
-    // What was asked for before a register limited it, which may change.
+    std::optional<protocol::Position3> single_turn;  // request of 0xA5/0xA6
+    // Requested values before a register limits them; the limits may change.
     std::optional<double> speed_dps;
     std::optional<std::int64_t> multi_turn_cdeg;
   };
@@ -193,7 +192,7 @@ class Servo {
   protocol::Reply on(const protocol::ReadStoredSetting& command, const Context& context) const;
   protocol::Reply on(const protocol::WriteStoredSetting& command, const Context& context);
   protocol::Reply on(const protocol::SaveSettings& command, const Context& context);
-  /// The place in `pending()` is in force after the reply.
+  /// Lets the address in `pending()` take effect after the reply.
   void move();
   double lead_speed() const;
   protocol::Reply on(const protocol::Off&, const Context& context);
@@ -241,26 +240,26 @@ class Servo {
   protocol::Reply on(const protocol::AlignReducer&, const Context& context) const;
   protocol::Reply on(const protocol::RestoreSettings&, const Context& context);
   protocol::Reply on(const protocol::RestoreCalibration&, const Context& context) const;
-  /// What 0x95 makes of its payload, or of what it takes for one.
+  /// Angle that 0x95 sets: its payload, or the bytes that it takes for a payload.
   std::int64_t zero_ram_angle(const protocol::ClearAngle& command, const Context& context) const;
-  /// RAM has changed as a whole.
+  /// Applies a change of several RAM registers.
   void take_over_ram(const Lane& lane);
 
   void turn_off_after_trip(const model::Telemetry& telemetry);
   void wake_up(const model::Telemetry& telemetry);
   void start_multi_turn(const model::Telemetry& telemetry, BootMultiTurn from);
   void forget_what_faults_forget();
-  /// Faults change the multi-turn angle that the drive has woken up with.
+  /// Applies faults to the multi-turn angle after a start.
   void misread_turns(const model::Telemetry& telemetry);
   void lose_next_after(LostAfter what);
-  /// The place of this drive in the commands for several; none above ID 4.
+  /// Index of this drive in multi-drive commands; nothing above ID 4.
   std::optional<std::size_t> slot() const;
-  /// The loops and protections read the registers again.
+  /// Passes the registers to loops and protections.
   void configure(const Lane& lane) const { lane.configure(control_settings(ram_, format_)); }
   static Motion loop_motion(const model::Setpoint& setpoint);
   double within_max_speed(double speed_dps) const;
   std::int64_t within_max_angle(std::int64_t target_cdeg) const;
-  /// The limits of a command in force have changed.
+  /// Reapplies the limits to the command in force.
   void limit_anew(const Lane& lane);
   Motion to_position(const CommandedPosition& position, double max_speed_dps) const;
   Motion to_multi_turn(std::int64_t target_cdeg, double max_speed_dps) const;
@@ -268,25 +267,24 @@ class Servo {
                                        const Context& context) const;
   Motion by_increment(std::int32_t increment_cdeg, double max_speed_dps,
                       const Context& context) const;
-  /// Starts `motion` unless it is none (an invalid target), or the drive is off and waits for 0x88;
-  /// state 2 in any case.
+  /// Starts `motion`, unless it is absent (invalid target) or refused. Returns state 2 in any case.
   protocol::Reply execute(protocol::Opcode command, const std::optional<Motion>& motion,
                           const Context& context);
-  /// These registers of ROM become what `rom` says, in one write, but for worn out cells. Returns
-  /// false when one did not.
+  /// Writes these parameters of `rom` to ROM in one write, except worn cells. Returns false if one
+  /// could not be written.
   bool write_rom(std::span<const RomParameter> parameters, const Registers& rom);
   protocol::Reply state_1(protocol::Opcode command, const model::Telemetry& telemetry) const;
   protocol::Reply state_2(protocol::Opcode command, const model::Telemetry& telemetry) const;
   protocol::Opcode reply_opcode(protocol::Opcode command) const;
 
-  /// A run of 0x18.
+  /// State of a calibration by 0x18.
   struct Calibration {
     bool turned_back = false;
-    std::int64_t from = 0;    // position in which this half began
-    std::int64_t travel = 0;  // counts, of the halves before
+    std::int64_t from = 0;    // position at the start of this half
+    std::int64_t travel = 0;  // counts in the halves before
   };
-  static constexpr double kCalibrationTurns = 2;  // electrical, to either side (decided)
-  // A ratio beyond these means that the encoder does not follow the windings (decided).
+  static constexpr double kCalibrationTurns = 2;  // electrical turns to either side (decided)
+  // A ratio out of this range means that the encoder does not follow the windings (decided).
   static constexpr double kLeastAlignRatio = 900, kMostAlignRatio = 1100;
 
   ServoConfig config_;
@@ -298,19 +296,19 @@ class Servo {
   Registers ram_;
   ShaftAngles angles_;
   RunState run_state_ = RunState::kRunning;
-  bool tripped_ = false;        // and not switched on since
+  bool tripped_ = false;        // and has not run since
   Motion motion_;               // in force, or kept by a stop
-  bool brake_powered_ = false;  // the coil, as commanded; released while it is powered
-  // D[3:6] of the last packet that had them; assumed before there is one (docs/rs485.md).
+  bool brake_powered_ = false;  // commanded state of the coil; power releases the brake
+  // D[3:6] of the last packet that had them; initial value assumed (docs/rs485.md).
   std::int32_t left_in_buffer_cdeg_ = 0x0100'0000;
   std::uint32_t starts_ = 0;
   OffHangs hung_ = OffHangs::kNo;
-  bool loses_next_ = false;  // motion command
+  bool loses_next_ = false;  // the next motion command is lost
   DrivePlace place_;         // in force
-  Registers pending_;        // those of touched_ wait for 0x44
+  Registers pending_;        // parameters in touched_ wait here for 0x44
   std::bitset<kRomParameters> touched_;
-  std::bitset<kRomParameters> saved_;  // written last by 0x44, with the values of pending_
-  bool moves_ = false;                 // to the place in `pending()`, after the reply
+  std::bitset<kRomParameters> saved_;  // last written by 0x44, with the values of pending_
+  bool moves_ = false;                 // to the address in `pending()`, after the reply
   bool restarts_ = false;
   std::optional<Calibration> calibration_;
   FirmwareFaults faults_;

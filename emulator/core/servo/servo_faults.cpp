@@ -1,4 +1,4 @@
-// What injected faults do to the firmware and its memory.
+// Effects of injected faults on the firmware and its memory.
 
 #include <algorithm>
 #include <array>
@@ -9,8 +9,8 @@
 namespace lk::emulator {
 namespace {
 
-/// A bit of the whole part of `value` flips; the fraction stays. `random` chooses among the bits
-/// that leave it within [min, max], so that it is something the register can hold.
+/// Flips a bit of the integer part of `value`; the fraction stays. `random` selects among the bits
+/// that keep it within [min, max], the range of the register.
 double flipped(double value, std::uint64_t random, double min, double max) {
   const std::int64_t whole = protocol::rounded_down(value);
   const double fraction = value - static_cast<double>(whole);
@@ -24,7 +24,7 @@ double flipped(double value, std::uint64_t random, double min, double max) {
   return count > 0 ? possible[random % count] : value;
 }
 
-/// One that hosts can set; the Kd do nothing.
+/// Flips a gain that hosts can set; Kd has no effect.
 void flip_gain(model::GainBytes& gains, std::uint64_t random, double max) {
   const std::array<std::uint16_t*, 6> all = {&gains.angle_kp, &gains.angle_ki,   &gains.speed_kp,
                                              &gains.speed_ki, &gains.current_kp, &gains.current_ki};
@@ -32,7 +32,7 @@ void flip_gain(model::GainBytes& gains, std::uint64_t random, double max) {
   gain = static_cast<std::uint16_t>(flipped(gain, random / all.size(), 0, max));
 }
 
-/// Within what the register can hold.
+/// Keeps the value within the range of the register.
 void flip(RomParameter parameter, std::uint64_t random, const protocol::Dialect& dialect,
           std::uint16_t max_offset, Registers& r) {
   const auto whole = [random](auto value, double max) {
@@ -66,9 +66,9 @@ void flip(RomParameter parameter, std::uint64_t random, const protocol::Dialect&
     case RomParameter::kBroadcastMode:
       r.broadcast_mode = !r.broadcast_mode;
       break;
-    case RomParameter::kProtections:  // thresholds of that many kinds: not offered
+    case RomParameter::kProtections:  // thresholds of several kinds: not supported
     case RomParameter::kAlignValue:   // no loop reads it
-    case RomParameter::kDriverId:     // in force from the next start on, which reads ROM
+    case RomParameter::kDriverId:     // in force from the next start, which reads ROM
     case RomParameter::kBusType:
     case RomParameter::kSerialRate:
     case RomParameter::kCanRate:
@@ -126,7 +126,7 @@ bool Servo::flip_ram(RomParameter parameter, std::uint64_t random, const Lane& l
   flip(parameter, random, format_.dialect, angles_.max_wire_count(), ram_);
   if (parameter == RomParameter::kEncoderOffset) {
     angles_.set_offset(ram_.encoder_offset);
-    motion_.single_turn.reset();  // the same target is another place from now on
+    motion_.single_turn.reset();  // the target is now another position
   }
   configure(lane);
   limit_anew(lane);

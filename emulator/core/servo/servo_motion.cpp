@@ -1,4 +1,4 @@
-/// @file The servo's motion commands: which setpoint they give the loops, and within which limits.
+/// @file Motion commands of the servo: set points for the loops, and their limits.
 
 #include <algorithm>
 #include <cassert>
@@ -63,7 +63,7 @@ std::optional<std::size_t> Servo::slot() const {
                                            : std::nullopt;
 }
 
-// Without a slot the drive answers, and nothing changes.
+// Without a slot the drive answers, but nothing changes.
 
 Reply Servo::on(const protocol::MultiTorque& command, const Context& context) {
   const auto own = slot();
@@ -109,7 +109,7 @@ std::int64_t Servo::within_max_angle(std::int64_t target_cdeg) const {
 }
 
 void Servo::limit_anew(const Lane& lane) {
-  turn_off_after_trip(lane.telemetry());  // no query may have come since
+  turn_off_after_trip(lane.telemetry());  // a trip since the last query
   if (motion_.speed_dps) {
     std::get<model::Speed>(motion_.setpoint).omega =
         rad_s_from_dps(within_max_speed(*motion_.speed_dps));
@@ -124,7 +124,7 @@ void Servo::limit_anew(const Lane& lane) {
 }
 
 Servo::Motion Servo::to_position(const CommandedPosition& position, double max_speed_dps) const {
-  // The loops hold it to Max Speed too, whatever that is by then.
+  // The loops also apply Max Speed, with its value at that time.
   Motion motion =
       loop_motion(model::Position{angles_.theta(position), rad_s_from_dps(max_speed_dps)});
   motion.position = position;
@@ -132,7 +132,7 @@ Servo::Motion Servo::to_position(const CommandedPosition& position, double max_s
 }
 
 Servo::Motion Servo::to_multi_turn(std::int64_t target_cdeg, double max_speed_dps) const {
-  // RS-485 has 64 bits for it; what 0x92 can never show is as good as its end.
+  // RS-485 has 64 bits for it; targets are limited to the range of 0x92.
   target_cdeg = std::clamp(target_cdeg, protocol::kInt56Min, protocol::kInt56Max);
   Motion motion =
       to_position(angles_.multi_turn_target(within_max_angle(target_cdeg)), max_speed_dps);
@@ -148,8 +148,8 @@ std::optional<Servo::Motion> Servo::to_single_turn(const protocol::Position3& re
       request.target_cdeg >= angles_.circle_cdeg()) {
     return std::nullopt;
   }
-  // A host that sends the same target every millisecond means the same place, also when the shaft
-  // has swung past it. Once stopped, the drive travels anew.
+  // A host that repeats a target every millisecond means the same position, even after an
+  // overshoot. After a stop the drive chooses the position again.
   const bool repeated =
       run_state_ == RunState::kRunning && motion_.position && motion_.single_turn == request;
   Motion motion =

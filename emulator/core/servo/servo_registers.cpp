@@ -1,4 +1,4 @@
-/// @file The servo's registers and angles: what they are read and written by.
+/// @file Registers and angles of the servo, and the commands for them.
 
 #include <algorithm>
 
@@ -15,12 +15,12 @@ namespace {
 constexpr RomParameter kGainsAlone[] = {RomParameter::kGains};
 constexpr RomParameter kOffsetAlone[] = {RomParameter::kEncoderOffset};
 
-/// What 0x30 shows of a gain: a byte has no room for what 0xC1 may have written.
+/// Gain as 0x30 shows it: at most 255, although 0xC1 may write more.
 std::uint8_t as_byte(std::uint16_t gain) {
   return static_cast<std::uint8_t>(std::min<std::uint16_t>(gain, 255));
 }
 
-/// The six of 0x31 and 0x32; Kd is not among them. Writing what 0x30 shows changes nothing.
+/// Sets the gains of 0x31 and 0x32, all but Kd. Writing the values of 0x30 changes nothing.
 void set_gains(model::GainBytes& gains, const protocol::PidGains& bytes) {
   const auto set = [](std::uint16_t& gain, std::uint8_t byte) {
     if (byte != as_byte(gain)) gain = byte;
@@ -75,12 +75,12 @@ Reply Servo::on(const protocol::WriteOffsetToRom& command, const Context& contex
   if (config_.quirks.offset_write_takes_effect) {
     ram_.encoder_offset = wanted.encoder_offset;
     angles_.set_offset(ram_.encoder_offset);
-    motion_.single_turn.reset();  // the same target is another place from now on
+    motion_.single_turn.reset();  // the target is now another position
   }
   return echo(context);
 }
 
-/// In force after the next power-up only.
+/// Takes effect at the next power-up.
 Reply Servo::on(const protocol::WriteZeroToRom&, const Context& context) {
   Registers wanted = rom_;
   wanted.encoder_offset = angles_.raw(angles_.position(context.before));
@@ -100,13 +100,13 @@ void Servo::write_setting(RomParameter parameter, const Registers& value, const 
   touched_.reset(static_cast<std::size_t>(parameter));
   if (parameter == RomParameter::kEncoderOffset) {
     angles_.set_offset(ram_.encoder_offset);
-    motion_.single_turn.reset();  // the same target is another place from now on
+    motion_.single_turn.reset();  // the target is now another position
   }
   configure(lane);
   limit_anew(lane);
 }
 
-/// Worn cells keep what they have. Only 0x44 says so: with all others the firmware does not look.
+/// Worn cells keep their contents. Only 0x44 reports this; other commands do not check.
 bool Servo::write_rom(std::span<const RomParameter> parameters, const Registers& rom) {
   rom_before_ = rom_;
   wear_before_ = wear_;
@@ -141,7 +141,7 @@ Reply Servo::on(const protocol::WriteParameter& command, const Context& context)
     limit_anew(context.lane);
   }
   const bool serial = format_.dialect.framing == protocol::Framing::kSerial;
-  if (serial || format_.dialect.parameter_ranges) {  // it says what is in force now
+  if (serial || format_.dialect.parameter_ranges) {  // it shows the value in force
     return protocol::ParameterValue{get_parameter(ram_, command.parameter.id, format_),
                                     protocol::WriteParameter::kOpcode};
   }
@@ -183,8 +183,8 @@ Reply Servo::on(const protocol::ClearAngle& command, const Context& context) {
       }
       break;
     case protocol::ClearAngleMeaning::kSetsAngle:
-      // Only a name changes: a position command in force keeps its place on the shaft, whatever
-      // that is called now, and so the shaft does not move.
+      // A position command in force keeps its position on the shaft; only the angle of that
+      // position changes. So the shaft does not move.
       angles_.set_multi_turn(position, zero_ram_angle(command, context));
       motion_.multi_turn_cdeg.reset();
       break;

@@ -1,4 +1,4 @@
-/// @file What a servo does on RS-485 and not on CAN: settings, the vendor's tool, and 0x95
+/// @file Functions of a servo on RS-485 only: settings, the vendor's tool, and 0x95
 /// (docs/rs485.md).
 
 #include <algorithm>
@@ -18,7 +18,7 @@ using protocol::SettingId;
 
 namespace {
 
-/// The parameter of 0xC0 that a setting is; none for the halves of Max Angle, and the unknown.
+/// Returns the 0xC0 parameter of a setting; nothing for the halves of Max Angle, or if unknown.
 std::optional<ParameterId> parameter_of(SettingId id) {
   switch (id) {
     case SettingId::kAngleGains:
@@ -61,7 +61,7 @@ protocol::Setting get_setting(const Registers& registers, SettingId id,
   return setting;
 }
 
-/// Returns false when there is no such setting.
+/// Returns false if the setting is unknown.
 bool set_setting(Registers& registers, const protocol::Setting& setting,
                  const protocol::WireFormat& format) {
   const auto parameter = parameter_of(setting.id);
@@ -82,13 +82,13 @@ bool set_setting(Registers& registers, const protocol::Setting& setting,
   return true;
 }
 
-/// Where ROM keeps it.
+/// Returns the ROM parameter that stores the setting.
 RomParameter rom_place(SettingId id, Series series) {
   const auto parameter = parameter_of(id);
   return parameter ? rom_parameter_of(*parameter, series) : RomParameter::kMaxAngle;
 }
 
-/// A reply of no bytes but the command.
+/// Returns a reply without data.
 Block done(protocol::Opcode command) { return {.command = command, .data = {}, .size = 0}; }
 
 }  // namespace
@@ -130,7 +130,7 @@ void Servo::take_over_ram(const Lane& lane) {
 
 Reply Servo::on(const protocol::ClearTurns&, const Context& context) {
   angles_.forget_turns(angles_.position(context.before));
-  motion_.multi_turn_cdeg.reset();  // the same angle is another place from now on
+  motion_.multi_turn_cdeg.reset();  // the angle is now another position
   return echo(context);
 }
 

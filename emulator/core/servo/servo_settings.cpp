@@ -1,5 +1,5 @@
-/// @file What only the second print of V2.36 has: settings over the bus, restart and calibration
-/// (docs/protocol.md §10.9), and 0x37 and 0x38 of older drives.
+/// @file Commands of the second edition of the V2.36 manual only: settings over the bus, restart
+/// and calibration (docs/protocol.md §10.9). Also 0x37 and 0x38 of older drives.
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,7 @@ using protocol::Reply;
 
 namespace {
 
-/// Each number of a query in the range that its row has.
+/// Each number of a query is within the range in its row.
 bool is_within_ranges(const protocol::Query& query, const protocol::WireFormat& format) {
   const auto& info = protocol::info_of(query.command, format.dialect.framing);
   return std::ranges::all_of(info.query, [&](const protocol::Field& field) {
@@ -85,7 +85,7 @@ Reply Servo::on(const protocol::SaveSettings& command, const Context&) {
 void Servo::restore_rom(const Registers& rom, const RomWear& wear) {
   rom_ = rom;
   wear_ = wear;
-  // What 0x44 has not brought into ROM after all still waits for it.
+  // Settings that 0x44 could not store wait for it again.
   for (std::size_t p = 0; p < kRomParameters; ++p) {
     Registers with = rom;
     copy_parameter(static_cast<RomParameter>(p), pending_, with);
@@ -96,7 +96,7 @@ void Servo::restore_rom(const Registers& rom, const RomWear& wear) {
 
 void Servo::move() {
   moves_ = true;
-  // With the old ID the reply leaves first: Bus::answer takes the move then.
+  // For kOld the reply leaves first: Bus::answer calls take_move() after it.
   if (config_.quirks.id_change_reply == IdChangeReply::kNew) {
     place_ = drive_place(pending(), config_);
   }
@@ -144,7 +144,7 @@ Reply Servo::on(const protocol::WriteMaxTorque& command, const Context& context)
 // --- calibration
 
 Reply Servo::on(const protocol::Calibrate&, const Context& context) {
-  if (calibrating()) return protocol::NoReply{};  // the first goes on
+  if (calibrating()) return protocol::NoReply{};  // the running one continues
   if (run_state_ == RunState::kOff || context.before.errors != 0) return protocol::Calibrated{};
   motion_ = {};
   run_state_ = RunState::kRunning;
@@ -153,7 +153,7 @@ Reply Servo::on(const protocol::Calibrate&, const Context& context) {
   return protocol::NoReply{};
 }
 
-/// rad/s, electrical: two turns in half of the time.
+/// rad/s, electrical: two turns in half of the calibration time.
 double Servo::lead_speed() const {
   const double half_s = 0.5 * std::chrono::duration<double>(config_.calibrate_time).count();
   return kCalibrationTurns * 2 * std::numbers::pi / half_s;

@@ -14,10 +14,10 @@ using protocol::kTurn_cdeg;
 
 constexpr int kMaxWireBits = 16;            // wider encoders show their top 16 bits
 constexpr double kArrived_wire_counts = 2;  // docs/protocol.md §4.3
-/// Of its rms: more than the encoder's noise ever is off, which is √12 (model/noise.hpp).
+/// Bound of the encoder noise in multiples of its rms: its peak is √12 (model/noise.hpp).
 constexpr double kMostNoise = 4;
 
-/// How far, in counts, a shaft may be read behind the target that it holds.
+/// Returns how far, in counts, a shaft may be read behind the target that it holds.
 double arrived_counts(const model::EncoderParams& sensor, double counts, double wire_lsb_counts) {
   const double held = model::kHoldAngle + kMostNoise * sensor.noise;
   // The loop compares whole counts.
@@ -47,7 +47,7 @@ ShaftAngles::ShaftAngles(const Profile& profile, const Quirks& quirks)
   const double circle_turns = quirks.dialect.wide_single_turn ? span : 1.0;
   circle_counts_ = protocol::rounded(circle_turns * static_cast<double>(counts_));
   circle_cdeg_ = static_cast<std::uint32_t>(protocol::rounded(circle_turns * kTurn_cdeg));
-  // Of what stands above. NOLINTNEXTLINE(cppcoreguidelines-prefer-member-initializer)
+  // Uses the members above. NOLINTNEXTLINE(cppcoreguidelines-prefer-member-initializer)
   wrap_counts_ = quirks.boot_wrap == BootWrap::kHalfCircle ? span_counts : counts_;
 }
 
@@ -69,7 +69,7 @@ std::uint32_t ShaftAngles::in_full(std::int64_t position, bool from_offset) cons
 
 std::uint32_t ShaftAngles::single_turn_cdeg(std::int64_t position) const {
   const std::int64_t in_circle = floor_mod(position - single_zero_, circle_counts_);
-  // The last half of 0.01° is the zero of the next circle.
+  // The last half of 0.01° rounds to the zero of the next circle.
   return static_cast<std::uint32_t>(rounded_cdeg(in_circle) % circle_cdeg_);
 }
 
@@ -92,7 +92,7 @@ void ShaftAngles::set_offset(std::uint16_t offset) {
 
 void ShaftAngles::forget_turns(std::int64_t position) {
   const std::int64_t in_wrap = floor_mod(position - single_zero_, wrap_counts_);
-  // As the wire shows it: what is read as half of it is not the other end.
+  // Compares rounded angles: one that reads as exactly half is not wrapped.
   const bool beyond_half = 2 * rounded_cdeg(in_wrap) > rounded_cdeg(wrap_counts_);
   const std::int64_t wrapped = beyond_half ? in_wrap - wrap_counts_ : in_wrap;
   multi_zero_ = position - wrapped;
@@ -146,7 +146,7 @@ double ShaftAngles::theta(const CommandedPosition& commanded) const {
 }
 
 double ShaftAngles::theta_m_at(double angle_deg) const {
-  // The middle of a count, so that the encoder's noise does not throw it to the neighbour.
+  // The middle of a count, so that encoder noise does not change the count.
   const double turns =
       (static_cast<double>(encoder_zero_) + 0.5) / static_cast<double>(counts_) + angle_deg / 360.0;
   // The sensor shows direction·theta_m + offset.

@@ -10,7 +10,7 @@ namespace {
 
 double deg(double angle_rad) { return angle_rad / kRadPerDeg; }
 
-// One row a line.
+// One row per line.
 // clang-format off
 constexpr Signal kSignals[] = {
     {"angle_deg", "multi-turn angle as the drive reports it (0x92), degrees of the rotor",
@@ -56,7 +56,7 @@ constexpr Signal kSignals[] = {
 };
 // clang-format on
 
-// By model::Error.
+// Indexed by model::Error.
 constexpr std::array<std::string_view, model::kErrorKinds> kErrorWords = {
     "under_voltage", "over_voltage", "driver_temperature", "motor_temperature", "over_current",
     "short_circuit", "stall",        "lost_input"};

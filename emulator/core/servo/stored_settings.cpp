@@ -15,17 +15,16 @@ using protocol::StoredSettingId;
 
 namespace {
 
-// Rates that drives are delivered with, on a bus that has no rate and on the one that they are not
-// wired to.
+// Factory rates: for a bus without a rate, and for the bus type that the drive is not wired to.
 constexpr std::uint8_t kSerial115200 = 4;
 constexpr std::uint8_t kCanOneMbit = 4;
 
-/// A setting: the parameter of 0xC0 that it is, or the register that says where the drive is found.
+/// A setting: its parameter of 0xC0, or its address register.
 struct SettingRow {
   StoredSettingId id;
   std::optional<ParameterId> parameter;
   std::uint8_t Registers::*place = nullptr;
-  RomParameter rom = RomParameter::kGains;  // of a place
+  RomParameter rom = RomParameter::kGains;  // of an address register
 };
 constexpr SettingRow kSettingRows[] = {
     {StoredSettingId::kDriverId, {}, &Registers::driver_id, RomParameter::kDriverId},
@@ -110,7 +109,7 @@ protocol::StoredSetting get_stored(const Registers& registers, const protocol::S
   setting.number = registers.*row.place;
   if (setting.number == kAsWired) {
     const DrivePlace place = drive_place(registers, config);
-    // In the order of the first rows.
+    // Ordered as the first rows.
     const std::int32_t wired[] = {place.id, static_cast<std::int32_t>(place.bus), place.serial_rate,
                                   place.can_rate};
     setting.number = wired[&row - std::begin(kSettingRows)];

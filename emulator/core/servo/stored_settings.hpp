@@ -1,7 +1,6 @@
 #pragma once
 
-/// @file The settings of 0x40 and 0x42 on CAN: what they are in the registers, and where ROM keeps
-/// them.
+/// @file Settings of 0x40 and 0x42 on CAN: their registers, and where ROM stores them.
 
 #include <functional>
 #include <vector>
@@ -12,7 +11,7 @@
 
 namespace lk::emulator {
 
-/// Where a drive is found.
+/// Address of a drive: ID, bus and bit rates.
 struct DrivePlace {
   int id = 0;  // 1..32
   protocol::BusType bus = protocol::BusType::kCan;
@@ -22,22 +21,22 @@ struct DrivePlace {
   friend bool operator==(const DrivePlace&, const DrivePlace&) = default;
 };
 
-/// What the registers say of it, and where they do not, how the drive is wired.
+/// Returns the address in the registers; the wiring replaces entries that are kAsWired.
 DrivePlace drive_place(const Registers& registers, const ServoConfig& config);
 
-/// Does the drive hear the bus that it is wired to, at the rate of that bus?
+/// The drive is set to the bus that it is wired to; it is set to the rate of that bus.
 bool is_on_its_bus(const DrivePlace& place, const ServoConfig& config);
 bool is_at_its_rate(const DrivePlace& place, const ServoConfig& config);
 
-/// Configured IDs of the other drives that answer at the same ID as drive `id`. `place_of` returns
-/// where a drive is found.
+/// Returns the configured IDs of the other drives at the address of drive `id`. `place_of` returns
+/// the address of a drive.
 using PlaceOf = std::function<DrivePlace(const ServoConfig&)>;
 std::vector<int> sharing_drives(const BusConfig& bus, int id, const PlaceOf& place_of);
 
-/// The setting, one that there is, as the registers have it.
+/// Returns a setting from the registers. Pre: the setting exists.
 protocol::StoredSetting get_stored(const Registers& registers, const protocol::StoredSetting& which,
                                    const ServoConfig& config, const protocol::WireFormat& format);
-/// The registers have it; its value is within its range, or what get_stored gives.
+/// Writes a setting to the registers. Pre: its value is in range, or equals that of get_stored.
 void set_stored(Registers& registers, const protocol::StoredSetting& setting,
                 const ServoConfig& config, const protocol::WireFormat& format);
 RomParameter rom_parameter_of(protocol::StoredSettingId id, Series series);

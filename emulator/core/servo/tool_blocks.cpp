@@ -32,7 +32,7 @@ constexpr std::uint32_t kSavedMark = 0x55AA'1234;
 constexpr std::uint8_t kOnSerial = 1;
 constexpr std::uint8_t kCan1M = 4;
 
-/// Where the block has the state of each protection.
+/// Order of the protection states in the block.
 constexpr model::Error kInOrder[] = {model::Error::kMotorTemperature,
                                      model::Error::kDriverTemperature,
                                      model::Error::kUnderVoltage,
@@ -52,8 +52,8 @@ void put_name(Payload& data, std::size_t at, std::string_view name) {
               data.begin() + static_cast<std::ptrdiff_t>(at));
 }
 
-/// Of the encoder: the tool's number for its kind (an 18-bit one is 7; the others assumed to count
-/// down from it).
+/// The tool's number of an encoder type: 7 for 18 bits; the others are assumed to count down from
+/// it.
 std::uint8_t encoder_type(int bits) { return static_cast<std::uint8_t>(std::max(bits - 11, 0)); }
 
 const model::Protection& of(const Registers& ram, model::Error error) {
@@ -64,7 +64,7 @@ std::uint8_t is_reversed(const ServoConfig& config) {
   return static_cast<std::uint8_t>(config.profile.drive.encoder.direction < 0);
 }
 
-/// That of the manual whose commands it has, where the motor file says nothing.
+/// Defaults to the version of the manual that has these commands.
 std::uint16_t firmware_version(const ServoConfig& config) {
   const std::uint16_t said = config.profile.product.firmware_version;
   if (said != 0) return said;
@@ -84,7 +84,7 @@ Block product_block(const ServoConfig& config) {
   put_name(block.data, kNameBytes, product.motor.empty() ? config.profile.model : product.motor);
   const std::uint16_t firmware = firmware_version(config);
   std::size_t at = 2 * kNameBytes;
-  if (bytes < 2 * kNameBytes + kChipBytes) {  // the oldest manual's, by 10
+  if (bytes < 2 * kNameBytes + kChipBytes) {  // of the oldest manual, in tenths
     block.data[at++] = static_cast<std::uint8_t>(product.hardware_version / 10);
     block.data[at] = static_cast<std::uint8_t>(firmware / 10);
     return block;
@@ -92,7 +92,7 @@ Block product_block(const ServoConfig& config) {
   std::copy(product.chip_id.begin(), product.chip_id.end(),
             block.data.begin() + static_cast<std::ptrdiff_t>(at));
   at += kChipBytes;
-  // The motor file has one chip ID; those of a bus's drives differ (the rule is assumed).
+  // The motor file has one chip ID; drives of a bus have different ones (assumed rule).
   const int number = block.data[at - 1] + config.id - protocol::kMinId;
   block.data[at - 1] = static_cast<std::uint8_t>(number);
   for (const std::uint16_t version : {product.hardware_version, product.motor_version, firmware}) {
@@ -161,7 +161,7 @@ Block settings_block(const ServoConfig& config, const Registers& ram,
 
 void take_settings_block(const Payload& request, const protocol::WireFormat& format,
                          Registers& ram) {
-  // The block begins behind the command.
+  // The block begins after the command.
   const auto u16_at = [&](std::size_t at) {
     return protocol::get_le<std::uint16_t>(request, 1 + at);
   };
@@ -197,7 +197,7 @@ Block calibration_block(const ServoConfig& config, const Registers& ram) {
               .size = geared ? protocol::kGearedCalibrationBytes : protocol::kCalibrationBytes};
   Payload& data = block.data;
   const model::DriveParams& drive = config.profile.drive;
-  // Assumed: poles, as a real MG6010 with 14 pole pairs says 28.
+  // Assumed: number of poles, since a real MG6010 with 14 pole pairs shows 28.
   data[0] = static_cast<std::uint8_t>(2 * drive.motor.pole_pairs);
   data[1] = encoder_type(drive.encoder.bits);
   data[2] = is_reversed(config);
