@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What the functions of a fault's row are given: a drive, or a frame, as the fault meets it.
+/// @file Arguments of the functions in a fault's row: the drive or frame that the fault acts on.
 
 #include <cstdint>
 #include <optional>
@@ -15,26 +15,26 @@
 
 namespace lk::emulator {
 
-/// A lasting fault and the motor of one of its drives.
+/// A lasting fault on the motor of one of its drives.
 struct OnPlant {
   const LiveFault& live;
   const ServoConfig& servo;
-  SimTime active;  // since it began
+  SimTime active;  // since the fault began
 
   double number(std::size_t n = 0) const { return live.number(n); }
   template <class Choice>
   Choice choice(std::size_t n) const {
     return live.choice<Choice>(n);
   }
-  /// Where the output stood when it began, rad.
+  /// Angle of the output when the fault began, rad.
   double anchor() const;
 };
 
-/// A frame on the wire, before the drive hears it.
+/// A frame on the wire, before the drive receives it.
 struct OnQuery {
   enum class Fate : std::uint8_t {
     kHeard,
-    kIgnored,  // by the firmware; other faults act on it all the same
+    kIgnored,  // by the firmware; other faults still act on it
     kLost,
   };
   LiveFault& live;
@@ -43,14 +43,14 @@ struct OnQuery {
   protocol::Frame& frame;
   Fate fate = Fate::kHeard;
 
-  /// Frames of this kind, for one drive or for several, are for this drive.
+  /// The drive listens to frames of this kind, single-drive or multi-drive.
   bool is_listening() const;
-  /// What the drive would not have answered anyway cannot be lost.
+  /// The drive would answer the frame. Other frames do not count as lost.
   bool would_be_answered() const;
   void took_effect() { live.took_effect(now, servo.id(), &frame); }
 };
 
-/// What a drive is about to say: its reply, or what other faults have made of it.
+/// A reply before it leaves the drive; other faults may have changed it.
 struct OnReply {
   LiveFault& live;
   int id;
@@ -58,9 +58,9 @@ struct OnReply {
   const DriveLink& link;
   std::vector<Outgoing>& out;
   std::int64_t bitrate;     // 0: frames take no time
-  std::uint64_t lost = 0;   // frames that were to leave
-  std::uint64_t extra = 0;  // frames that were not
-  bool stale = false;       // it says what it said before
+  std::uint64_t lost = 0;   // frames that will not leave
+  std::uint64_t extra = 0;  // additional frames
+  bool stale = false;       // repeats an earlier reply
 
   void took_effect(const Outgoing& one) { live.took_effect(now, id, &one.frame); }
 };
@@ -82,25 +82,25 @@ struct OnWire {
   bool serial;  // RS-485
 };
 
-/// A drive at the instant at which something is done to it.
+/// A drive at the instant of a momentary fault.
 struct AtOnce {
   LiveFault& live;
   Servo& servo;
   Lane motor;
   Memory& memory;
   bool alive;
-  std::vector<RomWrite>& rom_writes;  // not yet taken; a change of ROM is told like a write
-  bool restart = false;               // the controller is to start anew after this
+  std::vector<RomWrite>& rom_writes;  // not yet taken; a change of ROM is reported as a write
+  bool restart = false;               // the controller has to restart after this
 };
 
-/// A drive that may talk now without being asked.
+/// A drive that may send without a query.
 struct OnBabble {
   LiveFault& live;
   const Servo& servo;
   const DriveLink& link;
   SimTime running;  // since its controller started
 };
-/// What it says, if anything, and when it may again.
+/// Frame to send, if any, and the pause before the next one.
 struct Babble {
   SimTime pause;
   std::optional<protocol::Frame> frame;

@@ -1,5 +1,4 @@
-// Faults of the adapter between the hosts and their bus: what it adds to the configured one's
-// times.
+// Faults of the adapter between hosts and bus: times added to the configured ones.
 
 #include "emulator/core/faults/acts.hpp"
 #include "emulator/core/faults/fault_rows.hpp"
@@ -36,7 +35,7 @@ void add_stalls(const LiveFault& live, AdapterTimes& sum) {
       add(sum, {.stall_every = static_cast<int>(live.number(0)), .stall_us = live.number(1) * 1e3});
 }
 
-// A row: word, group and parameters, what it does where; its words.
+// Row: word, group and parameters, functions; description.
 // clang-format off
 constexpr FaultRow kAdapterRows[] = {
     {.word = "adapter_latency", .group = kLink, .params = {needed("tx_us", 0, 1'000'000), needed("rx_us", 0, 1'000'000), number("jitter_us", 0, 1'000'000, 0), number("tail_us", 0, 1'000'000, 0), number("tail_probability", 0, 1, 0)},

@@ -11,7 +11,7 @@ void Duplicates::add(const FaultBoard& faults, std::size_t fault, const Servo& o
                      std::int64_t f_pwm_Hz, SimTime now) {
   const LiveFault& live = faults[fault];
   ServoConfig config = original.config();
-  // A zero that was written since moves no shaft.
+  // A later write of the encoder offset does not move the shaft.
   config.boot_offset = config.boot_offset.value_or(config.rom.encoder_offset);
   config.rom = original.rom();
   const DrivePlace& place = original.place();
@@ -62,7 +62,7 @@ std::size_t Duplicates::hear(SimTime at, const protocol::Frame& frame, Wire& wir
     }
     const auto understood = servo.understand(frame);
     const auto* const query = std::get_if<protocol::Query>(&understood);
-    // 0x18 would have to be timed: a second drive does not calibrate.
+    // 0x18 would need timing: a duplicate does not calibrate.
     if (query == nullptr || std::holds_alternative<protocol::Calibrate>(query->command)) continue;
     const std::uint64_t writes_before = servo.stats().rom_writes;
     const protocol::Reply reply = servo.handle(*query, Lane{drive.motor, 0});
@@ -75,7 +75,7 @@ std::size_t Duplicates::hear(SimTime at, const protocol::Frame& frame, Wire& wir
     const bool takes_time = wire.bitrate() > 0 || wire.serial() != nullptr;
     SimTime ready = takes_time ? at + servo.reply_time() + kDuplicateLag : at;
     if (servo.stats().rom_writes != writes_before) {
-      ready = std::max(ready, at + servo.config().flash.write_time);  // kept nowhere else
+      ready = std::max(ready, at + servo.config().flash.write_time);  // a duplicate has no Memory
     }
     drive.last_reply = std::max(ready, drive.last_reply);
     faults[drive.fault].took_effect(now, servo.id(), &answer);

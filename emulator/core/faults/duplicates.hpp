@@ -11,33 +11,31 @@
 
 namespace lk::emulator {
 
-/// A duplicate's answer starts so much later than the drive's: two crystals and two interrupts
-/// never agree to a bit (assumed). On a real bus both may still start together, when the wire was
-/// taken as they got ready, and destroy each other until one gives up; here they follow each other.
+/// Delay of a duplicate's answer after that of the drive: their crystals and interrupts never agree
+/// to a bit (assumed). On a real bus both may start together after a busy wire, and destroy each
+/// other until one gives up. Here one follows the other.
 inline constexpr SimTime kDuplicateLag = std::chrono::microseconds(5);
 
-/// Second drives with the ID of another, there because of a fault. Each has the supply that the
-/// drive was configured with; what happens to the drive's own does not reach it, nor do other
-/// faults. A value.
+/// Second drives with the ID of another, made by a fault. Each has its own supply, as configured
+/// for the drive. Changes of the drive's supply and other faults do not affect it. A value.
 class Duplicates {
  public:
-  /// Owners of frames from here on are duplicates'. The low six bits are the ID, as those of every
-  /// identifier of a drive.
+  /// First frame owner of duplicates. The low six bits are the ID, as in all identifiers of drives.
   static constexpr std::uint32_t kFirstOwner = 0x10000;
-  /// Owners repeat after so many faults, far more than a bus keeps.
+  /// Number of faults after which owners repeat, far more than a bus keeps.
   static constexpr std::uint32_t kOwners = 1U << 20;
 
   bool empty() const { return drives_.empty(); }
-  /// The fault `fault` of `faults` has begun on `original`, whose motor has this PWM rate.
+  /// Adds a duplicate of `original`, whose motor has this PWM rate, for a fault that has begun.
   void add(const FaultBoard& faults, std::size_t fault, const Servo& original,
            std::int64_t f_pwm_Hz, SimTime now);
-  /// The fault is over. Returns how many frames are lost with its drives.
+  /// Removes the duplicates of a fault. Returns the number of frames lost with them.
   std::size_t remove(std::size_t fault, Wire& wire, SimTime now);
   void advance_to(SimTime t);
-  /// A query's last bit is on the wire at `at`. Returns how many answers this brings forth.
+  /// Processes a frame whose last bit was at `at`. Returns the number of answers.
   std::size_t hear(SimTime at, const protocol::Frame& frame, Wire& wire, FaultBoard& faults,
                    SimTime now);
-  /// The transmit error counter of the owner of a frame.
+  /// Transmit error counter of the owner of a frame.
   int& errors(std::uint32_t owner);
 
  private:
@@ -45,7 +43,7 @@ class Duplicates {
     std::size_t fault;
     std::uint32_t owner;  // of its frames
     std::int64_t f_pwm_Hz;
-    std::int64_t first_tick;  // of the bus, at which its own clock began
+    std::int64_t first_tick;  // tick of the bus at which its own clock began
     model::DriveBank motor;
     Servo servo;
     int errors = 0;

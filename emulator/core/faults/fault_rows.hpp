@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file How the rows of the table of faults are written, and where its parts stand.
+/// @file Functions to write rows of the fault table, and the parts of the table.
 
 #include "emulator/core/faults/fault_table.hpp"
 
@@ -24,7 +24,7 @@ constexpr FaultParam needed(std::string_view word, double min, double max) {
 constexpr FaultParam needed_count(std::string_view word, double min, double max) {
   return {.word = word, .min = min, .max = max, .required = true, .whole = true};
 }
-/// The words are those of an enumeration, in its order.
+/// `words` are the values of the enumeration `Choice`, in its order.
 template <class Choice>
 constexpr FaultParam choice(std::string_view word, std::span<const std::string_view> words,
                             Choice fallback) {

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file The one table of faults: words, parameters, units, and what each does where. What reads,
-/// lists, documents and injects faults reads it here.
+/// @file Table of all faults: words, parameters, units and functions. Configuration, listings,
+/// documents and injection use it.
 
 #include <array>
 #include <cstdint>
@@ -43,64 +43,64 @@ enum class FaultGroup : std::uint8_t {
 };
 std::string_view to_string(FaultGroup group);
 
-/// One parameter of a kind. Its unit is the end of its word.
+/// Parameter of a kind of fault. The end of its word is its unit.
 struct FaultParam {
-  std::string_view word;  // "percent"; empty: the kind has no more
+  std::string_view word;  // "percent"; empty: no further parameter
   double min = 0, max = 0;
-  FaultValue fallback = {};                        // when it is not said
-  bool required = false;                           // it has to be said
-  bool whole = false;                              // counted: takes no fractions
-  std::span<const std::string_view> choices = {};  // a word of these; min, max do not count
+  FaultValue fallback = {};                        // value if it is not given
+  bool required = false;                           // must be given
+  bool whole = false;                              // integers only
+  std::span<const std::string_view> choices = {};  // words to choose from; min, max are unused then
 };
 
-/// A kind of fault. Where it does not act, there is no function (faults/acts.hpp).
+/// A kind of fault. A function is null where the fault does not act (faults/acts.hpp).
 struct FaultRow {
   std::string_view word;  // "encoder_stuck"
   FaultGroup group = FaultGroup::kLink;
   std::array<FaultParam, kMostFaultParams> params = {};
-  bool of_bus = false;     // of the bus as a whole: takes no drives
-  bool serial = false;     // of RS-485 alone
-  bool per_frame = false;  // takes a probability, of each frame
-  bool needs_one = false;  // one of its parameters has to be said
-  /// Why this drive cannot have it; empty when it can.
+  bool of_bus = false;     // of the whole bus: takes no drives
+  bool serial = false;     // RS-485 only
+  bool per_frame = false;  // takes a probability per frame
+  bool needs_one = false;  // one of its parameters must be given
+  /// Returns why this drive cannot have it; empty if it can.
   std::string (*impossible)(const Fault& fault, const ServoConfig& servo) = nullptr;
 
-  // The plant: motor, sensors, supply, the drive's clock.
+  // Plant: motor, sensors, supply, clock of the drive.
   void (*plant)(const OnPlant& on, model::Faults& sum) = nullptr;
-  bool moves = false;  // what it does to the plant changes while it lasts
-  // Frames: into the drive, out of it, and on the wire.
+  bool moves = false;  // its effect on the plant changes over time
+  // Frames: to the drive, from the drive, and on the wire.
   void (*hear)(OnQuery& on) = nullptr;
   void (*say)(OnReply& on) = nullptr;
   bool (*destroys)(OnWire& on) = nullptr;
-  SimTime (*recovery)(const LiveFault& live) = nullptr;  // more time off the bus, after a bus-off
+  SimTime (*recovery)(const LiveFault& live) = nullptr;  // extra time off the bus after a bus-off
   bool silences = false;                                 // nothing leaves the drive
-  bool blocks = false;                                   // what it says stays in its queue
+  bool blocks = false;                                   // its frames stay in its send queue
   bool holds_back = false;                               // `say` may hold a frame back
-  Babble (*babble)(OnBabble& on) = nullptr;              // it talks without being asked
+  Babble (*babble)(OnBabble& on) = nullptr;              // sends unsolicited frames
   double (*duplicate)(const LiveFault& live) = nullptr;  // a second drive, so many rad from it
-  // The hosts' adapter: what it adds, and where that shows.
+  // Adapter of the hosts: added times, and the flag of their effect.
   void (*adapter)(const LiveFault& live, AdapterTimes& sum) = nullptr;
   bool AdapterShown::*adapter_shows = nullptr;
-  // The same on RS-485: what hosts read in place of a frame, that they read what they send, and for
-  // how long behind it they keep the line.
+  // RS-485 hosts: changes of what they read, echo of what they send, and how long they keep the
+  // line after it.
   void (*read)(OnRead& on) = nullptr;
   bool echoes = false;
   SimTime (*keeps_line)(const LiveFault& live) = nullptr;
-  // Firmware and memory: which flag, and what the parameters say of it.
+  // Firmware and memory: flag of the fault, and details from its parameters.
   bool FirmwareFaults::*firmware = nullptr;
   void (*firmware_detail)(const LiveFault& live, FirmwareFaults& sum) = nullptr;
-  bool (*at_once)(AtOnce& on) = nullptr;  // done at an instant; whether it changed anything
-  Words about = {};                       // what it does, a sentence
+  bool (*at_once)(AtOnce& on) = nullptr;  // at one instant; returns whether it changed anything
+  Words about = {};                       // description, one sentence
 
-  /// Takes no duration.
+  /// Happens at one instant: takes no duration.
   bool momentary() const { return at_once != nullptr; }
 };
 
 /// All kinds, in the order of listings.
 std::span<const FaultRow> fault_table();
-/// The kind of this word; none: null.
+/// Returns the kind of this word; null if unknown.
 const FaultRow* find_fault(std::string_view word);
-/// A fault of this kind, its parameters as its row has them.
+/// Returns a fault of this kind with the defaults of its row.
 Fault fault_of(const FaultRow& row);
 
 }  // namespace lk::emulator

@@ -1,4 +1,4 @@
-// Faults of the firmware and its memory: restarts, deafness, lost writes, damaged settings.
+// Faults of the firmware and its memory: restarts, hangs, lost writes, damaged settings.
 
 #include <algorithm>
 
@@ -10,7 +10,7 @@ namespace {
 
 using enum FaultGroup;
 
-/// By RomParameter, and all of them.
+/// Indexed by RomParameter; the last word means all.
 constexpr std::string_view kParameterWords[] = {
     "gains",          "acceleration", "encoder_offset", "max_torque_current",
     "max_power",      "max_speed",    "max_angle",      "current_ramp",
@@ -19,7 +19,7 @@ constexpr std::string_view kParameterWords[] = {
 constexpr std::span<const std::string_view> kAllWords = kParameterWords;
 constexpr auto kAll = static_cast<RomParameter>(kRomParameters);
 
-/// The other limit is of the other series.
+/// Rejects the limit of the other series.
 std::string without_parameter(const Fault& fault, const ServoConfig& servo) {
   const bool ms = servo.profile.series == Series::kMs;
   const auto parameter = fault.values[0].choice<RomParameter>();
@@ -36,7 +36,7 @@ std::string answers_so_anyway(const Fault&, const ServoConfig& servo) {
              : "drive " + std::to_string(servo.id) + " answers so anyway (quirks.clear_reply)";
 }
 
-/// By OffHangs, without its first.
+/// OffHangs without its first value.
 enum class Scope : std::uint8_t { kDrive, kBus };
 constexpr std::string_view kScopeWords[] = {"drive", "bus"};
 
@@ -95,7 +95,7 @@ bool change_id(AtOnce& on) {
   return true;
 }
 
-// A row: word, group and parameters, what it does where; its words.
+// Row: word, group and parameters, functions; description.
 // clang-format off
 constexpr FaultRow kFirmwareRows[] = {
     {.word = "reset", .group = kFirmware, .at_once = reset,

@@ -1,4 +1,4 @@
-// Faults of the link: what becomes of frames on their way into a drive, out of it, and on the wire.
+// Faults of the link: frames to a drive, frames from a drive, and frames on the wire.
 
 #include <algorithm>
 #include <array>
@@ -26,12 +26,12 @@ bool OnQuery::would_be_answered() const {
 
 namespace {
 
-/// What is said, what is heard, or both.
+/// Frames that a fault acts on.
 enum class Frames : std::uint8_t { kReplies, kQueries, kBoth };
 constexpr std::string_view kFramesWords[] = {"replies", "queries", "both"};
 constexpr FaultParam kFrames = choice("frames", kFramesWords, Frames::kReplies);
 
-/// Whether the parameter `n` chooses these.
+/// Parameter `n` selects these frames.
 bool acts_on(const LiveFault& live, std::size_t n, Frames frames) {
   const auto chosen = live.choice<Frames>(n);
   return chosen == frames || chosen == Frames::kBoth;
@@ -46,7 +46,7 @@ void lose_if(OnReply& on, const Lost& lost) {
   });
 }
 
-/// Those that the fault hits. Returns whether it hit one.
+/// Changes the frames that the fault hits. Returns true if it hit one.
 template <class Change>
 bool change(OnReply& on, const Change& changed) {
   bool any = false;
@@ -60,10 +60,10 @@ bool change(OnReply& on, const Change& changed) {
   return any;
 }
 
-/// Flips so many different bits of the data, all when there are no more.
+/// Flips so many different bits of the data, or all if there are fewer.
 void flip_bits(LiveFault& live, Frame& frame) {
   const auto bits = static_cast<std::size_t>(live.number(0));
-  // The first `bits` cards of a deck, shuffled as far as they go.
+  // Partial Fisher-Yates shuffle: the first `bits` entries are random and distinct.
   std::array<std::uint8_t, 64> deck{};
   for (std::size_t n = 0; n < deck.size(); ++n) deck[n] = static_cast<std::uint8_t>(n);
   const auto size = static_cast<std::size_t>(8 * std::min<int>(frame.dlc, 8));
@@ -96,7 +96,7 @@ void delay(OnReply& on) {
   }
 }
 
-/// Copies follow their originals. More than a queue holds is not kept in the first place.
+/// Copies follow their originals, up to the capacity of the send queue.
 void duplicate(OnReply& on) {
   const auto copies = static_cast<std::size_t>(on.live.number(0));
   std::vector<Outgoing> all;
@@ -135,8 +135,8 @@ void repeat_last(OnReply& on) {
   });
 }
 
-/// One at a time. Acknowledgements of ROM writes keep their order: whoever lets them out counts on
-/// it.
+/// At most one is held back. Acknowledgements of ROM writes keep their order: the code that
+/// releases them relies on it.
 void hold_back(OnReply& on) {
   const bool taken = on.link.held_back || on.out.empty() || on.out.front().held_back;
   if (!taken && on.out.front().after_rom_write == 0 && on.live.hits()) {
@@ -165,7 +165,7 @@ Babble babble(OnBabble& on) {
   return {from_ms(on.live.number(0) * 1e-3), frame};
 }
 
-/// Until it has answered for the first time.
+/// Ends with the first answer of the drive.
 Babble boot_garbage(OnBabble& on) {
   const SimTime pause = from_ms(5 + 15 * on.live.draw());
   if (on.running > from_ms(on.live.number(0)) || on.link.last_said) return {pause, std::nullopt};
@@ -178,10 +178,10 @@ Babble boot_garbage(OnBabble& on) {
   return {pause, frame};
 }
 
-/// By the fields of state 2.
+/// Fields of state 2.
 enum class Torn : std::uint8_t { kIq, kSpeed, kEncoder, kAny };
 constexpr std::string_view kTornWords[] = {"iq", "speed", "encoder", "any"};
-constexpr std::size_t kTornBytes[] = {2, 4, 6};  // where each begins
+constexpr std::size_t kTornBytes[] = {2, 4, 6};  // offset of each field
 
 bool has_state_2(const Frame& frame) {
   if (frame.kind != protocol::FrameKind::kData && frame.kind != protocol::FrameKind::kSerial) {
@@ -194,7 +194,7 @@ bool has_state_2(const Frame& frame) {
          !command->echoed;
 }
 
-/// The low byte of the sample before, the high byte of this one. On RS-485 the sum is that of this
+/// Low byte of the previous reply, high byte of this one. On RS-485 the checksum is that of this
 /// one.
 void tear(OnReply& on) {
   if (!on.link.last_said || !has_state_2(on.link.last_said->frame)) return;
@@ -217,7 +217,7 @@ void tear(OnReply& on) {
 }
 
 bool disturb(OnWire& on) {
-  if (on.serial) return false;  // there is nothing to flag an error with
+  if (on.serial) return false;  // RS-485 has no error flags
   if (on.bitrate == 0 ||
       on.live.destroyed >= std::uint64_t{kFlagsToPassive} * on.live.fault.ids.size()) {
     return false;
@@ -232,7 +232,7 @@ void mishear(OnQuery& on) {
   on.fate = OnQuery::Fate::kLost;
 }
 
-/// The share of frames that reflections destroy grows with their steepness and with the cable.
+/// Frames destroyed by reflections: a share that grows with bit rate squared and cable length.
 bool reflect(OnWire& on) {
   constexpr double kOfOneMissing = 0.01;  // at 1 Mbit/s on 2 m, assumed
   constexpr double kOfBothMissing = 0.5;  // likewise
@@ -242,7 +242,7 @@ bool reflect(OnWire& on) {
   return on.live.draw() < worst * Mbit_s * Mbit_s * on.live.number(1) / kCable_m;
 }
 
-// A row: word, group and parameters, what it does where; its words.
+// Row: word, group and parameters, functions; description.
 // clang-format off
 constexpr FaultRow kLinkRows[] = {
     {.word = "drop", .group = kLink, .params = {kFrames}, .per_frame = true, .hear = drop_query, .say = drop_reply,

@@ -11,16 +11,16 @@
 
 namespace lk::emulator {
 
-/// A fault on a running bus. Stays after its end, for what it has to say.
+/// A fault on a running bus. Kept after its end, for reports.
 struct LiveFault {
   Fault fault;
   FaultEvidence evidence;
-  std::size_t order = 0;  // so many were armed before it
+  std::size_t order = 0;  // number of faults armed before it
   std::int64_t beginnings = 0;
-  SimTime since{0};                  // when it began, this time
-  std::optional<SimTime> looked_at;  // last, to see what shows of it
-  std::vector<double> anchors;       // rad: where the outputs of `fault.ids` stood then
-  std::uint64_t destroyed = 0;       // frames on the wire, this time
+  SimTime since{0};                  // last beginning
+  std::optional<SimTime> looked_at;  // last sample of its effect
+  std::vector<double> anchors;       // rad: outputs of `fault.ids` at the last beginning
+  std::uint64_t destroyed = 0;       // frames on the wire, since the last beginning
   std::uint64_t random = 1;
 
   const FaultRow& row() const { return *fault.row; }
@@ -38,11 +38,11 @@ struct LiveFault {
   Choice choice(std::size_t n) const {
     return fault.values[n].choice<Choice>();
   }
-  /// The next of this fault's own random numbers, [0, 1).
+  /// Returns the next random number of this fault, in [0, 1).
   double draw() { return uniform(random = mix(random)); }
-  /// Whether it hits this frame. A certain fault draws nothing.
+  /// Returns whether it hits this frame. A certain fault draws no number.
   bool hits() { return fault.probability >= 1 || draw() < fault.probability; }
-  /// On the drive `id` or kWholeBus, at `now`; on a frame, if it was one.
+  /// Counts an effect at `now` on the drive `id` or kWholeBus, and on a frame if not null.
   void took_effect(SimTime now, int id, const protocol::Frame* frame = nullptr);
 };
 

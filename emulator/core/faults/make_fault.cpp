@@ -37,7 +37,7 @@ bool fits(const FaultParam& param, const FaultValue& value) {
   throw std::invalid_argument("fault '" + on_one_line(kind) + "': " + why);
 }
 
-/// The value of the parameter; nothing when it takes no such.
+/// Returns the value of the parameter; nothing if it is not allowed.
 std::optional<FaultValue> value_of(const FaultParam& param, const FaultSetting& setting) {
   if (const auto* const word = std::get_if<std::string>(&setting.value())) {
     const auto found = std::ranges::find(param.choices, *word);
@@ -76,7 +76,7 @@ void set(Fault& fault, const FaultSetting& setting) {
   fault.values[static_cast<std::size_t>(param - params.begin())] = *value;
 }
 
-/// Why the IDs do not fit the fault; empty: they do.
+/// Returns why the IDs do not fit the fault; empty if they do.
 std::string ids_problem(const Fault& fault) {
   if (fault.row->of_bus) {
     return fault.ids.empty() ? "" : "belongs to the bus as a whole; leave the IDs out";

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Faults by the words of docs/faults.md, for tests of hosts in C++.
+/// @file Faults by the words of docs/faults.md, for C++ tests of hosts.
 
 #include <string>
 #include <string_view>
@@ -29,15 +29,14 @@ class FaultSetting {
   std::variant<double, std::string> value_;
 };
 
-/// A fault of this kind at the drives `ids`, in any order; none for a fault of the bus as a whole.
-/// Parameters that `settings` leaves out have their defaults; name, probability and course are
-/// members of the result. Throws std::invalid_argument with one line: what is wrong, and what is
-/// allowed.
+/// Makes a fault of this kind for the drives `ids`, in any order; none for a fault of the whole
+/// bus. Missing parameters have their defaults; name, probability and course are members of the
+/// result. Throws std::invalid_argument with one line: the problem, and the allowed values.
 Fault make_fault(std::string_view kind, const std::vector<FaultSetting>& settings = {},
                  std::vector<int> ids = {});
 
-/// Why no bus can have this fault, in one line; empty when one can. Whether its drives are there,
-/// and whether it could ever show on them, is not looked at.
+/// Returns in one line why no bus can have this fault; empty if one can. Does not check that its
+/// drives exist, or that it can have an effect on them.
 std::string fault_problem(const Fault& fault);
 
 }  // namespace lk::emulator

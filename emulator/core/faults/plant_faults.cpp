@@ -1,5 +1,5 @@
-// Faults of the hardware: sensors, power stage, mechanics and supply. Each changes `model::Faults`
-// on top of what others have changed; evidence comes from asking the motor what would be without.
+// Faults of the hardware: sensors, power stage, mechanics and supply. Each one modifies the
+// `model::Faults` left by others. DriveBank::takes_effect gives the evidence.
 
 #include <algorithm>
 #include <array>
@@ -40,7 +40,7 @@ constexpr FaultParam kSide = choice("side", kSideWords, Side::kHigh);
 constexpr FaultParam kChannel = choice("channel", kChannelWords, Channel::kA);
 constexpr FaultParam kSensor = choice("sensor", kSensorWords, TemperatureSensor::kMotor);
 
-/// The current sensors that parameter 1 says.
+/// Changes the current sensors that parameter 1 selects.
 template <class Change>
 void on_channels(const OnPlant& on, F& f, Change change) {
   const auto channel = on.choice<Channel>(1);
@@ -52,7 +52,7 @@ bool of_motor(const OnPlant& on) {
   return on.choice<TemperatureSensor>(1) == TemperatureSensor::kMotor;
 }
 
-/// Independent noises add up by their squares.
+/// Independent noises add in squares.
 double with_noise(double noise, double more) { return std::sqrt(noise * noise + more * more); }
 
 LegFault& leg(const OnPlant& on, F& f) {
@@ -60,13 +60,13 @@ LegFault& leg(const OnPlant& on, F& f) {
 }
 bool is_high(const OnPlant& on) { return on.choice<Side>(1) == Side::kHigh; }
 
-/// Several of a kind multiply, but to no more than one of them may be: a product of hundreds is 0
-/// or infinite, and there is no such drive.
+/// Several faults of a kind multiply, but within the range of one: a product of hundreds would be 0
+/// or infinite.
 void times(double& so_far, double factor, double least, double most) {
   so_far = std::clamp(so_far * factor, least, most);
 }
 
-/// The supply comes and goes.
+/// The supply is in the off part of its cycle.
 bool is_off(const OnPlant& on) {
   const auto ms = [](double value) { return SimTime(protocol::rounded(value * 1e6)); };
   return on.active % (ms(on.number(0)) + ms(on.number(1))) < ms(on.number(0));
@@ -99,7 +99,7 @@ bool kick(AtOnce& on) {
   return speeds() != before;
 }
 
-// A row: word, group and parameters, what it does where; its words. Defaults are assumed.
+// Row: word, group and parameters, functions; description. Defaults are assumed.
 // clang-format off
 constexpr FaultRow kPlantRows[] = {
     {.word = "encoder_stuck", .group = kSensors, .plant = [](const OnPlant&, F& f) { f.encoder = EncoderFault::kStuck; },

@@ -1,5 +1,5 @@
-// Faults of RS-485 alone: packets of a drive with a wrong sum, a hole or a pause, and what serial
-// ports and their drivers do to hosts.
+// Faults of RS-485 only: replies with a wrong checksum, a missing byte or a pause, and effects of
+// serial ports and their drivers on hosts.
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ namespace {
 enum class Sum : std::uint8_t { kHeader, kData };
 constexpr std::string_view kSumWords[] = {"header", "data"};
 
-/// One of the two sums is off by 1 to 255.
+/// Changes one of the two checksums by 1 to 255.
 void spoil_sum(OnReply& on) {
   for (Outgoing& one : on.out) {
     const bool has_data = one.frame.kind == FrameKind::kSerial && one.frame.dlc > 1;
@@ -49,7 +49,7 @@ void lose_byte(OnReply& on) {
   }
 }
 
-/// The packet in two parts, behind any byte but the last.
+/// Splits the packet in two, after any byte but the last.
 void pause_inside(OnReply& on) {
   std::vector<Outgoing> parts;
   for (const Outgoing& one : on.out) {
@@ -89,7 +89,7 @@ void turn_into_line_feeds(OnRead& on) {
   on.frame = protocol::bytes_frame(all);
 }
 
-// A row: word, group and parameters, what it does where; its words.
+// Row: word, group and parameters, functions; description.
 // clang-format off
 constexpr FaultRow kSerialRows[] = {
     {.word = "checksum_bad", .group = kLink, .params = {choice("which", kSumWords, Sum::kData)}, .serial = true, .per_frame = true, .say = spoil_sum,
