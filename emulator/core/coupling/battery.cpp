@@ -7,7 +7,7 @@
 namespace lk::emulator {
 namespace {
 
-/// V: below it a drive's current is not told from its power.
+/// V; lowest voltage by which power is divided to get a current.
 constexpr double kEmpty = 1.0;
 
 }  // namespace

@@ -10,19 +10,18 @@
 
 namespace lk::emulator {
 
-/// What the drives of all buses of a robot are supplied from. Each has a source and a cable of its
-/// own (docs/model.md §5); what all of them together draw costs all sources the same voltage, that
-/// of the battery's inner resistance. A value.
+/// Common battery of the drives on all buses of a robot. Each drive has its own source and cable
+/// (docs/model.md §5). The total current drops the voltage of all sources equally, by the inner
+/// resistance of the battery. A value.
 class Battery {
  public:
-  /// One of the robot's buses has drives on a battery.
+  /// Returns true if a bus of the robot has drives on a battery.
   static bool needed(std::span<const BusConfig> robot);
-  /// Of `buses`, which have just been made of `robot`.
+  /// Pre: `buses` were just made of `robot`.
   Battery(std::span<const BusConfig> robot, std::span<Bus* const> buses);
 
-  /// So much time has passed since it was made or this was called. What the drives took in that
-  /// time costs voltage from now on; their link capacitors, which the resistance charges and
-  /// discharges, let it come and go.
+  /// Updates the voltage drop after `passed` since construction or the last call, from the current
+  /// in that time. The inner resistance and the link capacitors filter the drop.
   void exchange(std::span<Bus* const> buses, SimTime passed);
 
  private:
@@ -31,10 +30,10 @@ class Battery {
     int id;
     double C_link;   // F
     double drawn_J;  // since power-up
-    double v_link;   // V, now
+    double v_link;   // V, at the last exchange
   };
   double R_ohm_;
-  double C_F_ = 0;  // of all links
+  double C_F_ = 0;  // sum over all links
   double drop_V_ = 0;
   std::vector<Link> links_;
 };

@@ -10,15 +10,15 @@
 namespace lk::emulator {
 namespace {
 
-/// A battery's, where there is no body. Assumed: motors take longer to warm up, links are as fast.
+/// Step with a battery and no body. Assumed: motors heat up more slowly, links are as fast.
 constexpr SimTime kBatteryStep = std::chrono::milliseconds(1);
 
-/// kg·m²: what a body adds to a shaft is not less, however it was rounded.
+/// kg·m²: minimum inertia that a body adds to a shaft, against rounding errors.
 constexpr double kLightest = 1e-12;
 
 double seconds(SimTime time) { return static_cast<double>(time.count()) * 1e-9; }
 
-/// There is one.
+/// Pre: some bus has a body.
 const Mechanism& body_of(std::span<const BusConfig> robot) {
   return *std::ranges::find_if(robot, [](const BusConfig& bus) {
             return bus.body != nullptr;
@@ -36,7 +36,7 @@ bool moves_body(std::span<const BusConfig> robot) {
 
 }  // namespace
 
-/// Half a radian a step, assumed.
+/// Limit: half a radian per step, assumed.
 bool is_stiff(const model::MechanicsParams& m, double J_body, SimTime step) {
   const double J_rotor = m.J * m.gear_ratio * m.gear_ratio;
   const double omega2 = m.gear_stiffness_out * (1.0 / (m.J_out + J_body) + 1.0 / J_rotor);
@@ -112,7 +112,7 @@ bool Coupling::take_acts(std::span<Bus* const> buses) {
   return put_there;
 }
 
-/// All that push a part at once, summed; a push is as long as whole steps can have it.
+/// Applies the sum of all pushes on each part. A push lasts whole steps.
 void Coupling::push_on() {
   for (const Pushing& one : pushing_) {
     Push sum{.part = one.push.part};
@@ -134,8 +134,8 @@ void Coupling::begin(std::span<Bus* const> buses) {
   end_ += step_;
 }
 
-/// Each joint as the body answers it alone: of what its drive does in this step the others hear in
-/// the next one.
+/// Mounts each drive on its joint as if alone. The effect of a drive on other joints follows in the
+/// next step.
 void Coupling::mount(std::span<Bus* const> buses) {
   const bool put_there = take_acts(buses);
   push_on();
@@ -161,16 +161,16 @@ void Coupling::mount(std::span<Bus* const> buses) {
   for (Bus* const bus : buses) bus->set_body(seen_);
 }
 
-/// When it is first found a step ends, or the first one begins.
+/// Called where a step begins or ends: `end_` is the present time.
 bool Coupling::has_failed() {
   const auto reason = mechanism_->failure();
   if (reason) failure_ = "the body at " + time_text(end_) + ": " + *reason;
   return reason.has_value();
 }
 
-/// What the drive did to the joint, read off what the joint did in the drive: its momentum gives
-/// the mean, and how far it went the slope. `armature` is what the body moves of the drive itself,
-/// also where that has broken off meanwhile.
+/// Torque of a drive on its joint, from the motion of the shaft: momentum gives the mean, distance
+/// the slope. `armature` is the drive's inertia that the body includes, even if it has broken off
+/// since.
 JointTorque Coupling::given(const Link& link, const model::MountedShaft& shaft) const {
   const double step_s = seconds(step_);
   const double J = link.mount.J + link.armature;

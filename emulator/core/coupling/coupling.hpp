@@ -22,21 +22,20 @@ struct CoupledDrive {
   bool stiff = false;  // is_stiff
 };
 
-/// Whether the spring of a gear, with a body of `J_body` at its output, swings faster than a body
-/// can follow that is heard once a step: rotor and output are then one to it.
+/// The spring of a gear, with a body of `J_body` at its output, is too fast for a body that is
+/// updated once per step. The body then sees rotor and output as one.
 bool is_stiff(const model::MechanicsParams& mechanics, double J_body, SimTime step);
 
-/// The drives of several buses, and what they have in common: the body whose joints they turn, the
-/// battery that they draw from, or both. Whoever advances the buses has
-/// all of them `reach` each `next_due`, and calls `exchange` there before they go on. A value: a
-/// copy has its body for itself.
+/// Couples the drives of several buses through a body whose joints they turn, a common battery, or
+/// both. The owner of the buses lets all of them `reach` each `next_due`, and calls `exchange`
+/// there. A value: a copy has a separate body.
 class Coupling {
  public:
-  /// The robot has a body that drives turn, or a battery.
+  /// Returns true if the robot has a body that drives turn, or a battery.
   static bool needed(std::span<const BusConfig> robot);
-  /// Of `buses`, which have just been made of `robot`: puts their drives on the joints of its body.
+  /// Pre: `buses` were just made of `robot`. Puts their drives on the joints of its body.
   Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses);
-  /// The drives are put on their joints when the buses have reached `start`, and `begin` is called.
+  /// Call `begin` when the buses have reached `start`: it puts the drives on their joints.
   Coupling(std::unique_ptr<Mechanism> mechanism, std::span<const CoupledDrive> drives,
            SimTime start);
   Coupling(const Coupling& other);
@@ -45,18 +44,18 @@ class Coupling {
   Coupling& operator=(Coupling&&) noexcept = default;
   ~Coupling() = default;
 
-  /// When the step ends that is under way; when there is none, when the next one begins.
+  /// End of the step under way; without one, the start of the next.
   SimTime next_due() const { return end_; }
   bool under_way() const { return under_way_; }
-  /// Body and battery take the step that the buses have done, and the next one begins.
+  /// Ends the step that the buses have done, for body and battery, and begins the next one.
   void exchange(std::span<Bus* const> buses);
-  /// The two halves of it, for a body that takes its time.
+  /// The two halves of `exchange`, for a body that an external simulator computes.
   void finish(std::span<Bus* const> buses);
   void begin(std::span<Bus* const> buses);
 
-  /// Null: the drives turn none.
+  /// Null if the drives turn no body.
   const Mechanism* body() const { return mechanism_.get(); }
-  /// Why the body's state means nothing any more, and when that was; nothing while it does.
+  /// Why and when the state of the body became invalid; nothing while it is valid.
   const std::optional<std::string>& failure() const { return failure_; }
 
  private:
@@ -64,18 +63,18 @@ class Coupling {
     std::size_t bus;
     int id;
     JointLink joint;
-    bool stiff = false;    // model::Mount has it
-    model::Mount mount{};  // at the beginning of the step
-    double armature = 0;   // kg·m² at the output: what the body has of the drive in this step
-    double torque_Nm = 0;  // on the body at the joint, in the step before
+    bool stiff = false;    // as in model::Mount
+    model::Mount mount{};  // at the start of the step
+    double armature = 0;  // kg·m² at the output: drive inertia that the body includes in this step
+    double torque_Nm = 0;  // on the body at the joint, in the last step
   };
   JointTorque given(const Link& link, const model::MountedShaft& shaft) const;
-  /// Does what the buses have told the body. Returns whether it was put somewhere.
+  /// Executes the acts that the buses have for the body. Returns true if one was a Pose.
   bool take_acts(std::span<Bus* const> buses);
-  /// What pushes it yet.
+  /// Applies the active pushes.
   void push_on();
   bool has_failed();
-  /// Puts the drives on the joints as these are now.
+  /// Puts the drives on the joints in their present state.
   void mount(std::span<Bus* const> buses);
 
   std::unique_ptr<Mechanism> mechanism_;
@@ -87,7 +86,7 @@ class Coupling {
     SimTime until;
   };
   std::vector<Pushing> pushing_;
-  BodyState seen_;  // as the step began
+  BodyState seen_;  // at the start of the step
   SimTime end_{0};
   bool under_way_ = false;
   SimTime step_;

@@ -13,19 +13,19 @@
 
 namespace lk::emulator {
 
-/// A joint of a body at an instant, and what a shaft on it feels for a short while from then on:
-/// inertia·acceleration = torque + body_torque, where `torque` is what its drive gives.
+/// State of a joint, and the dynamics of a shaft on it for a short time from then on:
+/// inertia·acceleration = torque + body_torque, where `torque` comes from its drive.
 struct JointView {
   double angle_rad = 0;
   double speed_rad_s = 0;
-  /// Of all that moves with the joint, as it is free to move; the armature is in it.
+  /// Effective inertia of all that moves with the joint, armature included.
   double inertia_kg_m2 = 0;
-  /// Of gravity, of the other joints with the torques that they were given last, of contacts.
+  /// From gravity, contacts, and the other joints with their last torques.
   double body_torque_Nm = 0;
 };
 
-/// What a joint is given over one step: mean·(1) + slope·(time from the middle of the step); and
-/// where that brings it, as long as the body responds as it did at the beginning.
+/// Torque on a joint over one step: mean + slope·(time from the middle of the step). Also the state
+/// at its end, if the body responds as at the start.
 struct JointTorque {
   double mean_Nm = 0;
   double slope_Nm_s = 0;
@@ -33,52 +33,51 @@ struct JointTorque {
   double speed_rad_s = 0;
 };
 
-/// A body with joints that drives turn (docs/decisions/0031-a-body-on-the-shafts.md): a pure
-/// function of what it is given. It moves in steps of equal length. Joints that nobody drives are
-/// free.
+/// A body with joints that drives turn (docs/decisions/0031-a-body-on-the-shafts.md). It depends on
+/// its inputs only, and moves in steps of equal length. Joints without a drive are free.
 class Mechanism {
  public:
   virtual ~Mechanism() = default;
-  /// It as it stands, apart from this one.
+  /// Returns an independent copy in the present state.
   virtual std::unique_ptr<Mechanism> clone() const = 0;
 
-  /// Of one step, above 0.
+  /// Length of a step, above 0.
   virtual SimTime step() const = 0;
-  /// The names of its joints that a drive can turn.
+  /// Names of the joints that a drive can turn.
   virtual std::span<const std::string> joints() const = 0;
-  /// At the present instant. `joint` is a place in joints().
+  /// State at the present instant. `joint` is an index in joints().
   virtual JointView joint(std::size_t joint) const = 0;
-  /// Inertia that a drive brings along, kg·m² ≥ 0, from now on; 0 at first. Of several joints;
-  /// `update` has to come before anything is read or done.
+  /// Sets the inertia that a drive adds to a joint, kg·m² ≥ 0; 0 at first. After one or several
+  /// calls, call `update` before anything else.
   virtual void set_armature(std::size_t joint, double inertia_kg_m2) = 0;
-  /// Says that armatures were set.
+  /// Applies the armatures that were set.
   virtual void update() = 0;
-  /// One step under these torques, one for each of joints().
+  /// Advances one step with these torques, one for each of joints().
   virtual void advance(std::span<const JointTorque> torques) = 0;
-  /// The names of its parts, which can be pushed and loaded; "" is one that cannot.
+  /// Names of the parts, which can be pushed and loaded; "" is one that cannot.
   virtual std::span<const std::string> parts() const = 0;
-  /// From now on, in place of what pushed that part before; world axes, at its centre of mass.
+  /// Sets the force on a part from now on, in world axes, at its centre of mass.
   virtual void push(std::size_t part, const std::array<double, 3>& force_N,
                     const std::array<double, 3>& torque_Nm) = 0;
-  /// What the part carries at its centre of mass, kg ≥ 0. `update` has to follow.
+  /// Sets the mass that the part carries at its centre of mass, kg ≥ 0. Call `update` next.
   virtual void carry(std::size_t part, double mass_kg) = 0;
-  /// It stands still, with joints that nothing turns; or goes on from rest. `update` has to follow.
+  /// Stops the body, with joints that nothing turns, or restarts it from rest. Call `update` next.
   virtual void freeze(bool on) = 0;
-  /// Its hinge's end stops, rad; nothing: it turns freely.
+  /// End stops of a hinge joint, rad; nothing: it turns freely.
   virtual std::optional<std::array<double, 2>> stops(std::size_t /*joint*/) const { return {}; }
-  /// The names of poses that it brings along; "" is one without a name.
+  /// Names of the poses in the model; "" is one without a name.
   virtual std::span<const std::string> keyframes() const { return {}; }
-  /// Places in parts() of those that go where they like.
+  /// Indices in parts() of the parts with a free joint.
   virtual std::span<const std::size_t> free_parts() const { return {}; }
   virtual bool has_floor() const { return false; }
-  /// It has one. `update` has to follow.
+  /// Pre: `has_floor()`. Call `update` next.
   virtual void set_floor(const Floor& /*floor*/) {}
-  /// Puts it there. `update` has to follow.
+  /// Puts the body into a pose. Call `update` next.
   virtual void pose(const Pose& /*pose*/) {}
-  /// As it is now, into `state`.
+  /// Writes the present state to `state`.
   virtual void look(BodyState& /*state*/) const {}
-  /// Why its state means nothing any more, with what went wrong and where; nothing while it does.
-  /// It stands still then.
+  /// Why and where the state became invalid; nothing while it is valid. An invalid body has
+  /// stopped.
   virtual std::optional<std::string> failure() const = 0;
 
  protected:

@@ -7,22 +7,22 @@
 
 namespace lk::emulator {
 
-/// When an error bit of a drive was first set.
+/// First time at which an error bit of a drive was set.
 struct FirstError {
   int id = 1;
   model::Error error = model::Error::kUnderVoltage;
-  SimTime at{0};  // since the beginning
+  SimTime at{0};  // since the start
   friend bool operator==(const FirstError&, const FirstError&) = default;
 };
 
-/// Looks at the error bits of all drives of a bus, as often as a Judge does.
+/// Samples the error bits of all drives of a bus, as often as a Judge does.
 class ErrorWatch {
  public:
   ErrorWatch(const BusConfig& config, SimTime start);
 
   SimTime next_due() const { return next_due_; }
   void look(const Bus& bus);
-  /// In the order in which they were set; of one instant by drive, then by bit.
+  /// In the order of time; at equal times by drive, then by bit.
   const std::vector<FirstError>& firsts() const { return firsts_; }
 
  private:

@@ -9,10 +9,10 @@
 
 namespace lk::emulator {
 
-/// What a host says on one bus, in order of time; what is listed first comes first among equals.
+/// Frames of a host on one bus, by time; at equal times in the order of the list.
 class HostScript {
  public:
-  /// The sends of `sends` that are for the bus `bus`; times count from `start`.
+  /// Takes the sends for the bus `bus` from `sends`; times count from `start`.
   HostScript(const std::vector<HostSend>& sends, std::size_t bus, SimTime start) {
     for (const HostSend& send : sends) {
       if (send.bus != bus || send.times == 0) continue;
@@ -21,9 +21,9 @@ class HostScript {
     std::ranges::make_heap(heap_, later);
   }
 
-  /// SimTime::max() when there is no more.
+  /// Time of the next frame; SimTime::max() if none is left.
   SimTime next_due() const { return heap_.empty() ? SimTime::max() : heap_.front().at; }
-  /// The next frame; there must be one.
+  /// Pre: a frame is left. Removes and returns the next one.
   TimedFrame take() {
     std::ranges::pop_heap(heap_, later);
     Next& next = heap_.back();

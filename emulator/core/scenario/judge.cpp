@@ -13,7 +13,7 @@ namespace {
 using Status = ExpectationResult::Status;
 using Kind = Period::Kind;
 
-/// What is looked at, as a number: the signal; 1 for an error that is set; the run state.
+/// Returns the sampled quantity: the signal; 1 for an error that is set; the run state.
 double read(const Expectation& expectation, const DriveView& drive) {
   if (const auto* within = std::get_if<SignalWithin>(&expectation.what)) {
     return within->signal->read(drive);
@@ -21,7 +21,7 @@ double read(const Expectation& expectation, const DriveView& drive) {
   if (const auto* error = std::get_if<ErrorIs>(&expectation.what)) {
     return error->error.in(drive.telemetry.errors) ? 1 : 0;
   }
-  // A drive without power is in no state.
+  // A drive without power has no state.
   return drive.telemetry.alive ? static_cast<double>(drive.servo.run_state(drive.telemetry))
                                : std::numeric_limits<double>::quiet_NaN();
 }
@@ -35,7 +35,7 @@ Range wanted(const Expectation& expectation) {
   return {one, one};
 }
 
-/// NaN is outside of every range, and so is what has run away.
+/// NaN and infinite values are outside of every range.
 bool is_within(const Range& range, double value) {
   return std::isfinite(value) && range.has(value);
 }
@@ -45,13 +45,13 @@ double distance(const Range& range, double value) {
   return std::max({range.min - value, value - range.max, 0.0});
 }
 
-/// It is told frames, and does not look.
+/// Needs frames, and no samples.
 bool counts_frames(const Expectation& expectation) {
   return std::holds_alternative<Replies>(expectation.what) ||
          std::holds_alternative<Answered>(expectation.what);
 }
 
-/// The distance of `value` from where it would fail, in widths of the range.
+/// Distance of `value` from the nearest bound, in widths of the range; below 0 outside.
 double margin_in(const Range& range, double value) {
   const bool has_min = std::isfinite(range.min);
   const bool has_max = std::isfinite(range.max);
@@ -70,7 +70,7 @@ bool has_most(const Replies& replies) {
   return replies.max_count != std::numeric_limits<std::uint64_t>::max();
 }
 
-/// The command that a frame for several drives is to the drive `id`; nothing when it is none.
+/// Returns the command for the drive `id` in a multi-drive frame; nothing if there is none.
 std::optional<std::uint8_t> command_for(int id, const protocol::Frame& frame,
                                         const protocol::WireFormat& format) {
   const auto decoded = protocol::decode_query(frame, format);
@@ -161,7 +161,7 @@ void Judge::hear_query(const TimedFrame& query, const Bus& bus) {
           at > trial.expectation.when.to) {
         continue;
       }
-      trial.asked.emplace(*command, at);  // one that waits already stays
+      trial.asked.emplace(*command, at);  // an earlier pending query stays
     }
   }
 }
@@ -192,7 +192,7 @@ void Judge::hear_reply(const TimedFrame& reply) {
   if (speaker == speakers_.end()) return;
   const auto decoded = protocol::decode_reply(reply.frame, speaker->format);
   const auto* readable = std::get_if<protocol::ReplyFrame>(&decoded);
-  // A host does not take a frame under another ID, of another length or damaged for its answer.
+  // A host does not accept a frame with another ID or length, or a damaged one, as its answer.
   const bool answers = readable != nullptr && readable->id == speaker->asked_as;
   for (Trial& trial : trials_) {
     if (std::holds_alternative<Answered>(trial.expectation.what)) {
@@ -310,7 +310,7 @@ std::string Judge::measured(const Trial& trial) const {
                             : std::to_string(trial.count) + " replies, the first" + at;
   }
   if (!trial.value) return "not looked at yet";
-  // What did not come about has no instant of its own.
+  // An expectation that never held has no time.
   const bool missed = expectation.when.kind == Kind::kBy && trial.status == Status::kFailed;
   const std::string until = " by " + time_text(expectation.when.to);
   if (const auto* error = std::get_if<ErrorIs>(&expectation.what)) {

@@ -13,71 +13,70 @@
 
 namespace lk::emulator {
 
-/// What came of an expectation.
+/// Result of an expectation.
 struct ExpectationResult {
   enum class Status : std::uint8_t { kPassed, kFailed, kOpen };
   Status status = Status::kOpen;
   std::string expected;               // "vcan0 drive 1: speed_dps 90 to 110 at 2 s"
   std::string measured;               // "101.3", "0 at 1.25 s", "3 replies, the first at 0.5 s"
-  std::string says;                   // as the scenario has it
-  std::optional<SimTime> at;          // of what decided, since the scenario began
-  std::optional<SimTime> decided_at;  // since the scenario began; none while it is open
-  // How far it stood from failing. Of a signal: the distance from the nearest bound, in widths of
-  // its range (of a range with one bound, in multiples of that; of the bound 0, in units of the
-  // signal), the least of all instants that count; below 0 it failed. Of what came about in time:
-  // the part of its time that was left. None of what has no measure.
+  std::string says;                   // text from the scenario
+  std::optional<SimTime> at;          // of the deciding event, since the scenario began
+  std::optional<SimTime> decided_at;  // since the scenario began; absent while it is open
+  // Distance from failing. For a signal: least distance from the nearest bound, in widths of its
+  // range (one bound: in multiples of it; bound 0: in units of the signal); below 0 it failed. For
+  // kBy that passed: the remaining share of its time. Absent if there is no measure.
   std::optional<double> margin;
 };
 
-/// Watches one bus and keeps account of what is expected of it. Whoever advances the bus stops at
-/// `next_due`, calls `look` there, and tells what is said on the wire in order of time.
+/// Judges the expectations for one bus. The owner of the bus stops it at `next_due`, calls `look`
+/// there, and passes on all frames in order of time.
 class Judge {
  public:
-  /// How often it looks at what is expected by or throughout a time.
+  /// Sampling period for expectations by or throughout a time.
   static constexpr SimTime kStep = std::chrono::milliseconds(1);
 
-  /// Those of `expectations` that are for the bus `bus` of the robot; times count from `start`.
+  /// Takes the expectations for the bus `bus` of the robot; times count from `start`.
   Judge(const BusConfig& config, const std::vector<Expectation>& expectations, std::size_t bus,
         SimTime start);
 
-  /// SimTime::max() when there is nothing to look at any more.
+  /// SimTime::max() if no sample is left.
   SimTime next_due() const { return next_due_; }
   void look(const Bus& bus);
-  /// A host has sent this to the drives of `bus`. It asks those that listen to it: a drive in
-  /// multi-drive mode to 0x280 and its like only, any other to its own identifier only.
+  /// A host has sent this query to the drives of `bus`. Drives in multi-drive mode listen only to
+  /// 0x280 and the like, others only to their own identifier.
   void hear_query(const TimedFrame& query, const Bus& bus);
-  /// This has left a drive.
+  /// A drive has sent this reply.
   void hear_reply(const TimedFrame& reply);
 
-  /// So far, at the instant `now`, in the order of the scenario.
+  /// Results at the instant `now`, in the order of the scenario.
   std::vector<ExpectationResult> results(SimTime now) const;
 
  private:
   struct Trial {
     Expectation expectation;
-    SimTime next = SimTime::max();  // to look at
+    SimTime next = SimTime::max();  // next sample
     ExpectationResult::Status status = ExpectationResult::Status::kOpen;
-    std::optional<double> value;  // that decided, or came closest
-    std::optional<Range> seen;    // of a signal
-    SimTime at{0};                // of `value`; of the first reply
+    std::optional<double> value;  // deciding, or closest to it
+    std::optional<Range> seen;    // range of a signal so far
+    SimTime at{0};                // time of `value`; or of the first reply
     std::uint64_t count = 0;      // replies
     std::optional<SimTime> decided_at;
-    // Of Answered: the first query of a command that waits for its reply.
+    // For Answered: first pending query of each command.
     std::map<std::uint8_t, SimTime> asked;
-    std::optional<SimTime> missed;  // the first that was not answered by then
+    std::optional<SimTime> missed;  // earliest deadline without an answer
   };
-  /// Whose replies are on the wire, and how to read them.
+  /// A drive that sends replies, and its wire format.
   struct Speaker {
     int id = 1;
     std::uint32_t reply_id = 0;
     protocol::WireFormat format;
     std::array<std::optional<SimTime>, 256> asked{};  // latest query, by DATA[0]
-    int asked_as = 0;                                 // the ID that the latest query was for
+    int asked_as = 0;                                 // ID in the latest query
   };
 
   void look_at(Trial& trial, const DriveView& drive, SimTime now);
   void hear_answer(Trial& trial, const TimedFrame& reply) const;
-  /// The instant at which the first query had waited too long, so far.
+  /// Returns the earliest missed deadline so far.
   static std::optional<SimTime> missed_by(const Trial& trial, SimTime now);
   bool matches(const Replies& replies, const Speaker& speaker, const TimedFrame& reply) const;
   ExpectationResult result(const Trial& trial, SimTime now) const;

@@ -6,7 +6,7 @@ void Sampler::look(const Bus& bus, std::vector<double>& row) {
   row.clear();
   row.reserve(columns_.size());
   for (std::size_t n = 0; n < columns_.size();) {
-    // The columns of one drive stand together mostly: it is looked at once for all of them.
+    // Columns of one drive are mostly adjacent: one view serves all of them.
     const int id = columns_[n].id;
     const DriveView drive = bus.view(id);
     for (; n < columns_.size() && columns_[n].id == id; ++n) {

@@ -15,8 +15,8 @@ struct SampledColumn {
   const Signal* signal = nullptr;
 };
 
-/// Looks at drives of a bus at equal steps of simulated time. Whoever advances the bus stops at
-/// `next_due` and calls `look` there, so a sample is that instant's whatever the slicing.
+/// Samples drives of a bus at a constant period of simulated time. The owner of the bus stops it at
+/// `next_due` and calls `look` there, so samples do not depend on the slicing.
 class Sampler {
  public:
   /// The first sample is at `start`. The drives must be on the bus; `period` > 0.
@@ -25,7 +25,7 @@ class Sampler {
 
   const std::vector<SampledColumn>& columns() const { return columns_; }
   SimTime next_due() const { return next_due_; }
-  /// The values at `bus.time()`, one for each column, into `row`; the next sample is one period on.
+  /// Writes the values at `bus.time()` to `row`, one per column. The next sample is a period later.
   void look(const Bus& bus, std::vector<double>& row);
 
  private:
@@ -34,9 +34,9 @@ class Sampler {
   SimTime next_due_;
 };
 
-/// Brings `bus` to `until` and stops on the way wherever a watcher wants to look: each has
-/// `next_due()` and `look(bus)`. After the last look the motors may stay behind (Bus::deliver_to).
-/// Returns false where the bus has to wait for its motors, to go on from there when called again.
+/// Advances `bus` to `until`; stops at each watcher's `next_due()` for its `look(bus)`. Motors may
+/// lag after the last look (Bus::deliver_to). Returns false if the bus waits for shared motors:
+/// call again to continue.
 template <class... Watchers>
 bool deliver_watched(Bus& bus, SimTime until, Watchers&... watchers) {
   for (;;) {
@@ -53,7 +53,7 @@ bool deliver_watched(Bus& bus, SimTime until, Watchers&... watchers) {
   }
 }
 
-/// The same, and nothing stays behind.
+/// As `deliver_watched`, but no motor lags.
 template <class... Watchers>
 bool advance_watched(Bus& bus, SimTime until, Watchers&... watchers) {
   return deliver_watched(bus, until, watchers...) && bus.settle();

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file A scenario as plain values (docs/scenarios.md): a robot, what happens to it, what a host
-/// says, and what is expected to come of it.
+/// @file A scenario as plain values (docs/scenarios.md): robot, events, frames of a host, and
+/// expectations.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,16 +17,16 @@
 
 namespace lk::emulator {
 
-/// A frame that a host sends, once or at equal steps.
+/// A frame that a host sends, once or periodically.
 struct HostSend {
-  std::size_t bus = 0;  // its place in the robot
+  std::size_t bus = 0;  // index in the robot
   SimTime at{0};
   protocol::Frame frame;
   SimTime every{0};         // above 0 when `times` is above 1
-  std::uint64_t times = 1;  // in all
+  std::uint64_t times = 1;  // in total
 };
 
-/// Bounds are part of the range.
+/// Range with inclusive bounds.
 struct Range {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
@@ -51,24 +51,24 @@ struct ErrorIs {
 struct StateIs {
   RunState state = RunState::kRunning;
 };
-/// So many replies of the drive, or of whoever uses its identifier, are as described.
+/// Number of matching replies of the drive, or of others with its identifier.
 struct Replies {
   std::optional<std::uint8_t> command;  // DATA[0]
-  std::optional<WhichError> error;      // the bit is set in what it says
-  std::string_view field;    // a quantity of the reply, protocol::reply_words(); empty: any
+  std::optional<WhichError> error;      // the bit is set in the reply
+  std::string_view field;    // quantity of the reply, protocol::reply_words(); empty: any
   Range range;               // of the field
   std::optional<Range> age;  // ms since the latest query with this command to this drive
   std::uint64_t min_count = 1;
   std::uint64_t max_count = std::numeric_limits<std::uint64_t>::max();
 };
 
-/// The drive answers what it is asked, as a host sees it: each query, or each of one command.
+/// The drive answers queries, or those of one command, as a host sees it.
 struct Answered {
   std::optional<std::uint8_t> command;  // DATA[0]
-  SimTime within{0};                    // of the instant at which the host sent it
+  SimTime within{0};                    // after the host has sent the query
 };
 
-/// When something is expected. Replies are counted from `from` to `to`, whatever the kind.
+/// Time of an expectation. Replies are counted from `from` to `to`, for every kind.
 struct Period {
   enum class Kind : std::uint8_t {
     kAt,          // at `to`
@@ -88,20 +88,20 @@ struct Expectation {
   std::string says;  // a sentence for the report; may be empty
 };
 
-/// A drive of the robot that a scenario was written for, where what runs is another one.
+/// Mismatch between a drive of the scenario's robot and the robot that runs.
 struct ForeignDrive {
   std::string bus;
   int id = 1;
-  std::string meant;    // its motor
-  std::string running;  // the motor with that ID here; empty: there is none
+  std::string meant;    // motor in the scenario
+  std::string running;  // motor with that ID in the robot that runs; empty: none
   friend bool operator==(const ForeignDrive&, const ForeignDrive&) = default;
 };
 
 struct Scenario {
   std::string name;
   std::string about;
-  std::string robot_name;             // as the file has it; may be empty on buses that run already
-  std::vector<ForeignDrive> foreign;  // on buses that run already, as far as its robot can be read
+  std::string robot_name;             // as in the file; may be empty for running buses
+  std::vector<ForeignDrive> foreign;  // for running buses, if the scenario's robot is readable
   std::vector<BusConfig> robot;       // with all events
   SimTime duration{0};
   std::vector<HostSend> sends;

@@ -26,8 +26,8 @@ void ScenarioFleet::go_on(Traveller& traveller, SimTime until) {
   traveller.waits_for = there ? SimTime::max() : run.bus(traveller.bus).waits_for();
 }
 
-/// The motors go together from the instant at which one bus needs its own to the next one's. They
-/// never get ahead of a bus that waits.
+/// Motors advance together to the next instant at which a bus waits for its own. So they never pass
+/// a bus that waits.
 void ScenarioFleet::travel_to(SimTime until) {
   for (Traveller& traveller : travellers_) go_on(traveller, until);
   for (;;) {
@@ -35,7 +35,7 @@ void ScenarioFleet::travel_to(SimTime until) {
     if (next == SimTime::max()) break;
     const bool edge = motors_->advance_to(next);
     for (Traveller& traveller : travellers_) {
-      // Where a drive has died or come alive nothing moves before its bus knows.
+      // After a drive has died or started, its bus must react before motors continue.
       if (traveller.waits_for == next || edge) go_on(traveller, until);
     }
   }

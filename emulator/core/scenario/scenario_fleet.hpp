@@ -9,11 +9,11 @@
 
 namespace lk::emulator {
 
-/// Scenario runs that are computed side by side, so that the drives of all of them fill the lanes
-/// of the processor. Each gives, to the bit, what it gives alone.
+/// Scenario runs computed side by side, so that all drives fill the SIMD lanes of the processor.
+/// Each result equals that of a single run, to the bit.
 class ScenarioFleet {
  public:
-  /// All at the same `time()`; they may differ in everything else. At least one.
+  /// Pre: at least one run, all at the same `time()`. They may differ in all else.
   explicit ScenarioFleet(std::vector<ScenarioRun> runs);
   ScenarioFleet(const ScenarioFleet&) = delete;
   ScenarioFleet(ScenarioFleet&&) noexcept = default;
@@ -23,12 +23,12 @@ class ScenarioFleet {
 
   SimTime time() const { return runs_.front().time(); }
   std::size_t size() const { return runs_.size(); }
-  /// All of them, whether or not their scenarios are over before.
+  /// Advances all runs, even if their scenarios are over before.
   void advance_to(SimTime until);
-  /// As it stands at `time()`. A copy of it leaves the fleet and goes on alone.
+  /// Run at `time()`. A copy of it continues without the fleet.
   const ScenarioRun& run(std::size_t n) const { return runs_[n]; }
 
-  // Those of the run `n` (ScenarioRun). `receive` brings all runs to the frame's time.
+  // As in ScenarioRun, for the run `n`. `receive` advances all runs to the frame's time.
   bool plan(std::size_t n, std::size_t bus, const TimedDirective& event) {
     return runs_[n].plan(bus, event);
   }
@@ -39,11 +39,11 @@ class ScenarioFleet {
   }
 
  private:
-  /// A bus of a run, on its way.
+  /// Progress of a bus of a run.
   struct Traveller {
     std::size_t run;
     std::size_t bus;
-    SimTime waits_for;  // until its motors have got there; SimTime::max(): it has arrived
+    SimTime waits_for;  // time that its motors must reach; SimTime::max(): it has arrived
   };
   void travel_to(SimTime until);
   void go_on(Traveller& traveller, SimTime until);

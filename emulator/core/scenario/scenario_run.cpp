@@ -148,7 +148,7 @@ bool ScenarioRun::advance(std::size_t index, SimTime until) {
   while (line.host.next_due() <= until) {
     const SimTime due = line.host.next_due();
     if (!deliver_watched(line.bus, due, line.judge)) return false;
-    // Such a bus moves when it receives, and must not have to wait then.
+    // Such a bus advances when it receives, and must not wait there.
     const bool moves = line.bus.adapted() || line.bus.host_queue_full();
     if (moves && !line.bus.advance_to(due)) return false;
     hear();

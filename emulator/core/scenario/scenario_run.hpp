@@ -16,11 +16,11 @@ namespace lk::emulator {
 
 enum class Outcome : std::uint8_t {
   kPassed,
-  kFailed,   // something expected did not come about
-  kInvalid,  // the run says nothing: what was planned never took effect, or it ended too early
+  kFailed,   // an expectation failed
+  kInvalid,  // no result: a planned event had no effect, or the run ended too early
 };
 
-/// A fault that was planned, and what came of it.
+/// A planned fault and its outcome.
 struct PlannedFault {
   std::string bus;  // interface
   FaultReport report;
@@ -31,20 +31,20 @@ struct Verdict {
   Outcome outcome = Outcome::kPassed;
   std::vector<ExpectationResult> expectations;
   std::vector<PlannedFault> faults;
-  std::vector<std::string> invalid;  // why it is, a sentence each
+  std::vector<std::string> invalid;  // reasons, one sentence each
 };
 
-/// How a bus stood when a scenario began on it.
+/// State of a bus when a scenario began on it.
 struct Beginning {
   SimTime start{0};
-  std::size_t faults = 0;  // there were so many
-  std::size_t unmet = 0;   // directives that waited for a condition
+  std::size_t faults = 0;  // number of faults armed before
+  std::size_t unmet = 0;   // number of directives that waited for a condition
 };
 
-/// What is expected and planned of one bus, as far as it has come.
+/// Adds the expectations and faults of one bus, with their results so far.
 void add_to_verdict(const Judge& judge, const Bus& bus, const std::string& interface,
                     const Beginning& beginning, Verdict& verdict);
-/// After all buses were added: the outcome.
+/// Sets the outcome, after all buses were added.
 void conclude(Verdict& verdict);
 
 /// A frame on one of the buses.
@@ -54,62 +54,61 @@ struct Traffic {
   bool from_host = false;
 };
 
-/// A scenario on buses of its own, in simulated time. All buses advance together. A value: a copy
-/// goes on from where the run stands.
+/// A scenario on separate buses, in simulated time. All buses advance together. A value: a copy
+/// continues from the same state.
 class ScenarioRun {
  public:
   explicit ScenarioRun(const Scenario& scenario);
 
   SimTime time() const { return time_; }
   void advance_to(SimTime until);
-  /// Besides what the scenario's own host says: a host puts `in.frame` on the bus `index` at
-  /// `in.at`, or now where that is over. Brings the run there.
+  /// A host other than the scenario's puts `in.frame` on the bus `index` at `in.at`, or now if that
+  /// is past. Advances the run to that time.
   void receive(std::size_t index, const TimedFrame& in);
-  /// What happens to the bus `index` besides what its scenario has; all comes about as if it stood
-  /// there, as the last event. Its time must not be over. Returns false, and plans nothing, when
-  /// the bus has no room for another fault or another condition.
+  /// Adds an event to the bus `index`, as if it were the last one of the scenario. Pre: its time is
+  /// not past. Returns false without effect if there is no room for another fault or condition.
   bool plan(std::size_t index, const TimedDirective& event) {
     return lines_[index].bus.plan_as_configured(event);
   }
   std::size_t size() const { return lines_.size(); }
   const Bus& bus(std::size_t index) const { return lines_[index].bus; }
-  /// Frames since the last call, in order of time; appended. A host's has the time at which the
-  /// host handed it over, a drive's that of its last bit.
+  /// Appends the frames since the last call, in order of time: when a host handed a frame over, or
+  /// when the last bit of a drive's frame ended.
   void take_traffic(std::vector<Traffic>& out);
-  /// What drives have written to their ROM since the last call.
+  /// Appends the ROM writes of drives since the last call.
   void take_rom_writes(std::size_t index, std::vector<RomWrite>& out) {
     lines_[index].bus.take_rom_writes(out);
   }
   Verdict verdict() const;
-  /// Where its robot has one.
+  /// Null if the robot has no body.
   const Mechanism* body() const { return coupling_ ? coupling_->body() : nullptr; }
 
  private:
-  friend class ScenarioFleet;  // brings the motors of several runs
+  friend class ScenarioFleet;  // advances the motors of several runs
   struct Line {
     std::string interface;
     Bus bus;
     HostScript host;
     Judge judge;
-    std::vector<Traffic> traffic;  // since the run stood at time()
+    std::vector<Traffic> traffic;  // since time()
   };
-  /// Returns false where the bus has to wait for motors that it shares (Bus::advance_to).
+  /// Returns false if the bus waits for shared motors (Bus::advance_to).
   bool advance(std::size_t index, SimTime until);
   void put(std::size_t index, const TimedFrame& query);
   std::vector<Bus*> buses();
-  /// To an instant at which the body wants its drives (Coupling::next_due), or as far as the bus
-  /// gets.
+  /// Advances to an instant at which the body needs its drives (Coupling::next_due). Returns false
+  /// if the bus has to wait before.
   bool reach(std::size_t index, SimTime due);
-  /// All buses have reached it.
+  /// Pre: all buses have reached Coupling::next_due.
   void exchange();
-  /// All buses have got there.
+  /// Pre: all buses have reached `until`. Merges their traffic.
   void arrive(SimTime until);
 
   SimTime time_{0};
   std::vector<Line> lines_;
   std::optional<Coupling> coupling_;
   std::vector<Traffic> traffic_;     // not yet taken
-  std::vector<TimedFrame> replies_;  // kept for its memory
+  std::vector<TimedFrame> replies_;  // kept to reuse its memory
 };
 
 }  // namespace lk::emulator

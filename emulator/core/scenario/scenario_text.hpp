@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Scenarios in words, for reports.
+/// @file Text of scenarios, for reports.
 
 #include <string>
 
@@ -9,7 +9,7 @@
 
 namespace lk::emulator {
 
-/// Six figures, which is what people read.
+/// Formats with six significant digits.
 std::string number_text(double value);
 /// "off", "stopped", "running".
 std::string state_word(RunState state);
