@@ -4,10 +4,10 @@
 
 namespace lk::emulator {
 
-/// What words for people are written in. Machine-readable output is the same in every language.
+/// Language of text for users. Machine-readable output is the same in every language.
 enum class Language { kEnglish, kChinese };
 
-/// The same words in both languages.
+/// A text in both languages.
 struct Words {
   std::string_view en;
   std::string_view zh;

@@ -5,7 +5,7 @@
 
 namespace lk::emulator {
 
-/// Settings of a terminal that change bytes on their way, or add some (termios(3)).
+/// Terminal settings that change or add bytes (termios(3)).
 enum class TerminalFlag : std::uint8_t { kIcrnl, kInlcr, kIgncr, kIstrip, kIxon, kOpost, kEcho };
 using TerminalFlags = std::vector<TerminalFlag>;
 

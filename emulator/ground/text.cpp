@@ -10,7 +10,7 @@ namespace {
 
 unsigned byte(char c) { return static_cast<unsigned char>(c); }
 
-/// Marks that turn the direction of writing, and ends of lines and paragraphs.
+/// Marks of writing direction, and ends of lines and paragraphs.
 bool misleads(std::string_view character) {
   constexpr std::string_view kMarks[] = {"\u061C", "\u200E", "\u200F", "\u2028", "\u2029",
                                          "\u202A", "\u202B", "\u202C", "\u202D", "\u202E",
@@ -18,8 +18,8 @@ bool misleads(std::string_view character) {
   return std::ranges::find(kMarks, character) != std::end(kMarks);
 }
 
-/// The length of the UTF-8 character that the text begins with (RFC 3629, section 4); 0: none that
-/// XML has and that shows.
+/// Returns the length of the first UTF-8 character of the text (RFC 3629, section 4); 0 if it is
+/// invalid, not allowed in XML, or invisible.
 std::size_t character_length(std::string_view text) {
   const unsigned first = byte(text[0]);
   if (first < 0x80) return first >= 0x20 && first != 0x7F ? 1 : 0;
@@ -59,8 +59,8 @@ std::string_view xml_entity(char c) {
   }
 }
 
-/// Letters to be added, left out or replaced, and neighbours to be swapped (optimal string
-/// alignment).
+/// Returns the number of insertions, deletions, replacements and swaps of neighbours (optimal
+/// string alignment).
 std::size_t edit_distance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> before;  // the row before the last
   std::vector<std::size_t> last(b.size() + 1);
@@ -127,7 +127,7 @@ std::string nearest(const std::string& word, const std::vector<std::string>& kno
   std::string best;
   std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
   for (const auto& candidate : known) {
-    // The unit is what people forget: max_speed for max_speed_dps.
+    // Users often omit the unit: max_speed for max_speed_dps.
     const bool cut_short = word.size() >= 3 && candidate.starts_with(word);
     const std::size_t distance = cut_short ? 1 : edit_distance(word, candidate);
     if (distance < best_distance) {

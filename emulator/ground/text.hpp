@@ -9,15 +9,15 @@
 
 namespace lk::emulator {
 
-/// Takes the first character off a text that may be anybody's: UTF-8 that terminals, logs, XML and
-/// pictures show as it is. "?" in place of a byte of anything else: control characters, those that
-/// turn the direction of writing, what is no character, what is no UTF-8.
+/// Removes and returns the first character of untrusted text: UTF-8 that terminals, logs, XML and
+/// pictures show unchanged. Returns "?" for a byte of anything else: control characters, marks of
+/// writing direction, non-characters, invalid UTF-8.
 std::string_view next_character(std::string_view& rest);
 
-/// What a person's terminal or a log can show on one line.
+/// Returns the text as a terminal or a log can show it on one line.
 std::string on_one_line(std::string_view text);
 
-/// Names are compared without case, in ASCII whatever the locale is.
+/// Converts names to lower case for comparison, ASCII only in every locale.
 inline std::string small_letters(std::string text) {
   for (char& c : text) {
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
@@ -25,14 +25,14 @@ inline std::string small_letters(std::string text) {
   return text;
 }
 
-/// Without the spaces before and after it.
+/// Returns the text without spaces and tabs before and after it.
 constexpr std::string_view trimmed(std::string_view text) {
   while (text.starts_with(' ') || text.starts_with('\t')) text.remove_prefix(1);
   while (text.ends_with(' ') || text.ends_with('\t')) text.remove_suffix(1);
   return text;
 }
 
-/// All of `digits`, a number in this base up to `most`; nothing: they are none.
+/// Parses all of `digits` as a number in this base, up to `most`; nothing if invalid.
 inline std::optional<std::uint64_t> number_of(std::string_view digits, int base,
                                               std::uint64_t most) {
   std::uint64_t value = 0;
@@ -42,17 +42,17 @@ inline std::optional<std::uint64_t> number_of(std::string_view digits, int base,
   return whole ? std::optional(value) : std::nullopt;
 }
 
-/// With ten figures, and no more than it needs: "0.5", "360".
+/// Formats with at most ten significant digits: "0.5", "360".
 std::string plain_number(double value);
 
-/// "legacy, v235, v236"
+/// Joins words: "legacy, v235, v236".
 std::string comma_list(const std::vector<std::string>& words);
 
-/// The name among `known` that `word` was most likely meant to be; empty when none is close.
+/// Returns the name in `known` that is closest to `word`; empty if none is close.
 std::string nearest(const std::string& word, const std::vector<std::string>& known);
 
-/// For XML, between tags and in an attribute. What XML 1.0 cannot carry at all becomes a question
-/// mark, and so does what next_character does not take.
+/// Escapes text for XML, between tags and in an attribute. A question mark replaces characters that
+/// XML 1.0 cannot carry, or that next_character rejects.
 std::string xml_escaped(std::string_view text);
 
 }  // namespace lk::emulator
