@@ -16,7 +16,7 @@ namespace {
 using Complex = std::complex<double>;
 constexpr double kPi = std::numbers::pi;
 
-/// Angle of the rotor for a torque on it, at s: one body, or two with a spring between them.
+/// Rotor angle per torque at s: one inertia, or two with a spring between them.
 ///   J·θ̈ = τ − B·θ̇ − τ_g/N,  J_out·θ̈_out = τ_g,  τ_g = k·(θ/N − θ_out) + d·(θ̇/N − θ̇_out)
 Complex angle_per_torque(const model::DriveParams& drive, Complex s) {
   const model::MechanicsParams& m = drive.mechanics;
@@ -37,8 +37,8 @@ Complex angle_per_torque(const model::DriveParams& drive, Complex s) {
   return sI_A.partialPivLu().solve(B.cast<Complex>())(0);
 }
 
-/// How the current answers its reference and a voltage in the winding, A/A and A/V: the closed loop
-/// of model.md §10 with its delay of 1.5 periods, in voltage mode R and L alone.
+/// Response of the current to its reference and to a voltage in the winding, A/A and A/V: the
+/// closed loop of model.md §10 with its delay of 1.5 periods; in voltage mode R and L alone.
 struct CurrentLoop {
   Complex per_reference, per_voltage;
 };
@@ -47,7 +47,7 @@ CurrentLoop current_loop(const model::DriveParams& drive, const model::ControlSe
   const double T_s = 1.0 / drive.inverter.f_pwm;
   const double R = drive.motor.R_s + drive.inverter.R_on;
   const Complex winding = 1.0 / (drive.motor.L_q * s + R);
-  // A reference stands at the start of a period: the half of holding is counted where it is held.
+  // One period until a reference applies; `open_loop` adds the delay of holding it.
   const Complex late = std::exp(-T_s * s);
   if (!drive.control.has_current_loop) {
     return {drive.motor.R_s * winding * late, winding};
@@ -63,14 +63,14 @@ struct Point {
   Complex open;
 };
 
-/// Narrow enough for the resonance of a gear with a damping of a few percent.
+/// Fine enough for the resonance of a gear with a damping of a few percent.
 constexpr int kPointsPerDecade = 400;
 
 double gain_dB(const Complex& open) { return 20.0 * std::log10(std::abs(open)); }
-/// The angle to −1, in (−180, 180].
+/// Phase relative to −1, in (−180, 180].
 double phase_deg(const Complex& open) { return std::arg(-open) * 180.0 / kPi; }
 
-/// Between two points, where `before` and `after` have crossed zero.
+/// Interpolates to the point where `before` and `after` cross zero.
 double between(double before, double after, double at_before, double at_after) {
   return at_before + (at_after - at_before) * before / (before - after);
 }
@@ -83,16 +83,15 @@ Complex open_loop(const model::DriveParams& drive, const model::ControlSettings&
   const double p_psi = drive.motor.pole_pairs * drive.motor.psi_f;
   const double T_s = 1.0 / drive.inverter.f_pwm;
   const Complex s(0.0, omega);
-  const Complex z1 = std::exp(-s * p.T_m);  // one period of the motion loops late
+  const Complex z1 = std::exp(-s * p.T_m);  // delay of one period of the motion loops
   const Complex estimate =
       p.estimator_share * (1.0 - z1) / p.T_m / (1.0 - (1.0 - p.estimator_share) * z1);
-  // Held for a period; and the encoder was read one PWM period before the loops run.
+  // Held for a period; the encoder is read one PWM period before the loops run.
   const Complex held = (1.0 - z1) / (s * p.T_m) * std::exp(-s * T_s);
 
   const CurrentLoop current = current_loop(drive, settings, s);
   const Complex per_current = 1.5 * p_psi * angle_per_torque(drive, s);
-  // The back-EMF, less what the firmware gives for it: that comes late, and makes the rotor
-  // heavier.
+  // Back-EMF minus its compensation by the firmware, which is late and acts as added inertia.
   const Complex emf = p_psi * (s - estimate * held * std::exp(-s * T_s));
   const Complex angle =
       held * per_current * current.per_reference / (1.0 + per_current * current.per_voltage * emf);
@@ -107,7 +106,7 @@ Margins loop_margins(const model::DriveParams& drive, const model::ControlSettin
   const double omega_most = kPi * drive.inverter.f_pwm / drive.control.motion_divider;
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Margins margins{kInfinity, kInfinity};
-  double turned = 0.0;  // of 1 + L, from the lowest frequency to half a sample
+  double turned = 0.0;  // turn of 1 + L, from the lowest frequency to half the sampling rate
   Point before{0.1, open_loop(drive, settings, loop, 0.1)};
   const double step = std::pow(10.0, 1.0 / kPointsPerDecade);
   for (double omega = before.omega * step; omega < omega_most; omega *= step) {
@@ -119,15 +118,15 @@ Margins loop_margins(const model::DriveParams& drive, const model::ControlSettin
       margins.phase_deg =
           std::min(margins.phase_deg, std::abs(between(gain[0], gain[1], phase[0], phase[1])));
     }
-    // Past −180°, not past 0°.
+    // Crosses −180°, not 0°.
     if (phase[0] * phase[1] <= 0.0 && std::abs(phase[0] - phase[1]) < 180.0) {
       margins.gain_dB =
           std::min(margins.gain_dB, std::abs(between(phase[0], phase[1], gain[0], gain[1])));
     }
     before = here;
   }
-  // Nyquist: from the integrators, at most three, 1 + L comes up by 90° to 270° to 0°; every pair
-  // of poles that grow takes a whole turn of that.
+  // Nyquist: with up to three integrators 1 + L of a stable loop turns by 90° to 270°, to end at
+  // 0°. Each pair of unstable poles takes a whole turn from that.
   if (turned < 0.0) margins = {-margins.gain_dB, -margins.phase_deg};
   return margins;
 }

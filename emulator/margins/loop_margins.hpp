@@ -1,8 +1,8 @@
 #pragma once
 
-/// @file How far a drive's loops are from ringing with what hangs on its shaft: the loops of
-/// docs/model.md §10 and §11, linearised about a shaft that turns slowly without touching a limit,
-/// and cut open at the current reference.
+/// @file Stability margins of a drive's loops with the load on its shaft: the loops of
+/// docs/model.md §10 and §11, linearised for a slow shaft that reaches no limit, and opened at the
+/// current reference.
 
 #include <complex>
 
@@ -11,23 +11,23 @@
 
 namespace lk::emulator {
 
-/// Factor and turn of the phase that the opened loop may take before it rings for ever.
+/// Gain and phase margins of the opened loop.
 struct Margins {
-  double gain_dB = 0;    // to either side; below 0: it does
-  double phase_deg = 0;  // below 0: it does
+  double gain_dB = 0;    // to either side; below 0: unstable
+  double phase_deg = 0;  // below 0: unstable
 };
 
-/// Less than this is called ringing: an overshoot by half of what is left, again and again
-/// (assumed; 6 dB and 30° are what a designer leaves).
+/// Smaller margins count as ringing: repeated overshoot by half of the remaining error (assumed;
+/// designers aim at 6 dB and 30°).
 inline constexpr Margins kRings{3.0, 15.0};
 constexpr bool rings(const Margins& m) {
   return m.gain_dB < kRings.gain_dB || m.phase_deg < kRings.phase_deg;
 }
 
-enum class Loop { kSpeed, kPosition };  // the latter with the speed loop inside
+enum class Loop { kSpeed, kPosition };  // kPosition includes the speed loop
 
-/// The opened loop at an angular frequency, rad/s, above 0 and below that of half a sample.
-/// `drive.load` counts; the play of a gear does not, its teeth touch.
+/// Opened loop at an angular frequency, rad/s, above 0 and below half the sampling rate. Includes
+/// `drive.load`, but not the play of a gear: its teeth touch.
 std::complex<double> open_loop(const model::DriveParams& drive,
                                const model::ControlSettings& settings, Loop loop, double omega);
 
