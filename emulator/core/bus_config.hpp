@@ -46,8 +46,8 @@ enum class IdChangeReply : std::uint8_t { kOld, kNew };
 enum class SettingRead : std::uint8_t { kPending, kActive };
 /// Reaction to other commands while 0x18 turns the shaft.
 enum class CalibrateBusy : std::uint8_t { kSilent, kAnswers };
-/// Hang after the echo of 0x80, until the drive restarts. kDrive: the drive sends nothing. kBus: it
-/// also holds the line of RS-485, so no drive receives anything.
+/// Hang after the echo of 0x80, until a restart. In kDrive the drive sends nothing; in kBus it also
+/// holds the line of RS-485, so no drive receives anything.
 enum class OffHangs : std::uint8_t { kNo, kDrive, kBus };
 
 /// Values are indices of protocol::kGenerationRows.

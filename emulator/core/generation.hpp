@@ -14,7 +14,7 @@ Quirks quirks_of(Generation generation, protocol::Framing framing = protocol::Fr
 
 /// Returns the name that configuration files and options use.
 std::string_view generation_name(Generation generation);
-/// Returns the generation of that name; nothing if unknown.
+/// Returns the generation of that name; nullopt if unknown.
 std::optional<Generation> generation_of(std::string_view name);
 /// Returns all names, in the order of Generation.
 std::vector<std::string> generation_names();

@@ -18,8 +18,8 @@ bool misleads(std::string_view character) {
   return std::ranges::find(kMarks, character) != std::end(kMarks);
 }
 
-/// Returns the length of the first UTF-8 character of the text (RFC 3629, section 4); 0 if it is
-/// invalid, not allowed in XML, or invisible.
+/// Returns the length of the first UTF-8 character (RFC 3629, section 4); 0 if it is invalid, not
+/// allowed in XML, or invisible.
 std::size_t character_length(std::string_view text) {
   const unsigned first = byte(text[0]);
   if (first < 0x80) return first >= 0x20 && first != 0x7F ? 1 : 0;

@@ -32,7 +32,7 @@ constexpr std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-/// Parses all of `digits` as a number in this base, up to `most`; nothing if invalid.
+/// Parses all of `digits` as a number in this base, up to `most`; nullopt if invalid.
 inline std::optional<std::uint64_t> number_of(std::string_view digits, int base,
                                               std::uint64_t most) {
   std::uint64_t value = 0;

@@ -37,7 +37,7 @@ Complex angle_per_torque(const model::DriveParams& drive, Complex s) {
   return sI_A.partialPivLu().solve(B.cast<Complex>())(0);
 }
 
-/// Response of the current to its reference and to a voltage in the winding, A/A and A/V: the
+/// Response of the current to its reference and to a voltage in the winding, A/A and A/V. It is the
 /// closed loop of model.md §10 with its delay of 1.5 periods; in voltage mode R and L alone.
 struct CurrentLoop {
   Complex per_reference, per_voltage;

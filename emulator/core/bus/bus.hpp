@@ -218,7 +218,7 @@ class Bus {
   void step_calibration(Node& node);
   void process_query(SimTime at, const protocol::Frame& frame);
   void process_multi_drive(SimTime at, const protocol::Frame& frame);
-  /// A drive receives a frame addressed to it. Returns why it does not answer; nothing if it does.
+  /// A drive receives a frame addressed to it. Returns why it does not answer; nullopt if it does.
   std::optional<Drop> hear(SimTime at, Node& node, const protocol::Frame& frame);
   /// Addressees of a query.
   enum class For : std::uint8_t { kOne, kSeveral };

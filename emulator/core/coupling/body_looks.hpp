@@ -24,7 +24,7 @@ struct BodyPart {
 enum class GeomKind : std::uint8_t { kPlane, kSphere, kCapsule, kEllipsoid, kCylinder, kBox };
 
 struct BodyGeom {
-  std::optional<std::size_t> body;  // index in BodyShape::bodies; nothing: fixed to the world
+  std::optional<std::size_t> body;  // index in BodyShape::bodies; nullopt: fixed to the world
   GeomKind kind = GeomKind::kSphere;
   // Sphere: radius. Capsule, cylinder: radius, half length along z (capsule: without its ends).
   // Ellipsoid: radii. Box: half sides. Plane, normal to z: half sides, 0 if infinite.

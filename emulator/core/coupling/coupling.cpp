@@ -168,9 +168,8 @@ bool Coupling::has_failed() {
   return reason.has_value();
 }
 
-/// Torque of a drive on its joint, from the motion of the shaft: momentum gives the mean, distance
-/// the slope. `armature` is the drive's inertia that the body includes, even if it has broken off
-/// since.
+/// Torque of a drive on its joint, from the motion of the shaft. The momentum gives the mean, the
+/// distance gives the slope. Uses the `armature` in the body, even if it has broken off since.
 JointTorque Coupling::given(const Link& link, const model::MountedShaft& shaft) const {
   const double step_s = seconds(step_);
   const double J = link.mount.J + link.armature;

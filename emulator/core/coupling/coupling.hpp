@@ -55,7 +55,7 @@ class Coupling {
 
   /// Null if the drives turn no body.
   const Mechanism* body() const { return mechanism_.get(); }
-  /// Why and when the state of the body became invalid; nothing while it is valid.
+  /// Why and when the state of the body became invalid; nullopt while it is valid.
   const std::optional<std::string>& failure() const { return failure_; }
 
  private:

@@ -13,8 +13,8 @@
 
 namespace lk::emulator {
 
-/// State of a joint, and the dynamics of a shaft on it for a short time from then on:
-/// inertia·acceleration = torque + body_torque, where `torque` comes from its drive.
+/// State of a joint. For a short time a shaft on it obeys inertia·acceleration = torque +
+/// body_torque, where `torque` comes from its drive.
 struct JointView {
   double angle_rad = 0;
   double speed_rad_s = 0;
@@ -63,7 +63,7 @@ class Mechanism {
   virtual void carry(std::size_t part, double mass_kg) = 0;
   /// Stops the body, with joints that nothing turns, or restarts it from rest. Call `update` next.
   virtual void freeze(bool on) = 0;
-  /// End stops of a hinge joint, rad; nothing: it turns freely.
+  /// End stops of a hinge joint, rad; nullopt: it turns freely.
   virtual std::optional<std::array<double, 2>> stops(std::size_t /*joint*/) const { return {}; }
   /// Names of the poses in the model; "" is one without a name.
   virtual std::span<const std::string> keyframes() const { return {}; }
@@ -76,7 +76,7 @@ class Mechanism {
   virtual void pose(const Pose& /*pose*/) {}
   /// Writes the present state to `state`.
   virtual void look(BodyState& /*state*/) const {}
-  /// Why and where the state became invalid; nothing while it is valid. An invalid body has
+  /// Why and where the state became invalid; nullopt while it is valid. An invalid body has
   /// stopped.
   virtual std::optional<std::string> failure() const = 0;
 

@@ -62,7 +62,7 @@ struct FaultRow {
   bool serial = false;     // RS-485 only
   bool per_frame = false;  // takes a probability per frame
   bool needs_one = false;  // one of its parameters must be given
-  /// Returns why this drive cannot have it; empty if it can.
+  /// Returns why a drive cannot have the fault; empty if it can.
   std::string (*impossible)(const Fault& fault, const ServoConfig& servo) = nullptr;
 
   // Plant: motor, sensors, supply, clock of the drive.

@@ -37,7 +37,7 @@ bool fits(const FaultParam& param, const FaultValue& value) {
   throw std::invalid_argument("fault '" + on_one_line(kind) + "': " + why);
 }
 
-/// Returns the value of the parameter; nothing if it is not allowed.
+/// Returns the value of the parameter; nullopt if it is not allowed.
 std::optional<FaultValue> value_of(const FaultParam& param, const FaultSetting& setting) {
   if (const auto* const word = std::get_if<std::string>(&setting.value())) {
     const auto found = std::ranges::find(param.choices, *word);

@@ -50,7 +50,7 @@ class Motors {
   /// Advances all motors to `t`, or to the first earlier instant at which a drive dies or starts;
   /// returns true then. Pre: `!shared()`.
   bool advance_to(SimTime t);
-  /// As above, for one motor and those that are computed with it.
+  /// As `advance_to(t)`, for one motor and those that are computed with it.
   bool advance_to(SimTime t, const MotorPlace& place);
 
   /// The motors are in banks of several buses; SharedMotors advances them.

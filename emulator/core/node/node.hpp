@@ -72,7 +72,7 @@ class Nodes {
                ? at_address_[static_cast<std::size_t>(id)]
                : 0;
   }
-  /// Calls `act` for each of these drives.
+  /// Calls `act` for each drive in `bits`.
   template <class Act>
   void each(std::uint32_t bits, Act act) {
     for (; bits != 0; bits &= bits - 1) {

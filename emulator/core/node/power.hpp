@@ -21,7 +21,7 @@ class Power {
   void sag(double to_V, SimTime now);
   /// Pre: a sag is active. Voltage at its end.
   double after_sag_V() const { return *after_sag_V_; }
-  /// Sets the voltage at `now`. Returns the time of the next step; nothing at the end of a ramp.
+  /// Sets the voltage at `now`. Returns the time of the next step; nullopt at the end of a ramp.
   std::optional<SimTime> step(SimTime now);
 
  private:

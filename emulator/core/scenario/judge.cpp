@@ -70,7 +70,7 @@ bool has_most(const Replies& replies) {
   return replies.max_count != std::numeric_limits<std::uint64_t>::max();
 }
 
-/// Returns the command for the drive `id` in a multi-drive frame; nothing if there is none.
+/// Returns the command for the drive `id` in a multi-drive frame; nullopt if there is none.
 std::optional<std::uint8_t> command_for(int id, const protocol::Frame& frame,
                                         const protocol::WireFormat& format) {
   const auto decoded = protocol::decode_query(frame, format);

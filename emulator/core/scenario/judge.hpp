@@ -22,9 +22,9 @@ struct ExpectationResult {
   std::string says;                   // text from the scenario
   std::optional<SimTime> at;          // of the deciding event, since the scenario began
   std::optional<SimTime> decided_at;  // since the scenario began; absent while it is open
-  // Distance from failing. For a signal: least distance from the nearest bound, in widths of its
-  // range (one bound: in multiples of it; bound 0: in units of the signal); below 0 it failed. For
-  // kBy that passed: the remaining share of its time. Absent if there is no measure.
+  // Distance from failing; absent if there is no measure. A signal: least distance from the nearest
+  // bound, below 0 if it failed. The unit is the width of its range; with one bound, the bound;
+  // with bound 0, that of the signal. A passed kBy: the remaining share of its time.
   std::optional<double> margin;
 };
 

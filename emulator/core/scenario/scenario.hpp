@@ -41,7 +41,7 @@ struct SignalWithin {
 struct WhichError {
   WhichError() = default;
   WhichError(model::Error error) : one(error) {}
-  std::optional<model::Error> one;  // nothing: any
+  std::optional<model::Error> one;  // nullopt: any
   bool in(model::ErrorBits errors) const { return (one ? errors & model::bit(*one) : errors) != 0; }
 };
 struct ErrorIs {

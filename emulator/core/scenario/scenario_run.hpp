@@ -72,8 +72,8 @@ class ScenarioRun {
   }
   std::size_t size() const { return lines_.size(); }
   const Bus& bus(std::size_t index) const { return lines_[index].bus; }
-  /// Appends the frames since the last call, in order of time: when a host handed a frame over, or
-  /// when the last bit of a drive's frame ended.
+  /// Appends the frames since the last call, in order of time. A host's frame has the time of its
+  /// handover, a drive's that of its last bit.
   void take_traffic(std::vector<Traffic>& out);
   /// Appends the ROM writes of drives since the last call.
   void take_rom_writes(std::size_t index, std::vector<RomWrite>& out) {

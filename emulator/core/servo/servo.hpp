@@ -111,7 +111,7 @@ class Servo {
   bool take_move();
   /// 0x18 turns the shaft, and its reply is pending.
   bool calibrating() const { return calibration_.has_value(); }
-  /// Executes and answers no command while calibrating, if calibrate_busy says so.
+  /// Executes and answers no command now: it calibrates, and calibrate_busy is kSilent.
   bool deaf_while_calibrating() const {
     return calibrating() && config_.quirks.calibrate_busy == CalibrateBusy::kSilent;
   }
@@ -252,7 +252,7 @@ class Servo {
   /// Applies faults to the multi-turn angle after a start.
   void misread_turns(const model::Telemetry& telemetry);
   void lose_next_after(LostAfter what);
-  /// Index of this drive in multi-drive commands; nothing above ID 4.
+  /// Index of this drive in multi-drive commands; nullopt above ID 4.
   std::optional<std::size_t> slot() const;
   /// Passes the registers to loops and protections.
   void configure(const Lane& lane) const { lane.configure(control_settings(ram_, format_)); }

@@ -18,7 +18,7 @@ using protocol::SettingId;
 
 namespace {
 
-/// Returns the 0xC0 parameter of a setting; nothing for the halves of Max Angle, or if unknown.
+/// Returns the 0xC0 parameter of a setting; nullopt for the halves of Max Angle, or if unknown.
 std::optional<ParameterId> parameter_of(SettingId id) {
   switch (id) {
     case SettingId::kAngleGains:

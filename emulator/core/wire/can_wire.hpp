@@ -26,10 +26,10 @@ class CanWire {
   using Delivery = WireDelivery;
   using Candidate = WireCandidate;
 
-  /// After a destroyed frame. The bit error is assumed to be in the CRC: the receivers' error flags
-  /// begin after the ACK delimiter (ISO 11898-1), in place of the 7-bit end of frame. The sender's
-  /// flag follows one bit later; together they take 7 bits. So the flags end where the frame would
-  /// have ended. Delimiter and intermission follow.
+  /// After a destroyed frame. The bit error is assumed in the CRC. The receivers' error flags begin
+  /// after the ACK delimiter (ISO 11898-1), in place of the 7-bit end of frame. The sender's flag
+  /// follows one bit later; together they take 7 bits. So the flags end where the frame would have
+  /// ended. Delimiter and intermission follow.
   static constexpr int kErrorDelimiterBits = 8;
   /// Extra wait of an error-passive sender (ISO 11898-1, suspend transmission).
   static constexpr int kSuspendBits = 8;
@@ -63,7 +63,7 @@ class CanWire {
                        std::uint64_t after_rom_write = 0) {
     send_from_drive(at, frame, after_rom_write, frame.id, false);
   }
-  /// As above; a blocked frame does not arbitrate until it is released.
+  /// Queues a frame with a given owner; a blocked one does not arbitrate until it is released.
   void send_from_drive(SimTime at, const protocol::Frame& frame, std::uint64_t after_rom_write,
                        std::uint32_t owner, bool blocked);
   /// Blocks the drive's pending frames, except one that began before `now`. Returns their number.
@@ -80,7 +80,7 @@ class CanWire {
   /// `now` is void, but occupies the wire to its end.
   std::size_t forget_replies(std::uint32_t owner, SimTime now);
 
-  /// End of the next frame, if no other is sent; nothing if none is pending.
+  /// End of the next frame, if no other is sent; nullopt if none is pending.
   std::optional<SimTime> next_due() const {
     return turn_ ? std::optional(turn_->end) : std::nullopt;
   }

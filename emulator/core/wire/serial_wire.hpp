@@ -47,8 +47,8 @@ class SerialWire {
   bool drive_queue_full(std::uint32_t owner, std::size_t elsewhere = 0) const;
   std::size_t drive_frames() const;
   std::size_t copies(std::uint32_t owner, const protocol::Frame& frame) const;
-  /// The drive does not receive a packet that ends at `end`: it was sending during the packet, or
-  /// it has a reply pending and `hears_while_replying` is false.
+  /// The drive misses a packet that ends at `end`: it was sending meanwhile, or it has a reply
+  /// pending and `hears_while_replying` is false.
   bool is_deaf(std::uint32_t owner, SimTime end) const;
   void send_from_drive(SimTime at, const protocol::Frame& frame, std::uint64_t after_rom_write,
                        std::uint32_t owner, bool blocked);
@@ -61,7 +61,7 @@ class SerialWire {
   /// End of the next bytes.
   std::optional<SimTime> next_due() const;
   /// Returns what is complete by `until`. From drives: bytes as the host reads them. From hosts: a
-  /// packet as drives receive it, or kBytes for a frame that was none. Nothing: no result yet.
+  /// packet as drives receive it, or kBytes for a frame that was none. nullopt: no result yet.
   std::optional<WireDelivery> deliver(SimTime until);
   /// Pre: something is due. The frame that `deliver` would return; kBytes if not yet known.
   WireCandidate next() const;
