@@ -10,7 +10,7 @@ namespace lk::emulator {
 /// (TimedFrame::after_rom_write) may leave when they are durable.
 struct RomWrite {
   std::uint64_t number = 0;  // from 1, per drive
-  int id = 1;                // the drive
+  int id = 1;                // of the drive
   Registers rom;
   RomWear wear{};
 };

@@ -37,7 +37,7 @@ bool Bus::apply(const Directive& directive) {
   const int id = directive.id;
   const auto motor = [&] { return lane(nodes_.of(id)); };
   const auto connect = [&](bool connected) {
-    agenda_.forget<Reconnect>(id);  // the last request counts
+    agenda_.forget<Reconnect>(id);  // the last request wins
     motor().bank.connect_supply(motor().index, connected);
   };
   // A new supply request cancels the pending one.

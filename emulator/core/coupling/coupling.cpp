@@ -134,8 +134,7 @@ void Coupling::begin(std::span<Bus* const> buses) {
   end_ += step_;
 }
 
-/// Mounts each drive on its joint as if alone. The effect of a drive on other joints follows in the
-/// next step.
+/// Each joint responds as the body alone: its drive affects other joints only in the next step.
 void Coupling::mount(std::span<Bus* const> buses) {
   const bool put_there = take_acts(buses);
   push_on();

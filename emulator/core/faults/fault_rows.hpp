@@ -24,7 +24,7 @@ constexpr FaultParam needed(std::string_view word, double min, double max) {
 constexpr FaultParam needed_count(std::string_view word, double min, double max) {
   return {.word = word, .min = min, .max = max, .required = true, .whole = true};
 }
-/// `words` are the values of the enumeration `Choice`, in its order.
+/// `words` name the values of the enumeration `Choice`, in its order.
 template <class Choice>
 constexpr FaultParam choice(std::string_view word, std::span<const std::string_view> words,
                             Choice fallback) {

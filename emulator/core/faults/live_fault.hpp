@@ -20,7 +20,7 @@ struct LiveFault {
   SimTime since{0};                  // last beginning
   std::optional<SimTime> looked_at;  // last sample of its effect
   std::vector<double> anchors;       // rad: outputs of `fault.ids` at the last beginning
-  std::uint64_t destroyed = 0;       // frames on the wire, since the last beginning
+  std::uint64_t destroyed = 0;       // number of frames since the last beginning
   std::uint64_t random = 1;
 
   const FaultRow& row() const { return *fault.row; }

@@ -56,7 +56,7 @@ class Judge {
     Expectation expectation;
     SimTime next = SimTime::max();  // next sample
     ExpectationResult::Status status = ExpectationResult::Status::kOpen;
-    std::optional<double> value;  // deciding, or closest to it
+    std::optional<double> value;  // deciding sample, or the closest so far
     std::optional<Range> seen;    // range of a signal so far
     SimTime at{0};                // time of `value`; or of the first reply
     std::uint64_t count = 0;      // replies

@@ -56,7 +56,7 @@ model::ControlSettings control_settings(const Registers& registers,
   constexpr double kNoCurrent_A = 1e-6;
   model::ControlSettings settings;
   settings.gains = registers.gains;
-  // MS limits only by power.
+  // The MS series limits by power only.
   constexpr double kNoLimit_A = 1e3;
   settings.i_q_max =
       format.series == Series::kMs

@@ -296,7 +296,7 @@ class Servo {
   Registers ram_;
   ShaftAngles angles_;
   RunState run_state_ = RunState::kRunning;
-  bool tripped_ = false;        // and has not run since
+  bool tripped_ = false;        // a protection tripped; the drive has not run since
   Motion motion_;               // in force, or kept by a stop
   bool brake_powered_ = false;  // commanded state of the coil; power releases the brake
   // D[3:6] of the last packet that had them; initial value assumed (docs/rs485.md).

@@ -58,7 +58,7 @@ class SerialWire {
 
   std::optional<SimTime> next_reply_start() const;
   bool several_wait() const { return sending_.size() > 1; }
-  /// End of the next bytes.
+  /// Time at which the next byte or frame is complete.
   std::optional<SimTime> next_due() const;
   /// Returns what is complete by `until`. From drives: bytes as the host reads them. From hosts: a
   /// packet as drives receive it, or kBytes for a frame that was none. nullopt: no result yet.
@@ -96,11 +96,11 @@ class SerialWire {
     SimTime covered_until{0};
     SimTime merged_until{0};
     SimTime merged_for_host_until{0};
-    std::optional<std::size_t> spoilt = {};                 // index of a byte that a fault spoils
-    bool judged = false;                                    // faults have acted on it
-    bool clean = true;                                      // bytes are as sent so far
-    bool met_host = false;                                  // began while hosts kept the line
-    std::array<std::uint8_t, protocol::kMostBytes> read{};  // by the host
+    std::optional<std::size_t> spoilt = {};  // index of a byte that a fault spoils
+    bool judged = false;                     // faults have acted on it
+    bool clean = true;                       // bytes are as sent so far
+    bool met_host = false;                   // a byte began while hosts kept the line
+    std::array<std::uint8_t, protocol::kMostBytes> read{};  // bytes as the host reads them
     std::size_t read_size = 0;
   };
   static constexpr std::uint32_t kHost = 0;

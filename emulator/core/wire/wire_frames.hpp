@@ -7,14 +7,14 @@
 
 namespace lk::emulator {
 
-/// A frame that got through.
+/// A frame that was transmitted intact, or bytes that were spoiled on RS-485.
 struct WireDelivery {
   SimTime at{0};  // end of its last bit
   protocol::Frame frame;
   bool from_host = false;
   std::uint64_t after_rom_write = 0;  // as given to send_from_drive
   std::uint32_t owner = 0;            // as given to send_from_drive; of a host: its `sender`
-  bool from_pieces = false;           // of a host: a packet within or across its frames
+  bool from_pieces = false;           // of a host: a packet that ends before its frame does
   bool met_host = false;              // of a drive: a byte began while hosts kept the line
 };
 
