@@ -1,3 +1,3 @@
-// What of Asio and Beast is not a template, for the whole program.
+// Compiles the non-template parts of Asio and Beast once for the whole program.
 #include <boost/asio/impl/src.hpp>
 #include <boost/beast/src.hpp>

@@ -9,17 +9,17 @@
 
 namespace lk::emulator {
 
-/// By which clients of socketcand find its ports: a datagram for all, every three seconds. Those of
-/// a loopback address stay on this machine.
+/// Announces a socketcand port to clients by a broadcast datagram every three seconds. Datagrams
+/// from a loopback address stay on this machine.
 class Beacon {
  public:
   static constexpr std::uint16_t kPort = 42000;
   static constexpr auto kPause = std::chrono::seconds(3);
 
-  /// `address` is of IPv4, and one of this machine's own.
+  /// Pre: `address` is an IPv4 address of this machine.
   Beacon(boost::asio::io_context& loop, const boost::asio::ip::address_v4& address,
          std::uint16_t port);
-  /// Sends it when it is time to. Call now and then.
+  /// Sends the beacon if it is due. Call regularly.
   void look();
 
  private:
@@ -29,7 +29,7 @@ class Beacon {
   std::chrono::steady_clock::time_point next_;
 };
 
-/// What it says.
+/// Returns the text of the beacon.
 std::string beacon_text(const std::string& host, const std::string& address, std::uint16_t port);
 
 }  // namespace lk::emulator

@@ -11,7 +11,7 @@ using Message = nlohmann::ordered_json;
 using protocol::Frame;
 using protocol::FrameKind;
 
-/// Left out, it is false, as python-can's own default is; but of another type it is no message.
+/// A missing flag is false, as in python-can. Returns nullopt if it is not a boolean.
 std::optional<bool> flag(const Message& message, const char* name) {
   const auto found = message.find(name);
   if (found == message.end()) return false;
@@ -42,7 +42,7 @@ bool take_data(const Message& message, Frame& frame) {
 }  // namespace
 
 std::optional<Frame> parse_can_msgpack(std::span<const std::uint8_t> bytes) {
-  if (bytes.size() > kLongestCanMsgpack) return std::nullopt;  // this bounds how deep it nests, too
+  if (bytes.size() > kLongestCanMsgpack) return std::nullopt;  // also limits the nesting depth
   constexpr bool kWholly = true;
   constexpr bool kThrow = false;
   const Message message = Message::from_msgpack(bytes.begin(), bytes.end(), kWholly, kThrow);

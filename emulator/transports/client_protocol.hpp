@@ -1,7 +1,6 @@
 #pragma once
 
-/// @file What one client says and is told, in the bytes of its protocol: values that know neither
-/// sockets nor clocks.
+/// Protocol of one client: bytes in, frames and answers out. Uses neither sockets nor clocks.
 
 #include <chrono>
 #include <cstdint>
@@ -15,12 +14,12 @@
 
 namespace lk::emulator {
 
-/// What a client's bytes came to.
+/// Result of a client's bytes.
 struct FromClient {
   std::vector<protocol::Frame> frames;  // for the bus
   std::string answer;                   // for the client
-  std::string trouble;                  // for the log, when there is some: once for each client
-  std::uint64_t malformed = 0;          // lines that make no sense
+  std::string trouble;                  // warning for the log; empty: none
+  std::uint64_t malformed = 0;          // malformed lines
 };
 
 class ClientProtocol {
@@ -32,28 +31,28 @@ class ClientProtocol {
   ClientProtocol& operator=(const ClientProtocol&) = delete;
   virtual ~ClientProtocol() = default;
 
-  /// What a new client is told.
+  /// Returns the first bytes sent to a new client.
   virtual std::string greeting() const { return ""; }
-  /// Takes in bytes that came at `now`, in pieces of any size; adds to `heard`.
+  /// Parses bytes received at `now`, in pieces of any size; appends to `heard`.
   virtual void take(std::span<const std::uint8_t> bytes, Time now, FromClient& heard) = 0;
-  /// Appends what the client is told of a frame on the bus. `now` is a reading of the wall clock.
+  /// Appends the client's bytes for a frame on the bus. `now` is a reading of the wall clock.
   virtual void show(const protocol::Frame& frame, Time now, std::string& out) = 0;
-  /// Something that was for the client is lost.
+  /// Records that data for the client was lost.
   virtual void note_loss() {}
-  /// When the client wants a frame sent of which it has spoken before.
+  /// Returns when the next frame that the client has scheduled is due.
   virtual std::optional<Time> next_due() const { return std::nullopt; }
-  /// Adds those that are due by `now`.
+  /// Appends the scheduled frames that are due by `now`.
   virtual void take_due(Time /*now*/, std::vector<protocol::Frame>& /*out*/) {}
 };
 
-/// Lines, of which a piece may be all that has come yet.
+/// Splits a byte stream into lines; keeps an incomplete line for the next call.
 class LineBuffer {
  public:
-  /// A line may have `longest` characters without its end.
+  /// `longest`: limit for a line, without its end character.
   LineBuffer(char end, std::size_t longest) : end_(end), longest_(longest) {}
 
-  /// Calls `on_line(std::string_view)` for each line, and `on_too_long()` at the end of those that
-  /// are too long, which are not kept.
+  /// Calls `on_line(std::string_view)` for each line, and `on_too_long()` at the end of each line
+  /// over the limit, which is discarded.
   template <class OnLine, class OnTooLong>
   void take(std::span<const std::uint8_t> bytes, OnLine on_line, OnTooLong on_too_long) {
     for (const std::uint8_t byte : bytes) {

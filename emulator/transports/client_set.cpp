@@ -19,17 +19,17 @@
 namespace lk::emulator {
 namespace {
 
-/// Bytes read at once from a client, and from all clients together: none keeps the others waiting,
-/// and many keep the loop no longer than two.
+/// Bytes read at once from one client, and from all together. No client delays the others, and many
+/// clients delay the loop no longer than two.
 constexpr std::size_t kClientBytes = 4096;
 constexpr std::size_t kBytesOfAll = 2 * kClientBytes;
 constexpr std::size_t kMostEvents = 64;
-// What an event is of; above them numbers of clients.
+// Event tags; values between them are client numbers.
 constexpr std::uint64_t kWatched = 0;
 constexpr std::uint64_t kAlarm = UINT64_MAX;
 
-/// A client's kernel may keep its next bytes until it hears that these have come (RFC 896); on this
-/// machine they are here before this returns.
+/// Acknowledges at once: otherwise the client's kernel may hold back its next bytes (RFC 896).
+/// Bytes from a client on this machine arrive before this returns.
 void acknowledge(const Descriptor& socket) {
   const int now = 1;
   if (socket) ::setsockopt(socket.get(), IPPROTO_TCP, TCP_QUICKACK, &now, sizeof now);
@@ -50,7 +50,7 @@ ClientSet::ClientSet(std::string name)
 
 void ClientSet::watch(int fd) {
   epoll_event event{.events = EPOLLIN, .data = {.u64 = kWatched}};
-  ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event);  // EEXIST: it is watched already
+  ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event);  // EEXIST: already watched
 }
 
 void ClientSet::ignore(int fd) { ::epoll_ctl(epoll_.get(), EPOLL_CTL_DEL, fd, nullptr); }
@@ -99,15 +99,15 @@ ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out,
     const auto found = clients_.find(static_cast<std::uint32_t>(event.data.u64));
     if (event.data.u64 > UINT32_MAX || found == clients_.end()) continue;
     Client& client = found->second;
-    const bool speaks = client.own && (event.events & ~EPOLLOUT) != 0;  // the others: see below
+    const bool speaks = client.own && (event.events & ~EPOLLOUT) != 0;  // others: see below
     const bool there = ((event.events & EPOLLOUT) == 0 || flush(client)) &&
                        (!speaks || listen_to(client, out, collected.more));
     if (there) continue;
     spdlog::debug("{}: {} has left", name_, client.who);
     clients_.erase(found);
   }
-  // What has been written to a terminal may be on its way yet; reading fetches it, and epoll does
-  // not (the kernel's n_tty_read).
+  // Bytes written to a terminal may not have arrived yet. A read fetches them; epoll does not (the
+  // kernel's n_tty_read).
   for (auto& [number, client] : clients_) {
     if (!client.own) listen_to(client, out, collected.more);
   }
@@ -116,7 +116,7 @@ ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out,
 }
 
 bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool& more) {
-  if (client.leaves_at) return false;  // the event is a reset: its sending side is closed
+  if (client.leaves_at) return false;  // sending side already closed: the event is a reset
   const std::size_t share = std::min(kClientBytes, kBytesOfAll / clients_.size());
   const ssize_t size = ::read(client.fd, bytes_.data(), share);
   if (size < 0) return errno == EAGAIN || errno == EINTR;
@@ -199,10 +199,10 @@ void ClientSet::show(Client& client, std::span<const protocol::Frame> frames) {
   }
 }
 
-/// All of it, or nothing, beside as many bytes as `most`.
+/// Queues all bytes or none, so that at most `most` bytes are unsent.
 void ClientSet::put(Client& client, std::string_view bytes, std::size_t most) {
   if (bytes.empty()) return;
-  // One that has gone is found out by reading.
+  // The next read detects a client that has gone.
   if (client.unsent.size() + bytes.size() > most && !client.waits) flush(client);
   if (client.unsent.size() + bytes.size() <= most) {
     client.unsent += bytes;
@@ -223,7 +223,7 @@ bool ClientSet::flush(Client& client) {
     if (size < 0 && errno != EAGAIN) return false;
     if (size < 0) break;
     left.remove_prefix(static_cast<std::size_t>(size));
-    client.unheard = false;  // it goes with these
+    client.unheard = false;  // the acknowledgement goes with these bytes
     if (client.leaves_at) client.leaves_at = wall_now() + kLastReply;
   }
   client.unsent.erase(0, client.unsent.size() - left.size());

@@ -15,10 +15,10 @@
 namespace lk::emulator {
 namespace {
 
-/// Refused programs that are told who we are between two calls of `hang_up`.
+/// Queue length: programs that can ask for the holder between two calls of `hang_up`.
 constexpr int kBacklog = 64;
 
-/// The name of a lock, in a namespace of its own that no file is in.
+/// Name of a lock in the abstract socket namespace, which has no files.
 class Address {
  public:
   Address(const std::string& interface, int id)
@@ -44,15 +44,15 @@ Descriptor open_socket() {
 }
 
 struct Holder {
-  pid_t pid = 0;  // 0: it does not say, or belongs to another PID namespace
+  pid_t pid = 0;  // 0: unknown, or in another PID namespace
   bool responds = true;
 };
 
-/// Never waits for it.
+/// Never blocks.
 Holder holder_of(const Address& address) {
   const Descriptor socket = open_socket();
   if (::connect(socket.get(), address.get(), address.size()) < 0) {
-    // Its queue is full: it has not hung up on anybody for a while.
+    // EAGAIN: the holder's queue is full, so it has not accepted for a while.
     return {.responds = errno != EAGAIN};
   }
   ucred who{};
@@ -84,7 +84,7 @@ Holder holder_of(const Address& address) {
 
 void IdLocks::take(const std::string& interface, const LinkState& link, int id,
                    const std::string& remedy) {
-  // In order, so that of two programs at the two ends of a pair one gets both.
+  // Sorted: if two programs start at the two ends of a pair, one gets both locks.
   std::set<std::string> names = {link.name.empty() ? interface : link.name};
   if (link.peer != 0) names.insert(link_name(link.peer));
   names.erase("");  // the peer has gone meanwhile

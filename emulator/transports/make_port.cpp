@@ -17,7 +17,7 @@ namespace lk::emulator {
 namespace {
 
 constexpr std::size_t kLongestPlace = 85;
-/// Of a CAN port: hosts on one robot's bus are a handful.
+/// For a CAN port: one robot's bus has few hosts.
 constexpr std::size_t kMostClients = 32;
 
 Reception reception_for(const BusConfig& bus) {
@@ -94,7 +94,7 @@ std::string place_of(const std::string& bus) {
   if (name.scheme->place != BusPlace::kPath) {
     return std::string(name.scheme->prefix) + name.address + ":" + std::to_string(name.port);
   }
-  // A real port by whichever link; of a link of ours, where that is.
+  // Serial port: path of the device, links resolved. Pseudo-terminal: path of the link itself.
   const std::filesystem::path path(name.path);
   std::error_code error;
   const auto place = is_serial_device(name.path)
@@ -103,7 +103,7 @@ std::string place_of(const std::string& bus) {
                                std::filesystem::absolute(path).parent_path(), error) /
                                path.filename();
   const std::string text = error ? name.path : place.string();
-  // A lock's name has to fit into the address of a socket.
+  // The name of a lock must fit into a socket address.
   return text.size() <= kLongestPlace ? "path:" + text
                                       : "path:" + std::to_string(std::hash<std::string>{}(text));
 }

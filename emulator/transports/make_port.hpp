@@ -10,14 +10,14 @@
 
 namespace lk::emulator {
 
-/// The port that the name of the bus says. `on_frames` is called when there may be something to
-/// `receive`. Throws StartError.
+/// Creates the port that the name of the bus selects. `on_frames` is called when there may be
+/// something to `receive`. Throws StartError.
 std::unique_ptr<Port> make_port(boost::asio::io_context& loop, const BusConfig& bus,
                                 Interfaces allowed, std::function<void()> on_frames);
 
-/// Whether the bus, no interface, could be made where its name says. Throws StartError.
+/// Checks that a bus with a path can be created there; ignores other buses. Throws StartError.
 void check_place(const std::string& bus);
-/// What the name stands for, so that two names of one place are one: for locks.
+/// Returns one name for each place, for locks: two names of one place give the same result.
 std::string place_of(const std::string& bus);
 
 }  // namespace lk::emulator

@@ -18,7 +18,7 @@
 namespace lk::emulator {
 namespace {
 
-constexpr std::size_t kMostDatagrams = 64;  // at once
+constexpr std::size_t kMostDatagrams = 64;  // per batch
 
 /// Strips the payload of datagrams from a network; without it they count as malformed. The address
 /// of the sender proves nothing, as Linux accepts IPv6 packets that claim to be from this machine.
@@ -50,7 +50,7 @@ MulticastPort::MulticastPort(boost::asio::io_context& loop, std::string name, co
     : name_(std::move(name)),
       socket_(loop),
       on_frames_(std::move(on_frames)),
-      bytes_(kLongestCanMsgpack + 1),  // a longer datagram is cut to this
+      bytes_(kLongestCanMsgpack + 1),  // longer datagrams are truncated to this
       from_afar_(group.ttl > 0),
       sender_(loop),
       own_addresses_(addresses_of_this_machine()) {
@@ -80,7 +80,7 @@ MulticastPort::MulticastPort(boost::asio::io_context& loop, std::string name, co
 
 void MulticastPort::join(const ip::address& group) {
   socket_.open(group_.protocol());
-  socket_.set_option(udp::socket::reuse_address(true));  // of all who are on this bus
+  socket_.set_option(udp::socket::reuse_address(true));  // other hosts bind it too
   if (!from_afar_ && !strip_datagrams_of_others(socket_.native_handle())) {
     spdlog::warn("{}: no socket filter here: other machines can forge frames of this one", name_);
   }

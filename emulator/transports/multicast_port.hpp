@@ -14,8 +14,8 @@
 
 namespace lk::emulator {
 
-/// A bus of python-can's interface udp_multicast: every datagram to the group is a frame. The
-/// network itself tells hosts of each other's frames, as an interface of CAN does.
+/// A bus of python-can's udp_multicast interface: every datagram to the group is a frame. The
+/// network delivers a host's frames to the other hosts, as a CAN interface does.
 class MulticastPort final : public Port {
  public:
   /// `name` is the bus's. `on_frames` is called when there may be something to `receive`. Throws
@@ -23,7 +23,7 @@ class MulticastPort final : public Port {
   MulticastPort(boost::asio::io_context& loop, std::string name, const BusName& group,
                 std::function<void()> on_frames);
 
-  /// Addresses of this machine may have changed.
+  /// Reads the addresses of this machine again, as they may have changed.
   void check_link() override;
   bool is_up() const override { return true; }
   bool can_wait() const override { return false; }
@@ -39,9 +39,9 @@ class MulticastPort final : public Port {
   void note_error(int /*error*/) override {}
   void join(const boost::asio::ip::address& group);
   void wait_readable();
-  /// The frame in `datagram` is appended to `received_`, or counted as malformed.
+  /// Appends the frame in `datagram` to `received_`, or counts it as malformed.
   void take(std::span<const std::uint8_t> datagram, const Endpoint& from);
-  /// It is of this machine, and not ours.
+  /// Returns whether to accept `sender`: not this port; another machine only if `from_afar_`.
   bool counts(const Endpoint& sender);
 
   std::string name_;
@@ -51,9 +51,9 @@ class MulticastPort final : public Port {
   int descriptor_ = -1;
   std::vector<std::uint8_t> bytes_;
   std::vector<ReceivedFrame> received_;
-  bool from_afar_;  // others may send as well
+  bool from_afar_;  // accepts datagrams of other machines
   Endpoint group_;
-  boost::asio::ip::udp::socket sender_;  // of a port of its own, by which we know our datagrams
+  boost::asio::ip::udp::socket sender_;  // has its own port number, which marks our datagrams
   std::uint16_t sender_port_ = 0;
   std::set<boost::asio::ip::address> own_addresses_;
 };

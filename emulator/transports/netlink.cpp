@@ -32,10 +32,10 @@ constexpr auto kNowAndThen = std::chrono::seconds(1);
   throw std::system_error(error, std::generic_category(), what);
 }
 
-/// Of one interface: about 1 KiB without the counters of its traffic.
+/// Bytes; an answer on one interface has about 1 KiB without its traffic counters.
 constexpr std::size_t kLongestAnswer = 16384;
 
-/// What the kernel says of a request: 0 or an errno.
+/// Returns the kernel's result of a request: 0 or an errno.
 int verdict(std::span<const std::uint8_t> answer) {
   nlmsgerr verdict{};
   if (answer.size() < NLMSG_HDRLEN + sizeof verdict) return EPROTO;
@@ -58,7 +58,7 @@ class Request {
     append(text.data(), text.size());
     close(start);
   }
-  /// Starts an attribute; `close` with what it returns ends it.
+  /// Starts an attribute. Pass the result to `close`, which ends the attribute.
   std::size_t open(std::uint16_t type) {
     const std::size_t start = bytes_.size();
     const rtattr attribute{0, type};
@@ -70,7 +70,7 @@ class Request {
     std::memcpy(&bytes_[start], &length, sizeof length);
     bytes_.resize(NLMSG_ALIGN(bytes_.size()));
   }
-  /// Sends it and waits for the kernel's answer: that of a question, or a verdict.
+  /// Sends the request and returns the kernel's answer: data or an error code.
   std::vector<std::uint8_t> ask() {
     header_.nlmsg_len = static_cast<std::uint32_t>(bytes_.size());
     std::memcpy(bytes_.data(), &header_, sizeof header_);
@@ -84,7 +84,7 @@ class Request {
     answer.resize(static_cast<std::size_t>(size));
     return answer;
   }
-  /// The kernel's verdict: 0 or an errno.
+  /// Returns the kernel's result: 0 or an errno.
   int execute() { return verdict(ask()); }
 
  private:
@@ -99,7 +99,7 @@ class Request {
 
 constexpr std::uint16_t kTypeBits = 0xFFFF & NLA_TYPE_MASK;
 
-/// The attributes in `bytes`, by type; what does not fit any more is left out.
+/// Attributes in `bytes`, by type; truncated ones are left out.
 using Attributes = std::map<std::uint16_t, std::span<const std::uint8_t>>;
 Attributes attributes_in(std::span<const std::uint8_t> bytes) {
   Attributes all;
@@ -140,7 +140,7 @@ LinkState read_link(std::span<const std::uint8_t> answer) {
   if (const auto nested = attributes.find(IFLA_LINKINFO); nested != attributes.end()) {
     link.kind = text_of(attributes_in(nested->second), IFLA_INFO_KIND);
   }
-  // With the number of a namespace beside it, it is an index in that one, not here.
+  // With IFLA_LINK_NETNSID, IFLA_LINK is an index in another namespace.
   if (link.kind == "vxcan" && !attributes.contains(IFLA_LINK_NETNSID)) {
     link.peer = attribute_number(attributes, IFLA_LINK);
   }
@@ -225,7 +225,7 @@ void LinkMonitor::wait() {
                          wait();
                          return;
                        }
-                       // It would be readable for ever.
+                       // The socket would stay readable for ever.
                        spdlog::warn("netlink: {}; interfaces are looked at every second",
                                     std::generic_category().message(broken));
                      });
@@ -244,8 +244,8 @@ int LinkMonitor::drain() {
   std::array<char, 8192> ignored;
   for (;;) {
     const ssize_t size = ::recv(socket_.native_handle(), ignored.data(), ignored.size(), MSG_TRUNC);
-    if (size == 0) return EPIPE;  // a socket of the kernel's does not end
-    // ENOBUFS says that messages were lost; looking again makes up for that.
+    if (size == 0) return EPIPE;  // a kernel socket never ends
+    // ENOBUFS: messages were lost; the next check makes up for that.
     if (size > 0 || errno == ENOBUFS || errno == EINTR) continue;
     return errno == EAGAIN ? 0 : errno;
   }

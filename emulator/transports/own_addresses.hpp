@@ -5,9 +5,9 @@
 
 namespace lk::emulator {
 
-/// Those of its interfaces, without scopes; none where the system does not tell.
+/// Addresses of all interfaces, without scopes; empty if the system does not report them.
 std::set<boost::asio::ip::address> addresses_of_this_machine();
-/// fe80::1 of fe80::1%eth0.
+/// Converts fe80::1%eth0 to fe80::1.
 boost::asio::ip::address without_scope(const boost::asio::ip::address& address);
 
 }  // namespace lk::emulator

@@ -8,23 +8,23 @@
 
 namespace lk::emulator {
 
-/// What a port has seen; frames by cause are the bus's to count.
+/// Counters of a port; the bus counts frames by cause.
 struct PortStats {
   std::uint64_t kernel_drops = 0;  // frames the kernel had no room for
   std::uint64_t sent = 0;
-  std::uint64_t lost_link_down = 0;   // replies that had no interface to leave by
-  std::uint64_t lost_queue_full = 0;  // replies nobody took off our hands in time
-  std::uint64_t pending = 0;          // replies in our hands still
+  std::uint64_t lost_link_down = 0;   // replies sent while the interface was down
+  std::uint64_t lost_queue_full = 0;  // replies lost because the send buffer was full
+  std::uint64_t pending = 0;          // replies not yet sent
   std::uint64_t waits_for_queue = 0;  // times the send queue was full
-  std::uint64_t link_losses = 0;      // times the interface went down or away
-  // Of a port with clients (client_set.hpp):
-  std::uint64_t lost_unread = 0;  // frames for a client that did not read, by client
+  std::uint64_t link_losses = 0;      // times the interface went down or vanished
+  // Only for ports with clients or datagrams:
+  std::uint64_t lost_unread = 0;  // frames for clients that did not read, once per client
   std::uint64_t malformed = 0;    // lines or packets answered as errors, or dropped
-  std::uint64_t foreign = 0;      // datagrams of those who are not asked for
+  std::uint64_t foreign = 0;      // datagrams from other machines, dropped
   std::uint64_t refused = 0;      // clients refused because the port was full
 };
 
-/// By which frames come into the process and leave it: a CAN interface, a serial port, clients.
+/// Moves frames into and out of the process: a CAN interface, a serial port or network clients.
 class Port {
  public:
   Port() = default;
@@ -35,16 +35,16 @@ class Port {
   using Wait = CanSocket::Wait;
   using Batch = CanSocket::Batch;
 
-  /// Looks at the interface and follows it: at the start, whenever the kernel reports a change, and
-  /// now and then, as what could not be opened may be opened later.
+  /// Checks the interface and follows its state. Call at the start, when the kernel reports a
+  /// change, and regularly: an open that failed is tried again.
   virtual void check_link() = 0;
   virtual bool is_up() const = 0;
-  /// `receive` can wait by itself.
+  /// Returns whether `receive` can wait.
   virtual bool can_wait() const = 0;
 
-  /// Hands `take(std::span<const ReceivedFrame>)` what has arrived, up to a bound that keeps the
-  /// loop responsive; returns whether that ended it. Waits for the first if that is asked for.
-  /// Bytes that are not frames end it too: they must not keep time and other hosts waiting.
+  /// Passes frames to `take(std::span<const ReceivedFrame>)`; limited, to keep the loop responsive.
+  /// Returns true if more may follow. `Wait::kForOne` waits for the first frame. A batch without
+  /// frames ends the call: invalid bytes must not delay others.
   template <typename Take>
   bool receive(Take&& take, Wait wait = Wait::kNot) {
     constexpr int kMostBatches = 16;
@@ -58,19 +58,19 @@ class Port {
     return descriptor() >= 0;
   }
 
-  /// Frames of drives.
+  /// Sends frames of drives.
   virtual void send(std::span<const protocol::Frame> frames) = 0;
-  /// A frame of the host `sender`, for all the others; never called where frames have no sender.
+  /// Sends a frame of the host `sender` to the other hosts; unused where frames have no sender.
   virtual void pass_on(const protocol::Frame& /*frame*/, std::uint32_t /*sender*/) {}
-  /// What has been handed over leaves now: replies, and what could be said together with them.
+  /// Flushes buffered replies and frames at the end of a turn.
   virtual void end_turn() {}
-  /// To wait for frames; −1: there is none.
+  /// For waiting on frames; −1: none.
   virtual int descriptor() const = 0;
-  /// Replies in our hands still.
+  /// Replies not yet sent.
   virtual std::size_t pending() const = 0;
   virtual PortStats stats() const = 0;
-  /// What the terminal of the host changed on its way of what was received last; none: not a
-  /// terminal, or raw.
+  /// Terminal settings of the host that changed the bytes received last; empty: raw, or no
+  /// terminal.
   virtual const TerminalFlags& host_flags() const { return kRaw; }
 
  private:

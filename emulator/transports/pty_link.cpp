@@ -24,7 +24,7 @@ namespace {
 
 constexpr const char* kTerminals = "/dev/pts/";
 
-/// Where a link leads; empty: it is none.
+/// Returns the target of a link; empty if `path` is no link.
 std::string target_of(const std::string& path) {
   std::array<char, PATH_MAX> target{};
   const ssize_t size = ::readlink(path.c_str(), target.data(), target.size());
@@ -63,7 +63,7 @@ void check_terminal_path(const std::string& name, const std::string& path) {
 
 PtyLink::PtyLink(boost::asio::io_context& loop, const std::string& name, std::string path, bool raw)
     : path_(std::move(path)), events_(loop) {
-  // Now, as the new terminal may get the number that the old one had.
+  // Before the open: the new terminal may get the number of the old one.
   if (is_dead_link(path_)) ::unlink(path_.c_str());
   master_ = Descriptor(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   std::array<char, 64> terminal{};
@@ -98,13 +98,13 @@ void PtyLink::wait_for_hosts() {
                      });
 }
 
-/// Asks the kernel: inotify merges equal events, so counting them goes wrong. The master hangs up
-/// when no process has the terminal open, so this process closes it for a moment. What is watched
-/// keeps its own opening and closing out of the events.
+/// Asks the kernel, as inotify merges equal events and a count would be wrong. The master hangs up
+/// when no process has the terminal open, so this process closes it for a moment. The changes of
+/// `watch` keep that close and open out of the events.
 bool PtyLink::host_has_it_open() {
   int is_exclusive = 0;
   ::ioctl(terminal_.get(), TIOCGEXCL, &is_exclusive);
-  ::ioctl(terminal_.get(), TIOCNXCL);  // else it cannot be opened again
+  ::ioctl(terminal_.get(), TIOCNXCL);  // otherwise it cannot be opened again
   watch(IN_OPEN);
   terminal_ = Descriptor();
   watch(IN_CLOSE);  // a host that closes it from here on causes an event
@@ -131,14 +131,14 @@ void PtyLink::follow_hosts() {
       std::memcpy(&event, events.data() + at, sizeof event);
       at += sizeof event + event.len;
       if ((event.mask & IN_CLOSE) != 0) is_closed = is_closed_last = true;
-      // Opened after a close: the one that closed it has most likely restarted.
+      // Opened after a close: most likely the host has restarted.
       if ((event.mask & IN_OPEN) == 0) continue;
       if (is_closed || !has_host_) is_opened_as_first = true;
       has_host_ = true;
       is_closed_last = false;
     }
   }
-  // A host that opened it last is there, and makes an event of its own when it closes it.
+  // If the last event is an open, a host is there and its close will cause an event.
   if (is_closed_last) has_host_ = host_has_it_open();
   if (is_opened_as_first || (is_closed && !has_host_)) ::tcflush(terminal_.get(), TCIFLUSH);
 }

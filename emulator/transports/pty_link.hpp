@@ -9,28 +9,26 @@
 
 namespace lk::emulator {
 
-/// Whether a terminal can be had at `path`: there is nothing, or a link of lk-emu's that leads
-/// nowhere any more, or a serial port. `name` is the bus's. Throws StartError.
+/// Checks that a bus can use `path`: it is free, a dead link of lk-emu, or a serial port. `name` is
+/// the bus's. Throws StartError.
 void check_terminal_path(const std::string& name, const std::string& path);
-/// A character device, and no link of ours.
+/// Returns true for a character device that is no link to a pseudo-terminal.
 bool is_serial_device(const std::string& path);
 
-/// A pseudo-terminal, and a link at a path by which hosts find it. The link goes with it. Bytes
-/// that a host has not read when it closes the terminal are discarded, as by the driver of a serial
-/// port.
+/// A pseudo-terminal, and a link to it at a path for hosts; the destructor removes the link. Bytes
+/// that a host has not read when it closes the terminal are discarded, as by a serial driver.
 class PtyLink {
  public:
-  /// Raw, or as a fresh serial port is. Throws StartError.
+  /// `raw`: raw mode; otherwise the defaults of a serial port. Throws StartError.
   PtyLink(boost::asio::io_context& loop, const std::string& name, std::string path, bool raw);
   PtyLink(const PtyLink&) = delete;
   PtyLink& operator=(const PtyLink&) = delete;
   ~PtyLink();
 
-  /// Our side; it never blocks.
+  /// Master side, non-blocking.
   int descriptor() const { return master_.get(); }
-  /// Discards unread bytes if a host has opened the terminal as the first one, or closed it as the
-  /// last one. Call it after reading what hosts have written, and before replying: a host that was
-  /// read has then been followed, and its replies stay.
+  /// Discards unread bytes if a first host has opened the terminal or the last one has closed it.
+  /// Call it after reading and before replying: replies to a host that was just read then stay.
   void follow_hosts();
 
  private:
@@ -41,9 +39,9 @@ class PtyLink {
   std::string path_;
   std::string terminal_name_;
   Descriptor master_;
-  Descriptor terminal_;  // as long as it is open here, hosts may come and go
-  boost::asio::posix::stream_descriptor events_;  // inotify's: hosts open and close the terminal
-  bool has_host_ = false;                         // after the last event: a host has it open
+  Descriptor terminal_;                           // kept open, so that hosts may come and go
+  boost::asio::posix::stream_descriptor events_;  // inotify: opens and closes by hosts
+  bool has_host_ = false;                         // a host had it open after the last event
 };
 
 }  // namespace lk::emulator

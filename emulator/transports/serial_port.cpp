@@ -18,10 +18,10 @@
 namespace lk::emulator {
 namespace {
 
-/// What is read at once: as much as the kernel keeps for a terminal.
+/// Bytes per read: as much as the kernel buffers for a terminal.
 constexpr std::size_t kReadBytes = 4096;
 
-/// A byte that was sent with other settings: something arrives, and it is not what was sent.
+/// Converts a byte that was sent with other settings: it arrives, but with another value.
 constexpr std::uint8_t misread(std::uint8_t byte) {
   return static_cast<std::uint8_t>(byte * 167U + 59U) | 0x80U;
 }
@@ -61,7 +61,7 @@ void SerialPort::open_device() {
   }
 }
 
-/// A port that was unplugged may be back.
+/// Reopens a port that was unplugged.
 void SerialPort::check_link() {
   if (is_up() || !is_serial_device(path_)) return;
   try {
@@ -141,13 +141,13 @@ void SerialPort::send(std::span<const protocol::Frame> frames) {
       ++stats_.lost_link_down;
       continue;
     }
-    if (!is_understood()) {  // the host reads rubbish, if anything
+    if (!is_understood()) {  // the host would receive garbage
       ++stats_.sent;
       continue;
     }
     const protocol::WireBytes bytes = protocol::wire_bytes(frame);
     const ssize_t written = ::write(descriptor(), bytes.bytes.data(), bytes.size);
-    // What nobody reads is lost, as in the buffer of a real port.
+    // Unread bytes are lost, as in the buffer of a real port.
     ++(written == static_cast<ssize_t>(bytes.size) ? stats_.sent : stats_.lost_queue_full);
   }
 }

@@ -15,18 +15,18 @@
 
 namespace lk::emulator {
 
-/// How a serial port is served (docs/rs485.md).
+/// Settings of a serial port (docs/rs485.md).
 struct SerialPortOptions {
-  std::int64_t bitrate = 0;   // of the bus; 0: whatever hosts set
-  bool as_tty = true;         // a pseudo-terminal starts as a serial port does, not raw
-  bool enforces_rate = true;  // a host at another rate, or not at 8N1, is not understood
+  std::int64_t bitrate = 0;   // of the bus; 0: any rate that hosts set
+  bool as_tty = true;         // pseudo-terminal starts with serial-port defaults, not raw
+  bool enforces_rate = true;  // bytes of a host at another rate, or not at 8N1, are garbled
 };
 
-/// An RS-485 bus as hosts have it: a pseudo-terminal with a link at a path, or a real serial port
-/// there. What is written at once stands on the wire back to back, from its arrival on.
+/// An RS-485 bus for hosts: a pseudo-terminal with a link at a path, or a real serial port there.
+/// Bytes of one write follow each other without a gap on the modelled wire, from their arrival on.
 class SerialPort final : public Port {
  public:
-  /// `name` is the bus's. Opens it, and makes the link. Throws StartError.
+  /// `name` is the bus's. Opens the port or creates the link. Throws StartError.
   SerialPort(boost::asio::io_context& loop, std::string name, std::string path,
              const SerialPortOptions& options, std::function<void()> on_frames);
   SerialPort(const SerialPort&) = delete;
@@ -48,18 +48,18 @@ class SerialPort final : public Port {
   void open_device();
   void watch();
   void wait_readable();
-  /// The host's settings are those of the drives; warns when that changes.
+  /// Returns whether the host's settings match the drives'; warns when the mismatch changes.
   bool is_understood();
 
   std::string name_;
   std::string path_;
   SerialPortOptions options_;
   std::function<void()> on_frames_;
-  std::optional<PtyLink> pty_;  // or
-  Descriptor fd_;               // the port itself
+  std::optional<PtyLink> pty_;  // either this
+  Descriptor fd_;               // or the serial port itself
   boost::asio::posix::stream_descriptor readiness_;
   TerminalFlags host_flags_;
-  std::string mismatch_;  // why the host is not understood; empty: it is
+  std::string mismatch_;  // of host and drives, for the log; empty: none
   bool told_missing_ = false;
   PortStats stats_;
   std::vector<std::uint8_t> bytes_;

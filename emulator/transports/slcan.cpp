@@ -16,7 +16,7 @@ using protocol::FrameKind;
 constexpr const char* kOk = "\r";
 constexpr const char* kBell = "\a";
 constexpr std::size_t kLongestAck = 2;  // "z\r"
-/// Of the command S, by its digit.
+/// Bit rates of the command S, by digit.
 constexpr std::array<std::int64_t, 9> kRates{10'000,  20'000,  50'000,  100'000,  125'000,
                                              250'000, 500'000, 800'000, 1'000'000};
 
@@ -88,7 +88,7 @@ void Slcan::take(std::span<const std::uint8_t> bytes, Time /*now*/, FromClient& 
 }
 
 std::optional<std::string> Slcan::answer(std::string_view line, FromClient& heard) {
-  while (line.starts_with('\n')) line.remove_prefix(1);  // of a terminal
+  while (line.starts_with('\n')) line.remove_prefix(1);  // sent by terminals
   if (line.empty()) return kOk;
   switch (line.front()) {
     case 't':
@@ -107,14 +107,14 @@ std::optional<std::string> Slcan::answer(std::string_view line, FromClient& hear
     default:
       break;
   }
-  // Hosts close a channel that may be open, and open it twice: refused as by an adapter, and no
-  // line that makes no sense.
+  // Hosts close a closed channel and open an open one: refused as by an adapter, but not counted as
+  // malformed.
   if (line == "C") return std::exchange(open_, false) ? kOk : kBell;
   if (line == "F" && open_) {
     if (wrong_rate()) flags_ |= kBusError;
     return fmt::format("F{:02X}\r", std::exchange(flags_, std::uint8_t{0}));
   }
-  if (line == "V") return "V1013\r";  // of the hardware and its software, as Lawicel's adapters
+  if (line == "V") return "V1013\r";  // hardware and software version, as of Lawicel's adapters
   if (line == "v") return "v0101\r";
   if (line == "N") return "NLKEM\r";
   return std::nullopt;
@@ -135,7 +135,7 @@ std::optional<std::string> Slcan::open(std::string_view line) {
   return kOk;
 }
 
-/// What may be said only while the channel is closed.
+/// Handles commands that are allowed only while the channel is closed.
 std::optional<std::string> Slcan::set_up(std::string_view line, FromClient& heard) {
   if (open_) return std::nullopt;
   const std::string_view rest = line.substr(1);
@@ -161,8 +161,8 @@ std::optional<std::string> Slcan::set_rate(std::string_view digit, FromClient& h
   return kOk;
 }
 
-/// The SJA1000's two filters, of which the first has the high half of code and mask (its data
-/// sheet, "dual filter configuration"). What they say of a frame's first byte is left out.
+/// Applies the two filters of the SJA1000 (data sheet, "dual filter configuration"). The first one
+/// uses the high half of code and mask. Bits for data bytes are ignored.
 bool Slcan::accepts(const Frame& frame) const {
   const bool remote = frame.kind == FrameKind::kRemote;
   const std::uint32_t bits =

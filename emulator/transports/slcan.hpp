@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file The protocol of Lawicel's adapters, CAN in ASCII (docs/buses.md).
+/// Protocol of Lawicel's adapters: CAN in ASCII lines (docs/buses.md).
 
 #include <cstdint>
 #include <optional>
@@ -11,16 +11,16 @@
 
 namespace lk::emulator {
 
-/// "t1418…", "R000001410": a frame as it stands in a line; nothing where the line is no frame.
+/// Parses a frame line such as "t1418…" or "R000001410"; nullopt if malformed.
 std::optional<protocol::Frame> parse_slcan_frame(std::string_view line);
-/// Without the carriage return. `frame` is kData or kRemote.
+/// Returns the line without the carriage return. Pre: `frame` is kData or kRemote.
 std::string slcan_frame(const protocol::Frame& frame);
 
-/// The adapter of one client.
+/// Adapter of one client.
 class Slcan final : public ClientProtocol {
  public:
-  /// `bitrate` of the bus; 0: whatever the client sets. `acknowledges`: answer each command;
-  /// false: answer only F, V, v and N.
+  /// `bitrate`: of the bus; 0: any rate of the client. `acknowledges`: answer each command; false:
+  /// answer only F, V, v and N.
   explicit Slcan(std::int64_t bitrate, bool acknowledges = true)
       : bitrate_(bitrate), acknowledges_(acknowledges) {}
 
@@ -34,24 +34,24 @@ class Slcan final : public ClientProtocol {
   static constexpr std::uint8_t kBusError = 1U << 7U;
   static constexpr std::size_t kLongestLine = 26;  // T, an identifier, a length, eight bytes
 
-  /// What a line is answered; nothing: it makes no sense, or not now.
+  /// Returns the answer to a line; nullopt if it is malformed or not allowed now.
   std::optional<std::string> answer(std::string_view line, FromClient& heard);
   std::optional<std::string> send(std::string_view line, FromClient& heard);
   std::optional<std::string> set_rate(std::string_view digit, FromClient& heard);
   std::optional<std::string> set_up(std::string_view line, FromClient& heard);
   std::optional<std::string> open(std::string_view line);
   bool accepts(const protocol::Frame& frame) const;
-  /// Bits of another length: neither side understands the other.
+  /// Bit rates differ: neither side understands the other.
   bool wrong_rate() const { return bitrate_ > 0 && rate_ && *rate_ != bitrate_; }
 
   std::int64_t bitrate_;
   bool acknowledges_;
-  std::optional<std::int64_t> rate_;  // as the client set it
+  std::optional<std::int64_t> rate_;  // set by the client
   LineBuffer lines_{'\r', kLongestLine};
   bool open_ = false;
   bool listens_only_ = false;
   bool stamps_ = false;
-  std::uint32_t code_ = 0;  // acceptance code and mask; a mask's 1: either will do
+  std::uint32_t code_ = 0;  // acceptance code and mask; mask bit 1: don't care
   std::uint32_t mask_ = 0xFFFFFFFFU;
   std::uint8_t flags_ = 0;
 };

@@ -21,7 +21,7 @@ using boost::asio::ip::tcp;
 using boost::asio::local::stream_protocol;
 using boost::system::error_code;
 
-constexpr std::size_t kLongestPath = 107;  // of a Unix socket: sun_path and its zero
+constexpr std::size_t kLongestPath = 107;  // bytes in sun_path without its zero
 constexpr auto kPause = std::chrono::milliseconds(100);
 
 }  // namespace
@@ -38,7 +38,7 @@ SocketListener::SocketListener(boost::asio::io_context& loop, const std::filesys
   error_code error;
   acceptor_.open(stream_protocol{}, error);
   if (!error) {
-    const mode_t before = ::umask(0177);  // or others could open it before its mode is set
+    const mode_t before = ::umask(0177);  // otherwise others could open it before its mode is set
     acceptor_.bind(stream_protocol::endpoint(name), error);
     ::umask(before);
   }
@@ -78,7 +78,7 @@ SocketListener::SocketListener(boost::asio::io_context& loop,
 
 SocketListener::~SocketListener() {
   struct stat found {};
-  // Only what is still ours.
+  // Removes the file only if it is still this socket.
   if (!path_.empty() && ::lstat(path_.c_str(), &found) == 0 && found.st_ino == inode_) {
     ::unlink(path_.c_str());
   }
@@ -88,7 +88,7 @@ void SocketListener::accept() {
   acceptor_.async_accept([this](const error_code& error, Socket socket) {
     if (error == boost::asio::error::operation_aborted) return;
     if (error) {
-      // Most likely there are too many descriptors: some will be closed.
+      // Most likely too many descriptors are open: retry later.
       pause_.expires_after(kPause);
       pause_.async_wait([this](const error_code& aborted) {
         if (!aborted) accept();

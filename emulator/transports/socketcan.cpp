@@ -20,8 +20,7 @@ namespace {
 using std::chrono::nanoseconds;
 
 constexpr std::size_t kBatch = 64;
-constexpr int kReceiveBuffer =
-    4 << 20;  // bytes, about 5000 frames: more than half a second of a full bus
+constexpr int kReceiveBuffer = 4 << 20;  // bytes, about 5000 frames: over 0.5 s of a full bus
 
 nanoseconds to_nanoseconds(const timespec& time) {
   return std::chrono::seconds(time.tv_sec) + nanoseconds(time.tv_nsec);
@@ -62,7 +61,7 @@ void set_option(int fd, int level, int name, const Value& value, const char* wha
 void set_filter(int fd, Reception reception) {
   if (reception == Reception::kEverything) return;  // the filter a raw socket starts with
   constexpr canid_t kExtendedBits = CAN_EFF_MASK & ~CAN_SFF_MASK;
-  // The remote flag is left out of the masks: remote frames pass, to be counted.
+  // Remote frames pass too (the masks omit their flag), to be counted.
   const std::array<can_filter, 4> filters = {{
       {0x140, 0x7C0 | CAN_EFF_FLAG},
       {0x140 | CAN_EFF_FLAG, kExtendedBits | 0x7C0 | CAN_EFF_FLAG},
@@ -72,7 +71,7 @@ void set_filter(int fd, Reception reception) {
   set_option(fd, SOL_CAN_RAW, CAN_RAW_FILTER, filters, "CAN_RAW_FILTER");
 }
 
-/// The system's limit holds unless we may pass it.
+/// Without privileges, the system's limit applies.
 void enlarge_receive_buffer(int fd) {
   if (::setsockopt(fd, SOL_SOCKET, SO_RCVBUFFORCE, &kReceiveBuffer, sizeof kReceiveBuffer) == 0)
     return;
@@ -91,10 +90,10 @@ SendResult why_not_sent(int error) {
   }
 }
 
-/// All but the interface. Throws std::system_error.
+/// Sets all options except the interface. Throws std::system_error.
 void configure(int fd, Reception reception) {
-  // Own frames stay out by default (CAN_RAW_RECV_OWN_MSGS): our replies carry the queries'
-  // identifiers, and our error frames are no host's.
+  // Own frames stay out by default (CAN_RAW_RECV_OWN_MSGS): our replies have the identifiers of
+  // queries, and our error frames come from no host.
   set_filter(fd, reception);
   enlarge_receive_buffer(fd);
   const can_err_mask_t all_errors = CAN_ERR_MASK;
@@ -109,7 +108,7 @@ void configure(int fd, Reception reception) {
 
 }  // namespace
 
-/// What sendmmsg takes, wired up once.
+/// Arguments of sendmmsg, set up once.
 struct CanSocket::Outgoing {
   std::array<can_frame, kBatch> frames{};
   std::array<iovec, kBatch> vectors{};
@@ -124,7 +123,7 @@ struct CanSocket::Outgoing {
   }
 };
 
-/// What recvmmsg fills, wired up once.
+/// Buffers for recvmmsg, set up once.
 struct CanSocket::Buffers {
   struct Control {
     alignas(cmsghdr)
@@ -216,7 +215,7 @@ CanSocket::Sent CanSocket::send(std::span<const protocol::Frame> frames) {
   return {done, SendResult::kSent};
 }
 
-/// As many as one system call takes; 0 and errno when not even the first.
+/// Sends as many frames as one system call takes. Returns 0 and sets errno if none is sent.
 std::size_t CanSocket::send_some(std::span<const protocol::Frame> frames) {
   const std::size_t count = std::min(frames.size(), kBatch);
   Outgoing& out = *outgoing_;

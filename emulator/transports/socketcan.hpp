@@ -12,28 +12,27 @@
 
 namespace lk::emulator {
 
-/// A frame off the socket, and when the kernel received it by its wall clock (stamp_clock.hpp).
+/// A received frame, and the kernel's receive time by the wall clock (stamp_clock.hpp).
 struct ReceivedFrame {
   std::chrono::nanoseconds stamp{0};
   protocol::Frame frame;
   std::uint32_t sender = 0;  // as in TimedFrame
 };
 
-/// What the kernel filter lets through.
+/// Frames that the kernel filter passes.
 enum class Reception : std::uint8_t {
-  kEverything,   // every frame takes its time on the modelled wire, whoever it is meant for
+  kEverything,   // all frames, as each takes time on the modelled wire
   kDriveFrames,  // 0x140..0x17F and 0x280..0x28F, and the same numbers as extended or remote frames
 };
 
 enum class SendResult : std::uint8_t {
   kSent,
-  kNotWritable,  // the socket's buffer is full: poll tells when it is not
-  kQueueFull,    // the interface's queue is full: nobody tells when it is not
+  kNotWritable,  // the socket's buffer is full: poll reports room
+  kQueueFull,    // the interface's queue is full: no event reports room
   kLinkDown,
 };
 
-/// A raw CAN socket bound to one interface. Blocks where that is asked for only. System calls and
-/// nothing else.
+/// A raw CAN socket bound to one interface: only system calls, blocking only on request.
 class CanSocket {
  public:
   /// Throws std::system_error; the interface may be down.
@@ -50,17 +49,17 @@ class CanSocket {
     int error = 0;                          // errno of the link: ENETDOWN, ENODEV, …
   };
   enum class Wait : std::uint8_t { kNot, kForOne };
-  /// Whatever waits in the socket, up to a few dozen frames. `kForOne` waits when there is nothing,
-  /// for about `kPatience`: as long as the kernel's tick is, 1 to 10 ms.
+  /// Returns waiting frames, up to a few dozen. `kForOne` waits for a first frame: about
+  /// `kPatience`, rounded up to the kernel's tick of 1 to 10 ms.
   Batch receive(Wait wait = Wait::kNot);
-  /// As it is at first; whoever watches the descriptor may have changed it, and `kForOne` would not
-  /// wait. Throws std::system_error.
+  /// Restores blocking mode, which an event loop may have changed; `kForOne` needs it. Throws
+  /// std::system_error.
   void set_blocking();
   static constexpr std::chrono::microseconds kPatience{1000};
 
   struct Sent {
-    std::size_t count;  // of the frames, from the first
-    SendResult then;    // kSent: all of them
+    std::size_t count;  // frames sent, from the first on
+    SendResult then;    // kSent: all
   };
   Sent send(std::span<const protocol::Frame> frames);
 
@@ -79,11 +78,11 @@ class CanSocket {
   std::unique_ptr<Outgoing> outgoing_;
 };
 
-/// Why there are no CAN sockets to be had here; empty: there are.
+/// Returns why CAN sockets are not available; empty if they are.
 std::string can_problem();
 
-/// Waits until one of the sockets has something to receive; a socket of −1 never has. Returns false
-/// when there was nothing in time. `sockets[n].revents` tells which.
+/// Waits until a socket is readable; −1 never is. Returns false on a time-out. `sockets[n].revents`
+/// tells which sockets are readable.
 bool wait_for_frames(std::span<pollfd> sockets, std::chrono::nanoseconds patience);
 
 }  // namespace lk::emulator

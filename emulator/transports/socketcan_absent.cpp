@@ -1,4 +1,4 @@
-// In place of socketcan.cpp where the system has no headers of CAN.
+// Replaces socketcan.cpp on systems without CAN headers.
 
 #include <cerrno>
 #include <system_error>

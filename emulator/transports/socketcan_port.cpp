@@ -9,8 +9,7 @@
 namespace lk::emulator {
 namespace {
 
-/// Replies kept for a full queue: a tenth of a second of a full bus. Later ones are of no use to a
-/// host.
+/// Replies kept while the queue is full: 0.1 s of a full bus. Later ones are useless to a host.
 constexpr std::size_t kMostPending = 1024;
 constexpr auto kRetry = std::chrono::milliseconds(1);
 
@@ -31,7 +30,7 @@ void SocketCanPort::check_link() {
     follow_link();
     if (socket_) told_of_trouble_ = false;
   } catch (const std::system_error& problem) {
-    // No descriptors are left, or it vanished meanwhile: we look again soon.
+    // No descriptors are left, or the interface vanished: the next check tries again.
     if (!std::exchange(told_of_trouble_, true)) {
       spdlog::warn("{}: cannot open: {}", interface_, problem.what());
     }
@@ -51,7 +50,7 @@ void SocketCanPort::follow_link() {
     enter(Link::kNotAllowed);
     return;
   }
-  // Made again under the same name, it is another interface: the old socket hears nothing any more.
+  // Recreated under the same name, it is another interface: the old socket receives nothing.
   if (socket_ && link.index != index_) {
     close();
     enter(Link::kMissing);
@@ -66,11 +65,11 @@ void SocketCanPort::open(int index) {
   boost::system::error_code error;
   readiness_.assign(socket_->descriptor(), error);
   if (error) {
-    socket_.reset();  // nobody would hear what comes in by it
+    socket_.reset();  // otherwise its frames would never be read
     throw std::system_error(error, "epoll");
   }
   wait_readable();
-  // Asio makes what it waits for non-blocking. All that must not wait here says so itself.
+  // Asio makes the descriptor non-blocking. Calls that must not wait pass their own flag.
   socket_->set_blocking();
 }
 
@@ -90,7 +89,7 @@ void SocketCanPort::enter(Link link) {
   const Link before = std::exchange(link_, link);
   switch (link) {
     case Link::kUnknown:
-    case Link::kClosed:  // the reason has been told
+    case Link::kClosed:  // the reason is already logged
       break;
     case Link::kUp:
       if (before != Link::kUnknown) spdlog::info("{} is up: continuing", interface_);
@@ -114,7 +113,7 @@ void SocketCanPort::enter(Link link) {
   }
 }
 
-/// A renamed interface is another one: whoever gave it another name does not expect us there.
+/// A renamed interface is another one: the user does not expect drives under the new name.
 void SocketCanPort::say_missing() const {
   const std::string name = index_ != 0 ? link_name(index_) : "";
   if (name.empty() || name == interface_) {
@@ -131,7 +130,7 @@ Port::Batch SocketCanPort::next_batch(Wait wait) {
 
 void SocketCanPort::note_error(int error) {
   spdlog::debug("{}: receive: {}", interface_, std::generic_category().message(error));
-  // The socket has lost its interface; if there is one of that name again, it needs a new socket.
+  // The socket has lost its interface; a new interface of that name needs a new socket.
   if (error == ENODEV) close();
   check_link();
 }

@@ -16,8 +16,8 @@
 
 namespace lk::emulator {
 
-/// One interface through thick and thin: it may go down, vanish and come back; frames go on flowing
-/// when it does. Replies leave in order; a full send queue is waited for.
+/// One CAN interface, which may go down, vanish and come back; the frames then flow again. Replies
+/// leave in order and wait while the send queue is full.
 class SocketCanPort final : public Port {
  public:
   /// `on_frames` is called when there may be something to `receive`. Call `check_link` to start.
@@ -49,7 +49,7 @@ class SocketCanPort final : public Port {
   Batch next_batch(Wait wait) override;
   void note_error(int error) override;
   void wait_readable();
-  /// Takes those that left off the front.
+  /// Sends frames and removes the sent ones from the front.
   void send_out(std::span<const protocol::Frame>& frames);
   void flush();
   void wait_to_flush(SendResult why);
@@ -65,9 +65,9 @@ class SocketCanPort final : public Port {
   boost::asio::steady_timer retry_;
   std::vector<protocol::Frame> pending_;
   bool waiting_to_flush_ = false;
-  unsigned generation_ = 0;  // of the socket: what waited for an earlier one is void
+  unsigned generation_ = 0;  // of the socket; callbacks of earlier sockets are ignored
   Link link_ = Link::kUnknown;
-  int index_ = 0;  // of the interface the socket is at, or was last
+  int index_ = 0;  // of the socket's current or last interface
   bool told_of_trouble_ = false;
   PortStats stats_;
 };

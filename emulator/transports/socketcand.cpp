@@ -27,7 +27,7 @@ std::vector<std::string_view> words_of(std::string_view text) {
   return words;
 }
 
-/// Eight digits are an extended identifier, and so is what is too large for another.
+/// Eight digits, or a number above the standard range, make an extended identifier.
 std::optional<Frame> read_id(std::string_view digits) {
   const auto id = number_of(digits, 16, protocol::kMostExtendedId);
   if (!id) return std::nullopt;
@@ -76,7 +76,7 @@ void Socketcand::take(std::span<const std::uint8_t> bytes, Time now, FromClient&
   messages_.take(
       bytes,
       [&](std::string_view message) {
-        const std::size_t begin = message.find('<');  // what stands before is of no account
+        const std::size_t begin = message.find('<');  // bytes before it are ignored
         if (begin == std::string_view::npos || !obey(message.substr(begin + 1), now, heard))
           refuse();
       },
@@ -110,7 +110,7 @@ bool Socketcand::obey(std::string_view text, Time now, FromClient& heard) {
 bool Socketcand::change_mode(std::string_view word, FromClient& heard) {
   if (word != "rawmode" && word != "bcmmode") return false;
   mode_ = word == "rawmode" ? Mode::kRaw : Mode::kBroadcastManager;
-  jobs_.clear();  // they go with the mode
+  jobs_.clear();  // a change of mode ends them
   subscriptions_.clear();
   heard.answer += kDone;
   return true;
@@ -131,7 +131,7 @@ bool Socketcand::send(const Words& words, FromClient& heard) {
   return true;
 }
 
-/// The first leaves a cycle from now, as that of the kernel's broadcast manager does.
+/// The first frame is due one cycle from now, as in the kernel's broadcast manager.
 bool Socketcand::add_job(const Words& words, Time now) {
   if (words.size() < 5) return false;
   const auto cycle = read_time(words[1], words[2]);
@@ -224,7 +224,7 @@ void Socketcand::take_due(Time now, std::vector<Frame>& out) {
   for (auto& [key, job] : jobs_) {
     if (job.due > now) continue;
     out.push_back(job.frame);
-    job.due = std::max(job.due + job.cycle, now);  // what was slept through is not made up for
+    job.due = std::max(job.due + job.cycle, now);  // missed cycles are skipped
   }
 }
 

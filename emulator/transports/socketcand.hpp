@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file The protocol of socketcand, CAN in words between angle brackets (docs/buses.md).
+/// Protocol of socketcand: CAN as words between angle brackets (docs/buses.md).
 
 #include <array>
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace lk::emulator {
 
 class Socketcand final : public ClientProtocol {
  public:
-  /// Frames that one client has sent in cycles, and subscriptions, each.
+  /// Limit for a client's cyclic frames, and for its subscriptions.
   static constexpr std::size_t kMostJobs = 256;
   static constexpr Time kShortestCycle = std::chrono::milliseconds(1);
 
@@ -27,10 +27,10 @@ class Socketcand final : public ClientProtocol {
   void take_due(Time now, std::vector<protocol::Frame>& out) override;
 
  private:
-  static constexpr std::size_t kLongestMessage = 200;  // add, with eight bytes, is below 100
+  static constexpr std::size_t kLongestMessage = 200;  // a long `add` is below 100
 
   enum class Mode : std::uint8_t { kNoBus, kBroadcastManager, kRaw };
-  /// Identifiers of both lengths are different ones.
+  /// Standard and extended identifiers with the same number differ.
   struct Key {
     std::uint32_t id;
     bool extended;
@@ -42,15 +42,15 @@ class Socketcand final : public ClientProtocol {
     Time due{0};
   };
   struct Subscription {
-    Time pause{0};  // between two frames that are shown
+    Time pause{0};  // minimum time between two frames shown
     std::optional<std::array<std::uint8_t, protocol::kCanBytes>> mask =
-        {};  // any change, or one of these bits
+        {};  // only changes of these bits; nullopt: every frame
     std::optional<protocol::Frame> last = {};
     Time shown{0};
   };
   using Words = std::vector<std::string_view>;
 
-  /// What is between the brackets. False: it is not understood.
+  /// Executes the text between the brackets. Returns false if it is not understood.
   bool obey(std::string_view text, Time now, FromClient& heard);
   bool change_mode(std::string_view word, FromClient& heard);
   bool send(const Words& words, FromClient& heard);

@@ -60,7 +60,7 @@ void StreamPort::listen(boost::asio::io_context& loop) {
   }
 }
 
-/// Accepts clients that wait. Whoever connects faster than this has to wait for the next batch.
+/// Accepts waiting clients; at most 64 per call, the others wait for the next batch.
 void StreamPort::let_in() {
   constexpr int kMostAtOnce = 64;
   for (int n = 0; n < kMostAtOnce; ++n) {
@@ -69,7 +69,7 @@ void StreamPort::let_in() {
     tcp::socket socket(acceptor_.get_executor());
     acceptor_.accept(socket, from, error);
     if (error == boost::asio::error::would_block) return;
-    if (error) {  // without descriptors, say: until check_link
+    if (error) {  // no descriptors left, for example: paused until check_link
       clients_.ignore(acceptor_.native_handle());
       return;
     }
@@ -109,7 +109,7 @@ Port::Batch StreamPort::next_batch(Wait wait) {
       received_, std::chrono::ceil<std::chrono::milliseconds>(
                      wait == Wait::kForOne ? CanSocket::kPatience : CanSocket::kPatience.zero()));
   if (pty_) pty_->follow_hosts();
-  if (collected.watched) let_in();  // who may have something to say already
+  if (collected.watched) let_in();  // their first bytes may be there already
   return {received_, collected.more || collected.watched, 0};
 }
 

@@ -17,15 +17,15 @@
 
 namespace lk::emulator {
 
-/// A bus whose hosts come over TCP, or by a pseudo-terminal, with the bytes of some protocol.
+/// A bus whose hosts use a client protocol over TCP or a pseudo-terminal.
 class StreamPort final : public Port {
  public:
-  /// A protocol for the next client.
+  /// Creates the protocol of a new client.
   using Meet = std::function<std::unique_ptr<ClientProtocol>()>;
   struct Setup {
     BusName place;
     std::size_t most_clients;
-    std::string refusal;  // what one is told for whom there is no room
+    std::string refusal;  // sent to a client when the port is full
     Meet meet;
     bool beacon = false;
   };
@@ -40,14 +40,12 @@ class StreamPort final : public Port {
 
   void check_link() override;
   bool is_up() const override { return true; }
-  bool can_wait() const override {
-    return !pty_;
-  }  // a wait does not end when a host opens the terminal
+  bool can_wait() const override { return !pty_; }  // opening the terminal would not end a wait
   void send(std::span<const protocol::Frame> frames) override;
   void pass_on(const protocol::Frame& frame, std::uint32_t sender) override;
   void end_turn() override { clients_.flush(); }
   int descriptor() const override { return clients_.descriptor(); }
-  /// A client that does not read loses frames; nothing waits for it.
+  /// Always 0: a client that does not read loses frames.
   std::size_t pending() const override { return 0; }
   PortStats stats() const override;
 
@@ -64,7 +62,7 @@ class StreamPort final : public Port {
   std::optional<PtyLink> pty_;
   ClientSet clients_;
   boost::asio::ip::tcp::acceptor acceptor_;
-  boost::asio::posix::stream_descriptor readiness_;  // watches the clients, who own the descriptor
+  boost::asio::posix::stream_descriptor readiness_;  // watches `clients_`, the owner
   std::optional<Beacon> beacon_;
   std::uint64_t sent_ = 0;
   std::uint64_t refused_ = 0;

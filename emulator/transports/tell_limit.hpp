@@ -5,11 +5,11 @@
 
 namespace lk::emulator {
 
-/// Of what others bring about, the log tells twenty times in ten seconds: so none of them fills a
-/// disk, or the pipe of a log that is not read, which would stop the program.
+/// Limits log messages caused by others to twenty in ten seconds. Otherwise they could fill a disk,
+/// or a log pipe that is not read, which would stop the program.
 class TellLimit {
  public:
-  /// Whether the log may tell once more. The first time that it may not, it says so, in the name of
+  /// Returns whether one more message may be logged. The first refusal is logged in the name of
   /// `whom`.
   bool may_tell(const std::string& whom);
 

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file What a terminal is set to, odd bit rates included: Linux's termios2, whose header does not
-/// go together with that of the C library.
+/// Terminal settings with any bit rate: Linux's termios2, whose header conflicts with the C
+/// library's.
 
 #include <cstdint>
 
@@ -18,10 +18,10 @@ struct LineSettings {
 };
 /// Settings of the slave side; `fd` is the master of the pseudo-terminal. Throws std::system_error.
 LineSettings line_settings_of(int fd);
-/// What of its settings changes bytes on their way. Throws std::system_error.
+/// Returns the settings that change bytes in transit. Throws std::system_error.
 TerminalFlags flags_of(int fd);
-/// Nothing of it is changed on its way, and no one waits: 8 bits, no parity, 1 stop bit. A rate of
-/// 0 leaves that as it is. Throws std::system_error.
+/// Sets raw mode: bytes unchanged, no flow control, 8 bits, no parity, 1 stop bit. Rate 0 keeps the
+/// current rate. Throws std::system_error.
 void make_raw(int fd, std::int64_t rate);
 
 }  // namespace lk::emulator

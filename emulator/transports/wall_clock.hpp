@@ -4,7 +4,7 @@
 
 namespace lk::emulator {
 
-/// What frames that came by no CAN socket are stamped with.
+/// Time stamp of frames that came by no CAN socket.
 inline std::chrono::nanoseconds wall_now() {
   return std::chrono::system_clock::now().time_since_epoch();
 }
