@@ -39,7 +39,7 @@ Json geom_json(const BodyGeom& geom) {
           {"colour", geom.colour}};
 }
 
-/// By joint: bus and ID of the drive that turns it, null where none does.
+/// By joint: bus and ID of its drive, null if it has none.
 std::vector<Json> drives_of(const World& world, std::size_t joints) {
   std::vector<Json> drives(joints, {{"bus", nullptr}, {"id", nullptr}});
   for (const auto& line : world.lines()) {
@@ -56,7 +56,7 @@ Json numbers(const BodyPose& pose) {
   return all;
 }
 
-/// Tenths of a millimetre are more than anybody sees.
+/// Five digits: nobody sees tenths of a millimetre.
 void append(std::string& text, std::span<const double> values, bool first) {
   text += first ? '[' : ',';
   for (std::size_t n = 0; n < values.size(); ++n) {

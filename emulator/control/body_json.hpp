@@ -8,14 +8,14 @@
 
 namespace lk::emulator {
 
-/// The body of `world`, where it has one that can be drawn; null: it has none.
+/// Returns the body of `world`; null if it has none that can be drawn.
 const BodyLooks* looks_of(const World& world);
 
-/// What the body of `world`, which can be drawn, looks like, with the drives that turn its joints,
-/// and its present poses.
+/// Returns shape and present poses of the body, with the drives of its joints. Pre:
+/// `looks_of(world)` is not null.
 Json body_json(const World& world);
 
-/// Where it is now: {"time_s", "poses", "contacts"}, as text, since it is told 60 times a second.
+/// Returns {"time_s", "poses", "contacts"} of now, as text: it is sent 60 times a second.
 std::string body_now_text(const World& world);
 
 }  // namespace lk::emulator

@@ -29,7 +29,7 @@ class BodyStream : public StreamClient {
     tell();
   }
 
-  /// By the period, not by when the last one was done. Nothing new is nothing to tell.
+  /// Scheduled by the period, not by the last message. Sends only if time has advanced.
   void tell() {
     const World& world = shared().api.world();
     if (!writing_ && told_at_ != world.time()) {
@@ -46,7 +46,7 @@ class BodyStream : public StreamClient {
   void on_written() override { writing_ = false; }
   void end() override {}
 
-  std::string text_;  // on its way
+  std::string text_;  // being sent
   std::optional<SimTime> told_at_;
   MonoTime due_{0};
   bool writing_ = false;

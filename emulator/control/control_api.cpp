@@ -27,7 +27,7 @@ Parts split(std::string_view text, char by) {
   }
 }
 
-/// Whether `path` is what `pattern` says; what stands for its {…} goes to `parts`.
+/// Returns whether `path` matches `pattern`; appends the parts that match its {…} to `parts`.
 bool matches(std::string_view pattern, const Parts& path, Parts& parts) {
   const Parts wanted = split(pattern, '/');
   if (wanted.size() != path.size()) return false;
@@ -68,7 +68,7 @@ void check_may_write(const ApiRequest& request) {
   }
 }
 
-/// It makes a directory wherever the program may. Who shows no token may be anybody.
+/// Recording creates a directory wherever the program may. A client without a token may be anyone.
 void check_may_record(const ApiRequest& request) {
   if (request.same_user || request.showed_token) return;
   throw ApiError(403, "recording",
@@ -76,7 +76,7 @@ void check_may_record(const ApiRequest& request) {
                  "with a --http-token FILE or --record");
 }
 
-/// Streams look at their own.
+/// Rejects parameters; streams check their own.
 void check_query(const ApiRequest& request, std::string_view route) {
   if (request.query.empty() || route == "/telemetry" || route == "/frames") return;
   throw ApiError(400, request.query.begin()->first, "unknown; this request has no parameters");
@@ -86,7 +86,7 @@ void check_clock_is_free(const World& world) {
   if (!world.clock_is_held_by.empty()) throw ApiError(409, "clock", world.clock_is_held_by);
 }
 
-/// The mode that `key` names, which has to be there.
+/// Reads the mode at the required `key`.
 ClockMode read_clock(TableReader& reader, const std::string& key) {
   const auto word = reader.text(key);
   if (!word) {
@@ -149,7 +149,7 @@ void ControlApi::handle(const ApiRequest& request, const Reply& reply) {
       if (route.method == request.method) {
         check_content_type(request);
         check_query(request, route.path);
-        // What is begun now nobody would end, and what is done nobody would see.
+        // Shutting down: refuse writes.
         if (world_.stopped() && request.method != "GET") {
           throw ApiError(503, "lk-emu", "the program is ending");
         }
@@ -194,7 +194,7 @@ Line& ControlApi::line_said(Json& said) {
   return line_of(&bus);
 }
 
-// --- what there is
+// --- reads
 
 Json ControlApi::clock_json() const {
   return {{"mode", to_string(world_.clock().mode())},
@@ -279,12 +279,12 @@ void ControlApi::get_signals(const ApiRequest& /*request*/, const Parts& /*parts
   reply({200, signals_json(world_), ""});
 }
 
-// --- what can be done
+// --- writes
 
 void ControlApi::post_directives(const ApiRequest& request, const Parts& /*parts*/,
                                  const Reply& reply) {
   Json said = body_of(request);
-  if (said.contains("clock")) {  // the one directive that no bus has to know
+  if (said.contains("clock")) {  // the only directive without a bus
     const toml::table table = to_table(said);
     TableReader reader(table, "request", "");
     const ClockMode mode = read_clock(reader, "clock");

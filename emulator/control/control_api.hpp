@@ -14,18 +14,18 @@
 
 namespace lk::emulator {
 
-/// A request, whatever it came by.
+/// A request over any transport.
 struct ApiRequest {
   std::string method;                        // "GET"
   std::string path;                          // "/api/v1/status"
   std::map<std::string, std::string> query;  // decoded
   std::string content_type;
   std::string body;
-  bool from_page = false;        // a browser sent it, for a page
-  bool pages_may_write = false;  // where it came in
-  bool same_user = true;         // nobody else gets in there
-  bool showed_token = false;     // whoever sent it has shown what was asked for
-  bool from_anybody = false;     // nothing was asked for, by --http-token none
+  bool from_page = false;        // sent by a browser page
+  bool pages_may_write = false;  // setting of its entrance
+  bool same_user = true;         // only this user can connect there
+  bool showed_token = false;     // the client has shown the required token
+  bool from_anybody = false;     // no token is required: --http-token none
 };
 
 struct ApiResponse {
@@ -34,7 +34,7 @@ struct ApiResponse {
   std::string allow;  // of 405
 };
 
-/// An answer that is no success.
+/// Answer to a request that fails.
 struct ApiError : std::runtime_error {
   ApiError(int code, std::string at, const std::string& why)
       : std::runtime_error(why), status(code), where(std::move(at)) {}
@@ -43,17 +43,17 @@ struct ApiError : std::runtime_error {
 };
 ApiResponse error_response(int status, const std::string& where, const std::string& reason);
 
-/// What can be started and stopped, and by whom. Functions may be absent: the answer is 501 then.
-/// They throw ApiError, or ConfigError for what is wrong with what the request says.
+/// Something that requests start and stop. A missing function gives the answer 501. Functions throw
+/// ApiError, or ConfigError if the request is wrong.
 struct Activity {
-  /// Of POST; returns the answer. What files there are is for nobody but the `same_user`.
+  /// For POST; returns the answer. Only the `same_user` may learn which files exist.
   std::function<Json(const Json& request, bool same_user)> start;
-  std::function<Json()> stop;    // of DELETE
+  std::function<Json()> stop;    // for DELETE
   std::function<Json()> state;   // in /status; null when there is none
-  std::function<Json()> report;  // of GET
+  std::function<Json()> report;  // for GET
 };
 
-/// Which request does what. Pure: knows no socket.
+/// Maps requests to actions. Uses no sockets.
 class ControlApi {
  public:
   explicit ControlApi(World& world) : world_(world) {}
@@ -62,19 +62,19 @@ class ControlApi {
   Activity scenario;
 
   using Reply = std::function<void(ApiResponse)>;
-  /// Calls `reply` once: at once, or, for an advance, when it is done. Throws nothing.
+  /// Calls `reply` once: at once, or for an advance when it ends. Does not throw.
   void handle(const ApiRequest& request, const Reply& reply);
-  /// Whoever asked has gone: what only they wanted ends.
+  /// Cancels the advance of a client that has gone.
   void abandon() { world_.cancel_advance(); }
   const World& world() const { return world_; }
 
-  /// What a telemetry stream is asked to tell. Throws ApiError.
+  /// Reads the parameters of a telemetry stream. Throws ApiError.
   TelemetryRequest read_telemetry_request(const ApiRequest& request);
 
-  /// The bus whose frames are asked for. Throws ApiError.
+  /// Returns the bus of a frame stream. Throws ApiError.
   Line& read_frames_request(const ApiRequest& request);
 
-  /// Throws ApiError where there is no body to tell of.
+  /// Throws ApiError if there is no body.
   void read_body_request(const ApiRequest& request) const;
 
   struct Route {
@@ -116,11 +116,11 @@ class ControlApi {
   void get_body(const ApiRequest&, const Parts&, const Reply& reply);
 
   Json clock_json() const;
-  /// The bus that is meant: the only one, unless it is named.
+  /// Returns the named bus; null: the only one.
   Line& line_of(const std::string* bus);
-  /// The bus that a request names, which is taken out of it.
+  /// Returns the bus that a request names, and removes the name from `said`.
   Line& line_said(Json& said);
-  /// What is on the buses now, not a millisecond ago.
+  /// Processes frames that have arrived, so that the answer is current.
   void catch_up() { world_.serve_all(); }
 
   World& world_;

@@ -10,7 +10,7 @@
 namespace lk::emulator {
 namespace {
 
-/// The bus as it is now: a setting that is not said stays what it is in RAM.
+/// Configuration with the present RAM settings, which hold where a request gives no value.
 BusConfig as_it_is(const Line& line) {
   BusConfig now = line.config();
   for (ServoConfig& servo : now.servos) servo.rom = line.bus().servo(servo.id).ram();
@@ -25,7 +25,7 @@ void check_fault(const Line& line) {
   }
 }
 
-/// A fault of the bus, active or armed, makes frames wait in the hosts' adapter.
+/// Returns whether an active or armed fault of the bus delays frames in the hosts' adapter.
 bool delays_in_adapter(const Line& line) {
   using enum FaultEvidence::State;
   const std::vector<FaultReport> faults = line.bus().faults();
@@ -43,8 +43,7 @@ void check_clear(const ClearFault& clear, const Line& line) {
   if (!known) throw ApiError(400, "clear", "there is no fault \"" + clear.which + "\"");
 }
 
-/// Those of a request that are written at once, tried on a copy of the bus: a flash takes so many
-/// and no more.
+/// Tries immediate settings on a copy of the bus: a flash queues a limited number of writes.
 void check_settings(const std::vector<TimedDirective>& directives, const Line& line) {
   std::optional<Bus> trial;
   for (const TimedDirective& directive : directives) {
@@ -64,7 +63,7 @@ void check_settings(const std::vector<TimedDirective>& directives, const Line& l
   }
 }
 
-/// Those that wait for a time; faults have a bound of their own.
+/// Limits directives that wait for a time; faults have their own limit.
 void check_planned(const std::vector<TimedDirective>& directives, const Line& line) {
   const auto wanted = std::ranges::count_if(directives, [&](const TimedDirective& directive) {
     return !directive.when && directive.at > line.bus().time() &&
@@ -78,7 +77,7 @@ void check_planned(const std::vector<TimedDirective>& directives, const Line& li
   }
 }
 
-/// Nothing is begun that cannot be done for all drives that are meant.
+/// Rejects more conditions than the bus can wait for, before any of them is armed.
 void check_places(const std::vector<TimedDirective>& directives, const Line& line) {
   const auto waits = [](const TimedDirective& directive) { return directive.when.has_value(); };
   const auto wanted = static_cast<std::size_t>(std::ranges::count_if(directives, waits));
@@ -86,8 +85,7 @@ void check_places(const std::vector<TimedDirective>& directives, const Line& lin
   const std::vector<FaultReport> faults = line.bus().faults();
   const auto armed = static_cast<std::size_t>(std::ranges::count(
       faults, FaultEvidence::State::kArmed, [](const auto& one) { return one.evidence.state; }));
-  // Some of the armed ones wait for a time and not for a condition: too many are refused, not too
-  // few.
+  // Some armed faults wait for a time, not for a condition: this refuses too early, never too late.
   if (line.bus().unmet_directives() + armed + wanted > Bus::kMostWaiting) {
     throw ApiError(409, "when",
                    "a bus waits for no more than " + std::to_string(Bus::kMostWaiting) +
@@ -95,7 +93,7 @@ void check_places(const std::vector<TimedDirective>& directives, const Line& lin
   }
 }
 
-/// Nothing is done yet.
+/// Reads and checks only.
 std::vector<TimedDirective> read_request(const Json& said, const Line& line) {
   const toml::table table = to_table(said);
   TableReader reader(table, "request", "");
@@ -114,7 +112,7 @@ std::vector<TimedDirective> read_request(const Json& said, const Line& line) {
   return directives;
 }
 
-/// Does it, or plans it; returns the names that faults were given.
+/// Executes or plans the directives; returns the names of new faults.
 std::vector<std::string> perform_all(const std::vector<TimedDirective>& directives, Line& line) {
   std::vector<std::string> names;
   for (const TimedDirective& directive : directives) {

@@ -62,7 +62,7 @@ void put(Json& json, const Field<Section>& field, const Section& section) {
       field.member);
 }
 
-/// In the words of [settings].
+/// With the keys of [settings].
 Json registers_json(const Registers& registers, const ServoConfig& servo) {
   Json json = Json::object();
   for (const auto& field : fields::kRegisters) put(json, field, registers);
@@ -99,7 +99,7 @@ Json surroundings_json(const Surroundings& now) {
           {"load", load_json(now.load)}};
 }
 
-/// In the terms of the wire; null: the loops are told nothing.
+/// In units of the wire; null: the loops have no set point.
 Json setpoint_json(const model::Setpoint& setpoint, const Servo& servo) {
   if (const auto* torque = std::get_if<model::Torque>(&setpoint)) return {{"iq_A", torque->i_q}};
   if (const auto* speed = std::get_if<model::Speed>(&setpoint)) {
@@ -112,7 +112,7 @@ Json setpoint_json(const model::Setpoint& setpoint, const Servo& servo) {
   return nullptr;
 }
 
-/// Where a drive is found, and from the next start on what is different then.
+/// ID, bus type and bit rates of a drive: now, saved, and pending until the next start.
 Json place_json(const Servo& servo, const Line& line) {
   const BusConfig& bus = line.config();
   const bool has_921600 = !bus.serial || bus.serial->has_921600;
@@ -133,7 +133,7 @@ Json place_json(const Servo& servo, const Line& line) {
   return place;
 }
 
-/// The drives that are found elsewhere than where they are wired and configured, or will be.
+/// Drives whose address differs, or will differ, from their wiring and configuration.
 Json moved_json(const Line& line) {
   Json moved = Json::array();
   for (const ServoConfig& config : line.config().servos) {
@@ -146,7 +146,7 @@ Json moved_json(const Line& line) {
   return moved;
 }
 
-/// What a drive is made of and what it started with: nothing of it changes.
+/// Construction and start values of a drive, which never change.
 Json built_json(const ServoConfig& servo) {
   const model::DriveParams& drive = servo.profile.drive;
   const double turns = encoder_turns(servo.profile, servo.quirks);
@@ -332,7 +332,7 @@ Json fault_kinds_json() {
 
 namespace {
 
-/// None when not all of it can be read now.
+/// Returns nullopt if a file cannot be read now.
 std::optional<Json> read_scenarios() {
   std::vector<std::filesystem::path> files;
   std::error_code error;
@@ -348,7 +348,7 @@ std::optional<Json> read_scenarios() {
     try {
       about = toml::parse(read_regular_file(file, kLongestText), file.string())["about"].value_or(
           std::string());
-    } catch (const toml::parse_error&) {  // whoever starts it is told what is wrong with it
+    } catch (const toml::parse_error&) {  // reported when the scenario is started
     } catch (const std::invalid_argument&) {
       return std::nullopt;
     }
@@ -359,7 +359,7 @@ std::optional<Json> read_scenarios() {
 
 }  // namespace
 
-/// Read once: it takes the loop from the drives, and what is delivered does not change meanwhile.
+/// Reads the files once: reading blocks the loop of the drives, and shipped files do not change.
 Json scenarios_json() {
   static std::optional<Json> all;
   if (!all) all = read_scenarios();

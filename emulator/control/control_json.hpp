@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What the control interface tells, as JSON: docs/control.md.
+/// JSON values of the control interface (docs/control.md).
 
 #include "emulator/files/json_table.hpp"
 #include "emulator/live/line.hpp"
@@ -18,7 +18,7 @@ Json advice_json(const Line& line, const Advice& advice);
 Json fault_json(const Line& line, const FaultReport& report);
 Json fault_kinds_json();
 Json signals_json(const World& world);
-/// The scenarios that are delivered: name, file, what they are about.
+/// Scenarios shipped with lk-emu: name, file, subject.
 Json scenarios_json();
 
 }  // namespace lk::emulator

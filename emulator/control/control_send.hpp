@@ -5,8 +5,8 @@
 
 namespace lk::emulator {
 
-/// Puts what `said` describes in the words of a scenario's [[send]], without its times, on the bus
-/// now, as a host does. Gives the answer. Throws ApiError or ConfigError, and then nothing is sent.
+/// Sends frames as a host does. `said` has the form of a scenario's [[send]] without its times.
+/// Returns the answer. Throws ApiError or ConfigError before anything is sent.
 Json send_frames(const Json& said, Line& line);
 
 }  // namespace lk::emulator

@@ -20,10 +20,10 @@ namespace {
 using boost::system::error_code;
 
 constexpr std::size_t kShortestToken = 16;
-// Written in hexadecimal, as a page has to, it still fits into a header (kLongestHeader).
+// In hexadecimal, as a page sends it, it still fits into a header (kLongestHeader).
 constexpr std::size_t kLongestToken = 2048;
 
-/// systemd keeps others from what it hands to a service, with lists that the mode does not show.
+/// systemd protects the credentials of a service by access lists, which the mode does not show.
 bool is_credential(const std::filesystem::path& file) {
   const char* const directory = std::getenv("CREDENTIALS_DIRECTORY");
   return directory != nullptr && *directory == '/' && file.parent_path() == directory;
@@ -38,7 +38,7 @@ std::string read_token(const std::filesystem::path& file) {
   }
   struct stat found {};
   ::fstat(fd, &found);
-  // With an end of line, and a byte more that shows that it is too long.
+  // Room for an end of line, and for one more byte that shows that the token is too long.
   std::string token(kLongestToken + 3, '\0');
   const ssize_t size = S_ISREG(found.st_mode) ? ::read(fd, token.data(), token.size()) : -1;
   ::close(fd);
@@ -64,7 +64,7 @@ std::string read_token(const std::filesystem::path& file) {
 ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
                              const ControlOptions& options)
     : loop_(loop), shared_(std::make_shared<HttpShared>(world)), patience_(options.patience) {
-  // First what may be refused and leaves nothing behind.
+  // TCP first: it may be refused, and leaves no file behind.
   if (options.http) listen_at(*options.http, options);
   if (options.socket.empty()) {
     try {
@@ -118,7 +118,7 @@ void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& opt
   spdlog::info("dashboard: http://{0}:{1}/, control: http://{0}:{1}/api/v1", host, port());
 }
 
-/// A newcomer takes the place of whoever has been idle for longest.
+/// A new connection replaces the one that has been idle longest.
 bool ControlServer::has_room(Entrance& entrance) {
   if (entrance.connections < kMostConnections) return true;
   if (entrance.idle.empty()) {
@@ -126,7 +126,7 @@ bool ControlServer::has_room(Entrance& entrance) {
                     "connection: there are " + std::to_string(kMostConnections) + " already");
     return false;
   }
-  const auto close = entrance.idle.front();  // which removes it there
+  const auto close = entrance.idle.front();  // removes itself from `idle`
   close();
   return true;
 }

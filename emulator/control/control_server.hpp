@@ -11,21 +11,21 @@
 
 namespace lk::emulator {
 
-/// Lets people and programs look at a running world and act on it: docs/control.md. On the loop of
-/// the world; no client can stop that, or make it wait.
+/// Serves the control interface of a running world (docs/control.md) on the loop of the world. No
+/// client can stop or delay the loop.
 class ControlServer {
  public:
-  /// Throws StartError when it cannot listen where it was told to. Where nothing was said and the
-  /// runtime directory will not do, it says so and goes without.
+  /// Throws StartError if it cannot listen at a given place. If none is given and the runtime
+  /// directory is unusable, it warns and has no socket.
   ControlServer(boost::asio::io_context& loop, World& world, const ControlOptions& options);
   ControlServer(const ControlServer&) = delete;
   ControlServer& operator=(const ControlServer&) = delete;
   ~ControlServer() = default;
 
   ControlApi& api() { return shared_->api; }
-  /// Empty: there is none.
+  /// Empty if there is none.
   std::filesystem::path socket_path() const { return unix_ ? unix_->path() : ""; }
-  /// Of TCP; 0: there is none.
+  /// TCP port; 0 if there is none.
   unsigned port() const { return tcp_ ? tcp_->port() : 0; }
 
  private:

@@ -1,11 +1,11 @@
-// Of the control interface: what comes again and again, over WebSockets.
+// WebSocket streams of the control interface.
 
 #include "emulator/control/body_json.hpp"
 #include "emulator/control/control_api.hpp"
 
 namespace lk::emulator {
 
-/// Whoever may listen to a stream asks for an upgrade, and does not come here.
+/// Reached only by requests without an upgrade.
 void ControlApi::get_telemetry(const ApiRequest& request, const Parts& /*parts*/,
                                const Reply& reply) {
   read_telemetry_request(request);
@@ -17,7 +17,7 @@ void ControlApi::get_frames(const ApiRequest& request, const Parts& /*parts*/, c
   reply(error_response(426, "Upgrade", "frames come over a WebSocket"));
 }
 
-/// Without an upgrade: what the stream's poses are of.
+/// Without an upgrade: returns the shape to which the stream's poses belong.
 void ControlApi::get_body(const ApiRequest& request, const Parts& /*parts*/, const Reply& reply) {
   read_body_request(request);
   catch_up();

@@ -29,7 +29,7 @@ class FrameStream : public StreamClient {
 
  private:
   void begin() override {
-    // Not this stream's owner: it may end in between.
+    // Does not own this stream, which may end earlier.
     const auto hear = [this, weak = weak_from_this()](Direction direction) {
       return [this, weak, direction](const TimedFrame& frame) {
         if (const auto self = weak.lock()) gather(frame, direction);
@@ -71,7 +71,7 @@ class FrameStream : public StreamClient {
   struct Gathered {
     TimedFrame frame;
     Direction direction;
-    std::uint64_t number;  // of a host's frame, as the adviser counts
+    std::uint64_t number;  // of a host's frame, by the adviser's count
   };
 
   Json row(const Gathered& gathered) {
@@ -88,14 +88,14 @@ class FrameStream : public StreamClient {
                  {"name", words.name},
                  {"values", words.values}};
     if (!words.quantities.empty()) {
-      // Only queries of several drives have slots; they are told apart by their identifiers.
+      // Only queries of several drives have slots, identified by the CAN identifier.
       const std::uint32_t asked = timed.frame.id;
       json["says"] = quantities_text(words.quantities, asked, Language::kEnglish);
       json["says_zh"] = quantities_text(words.quantities, asked, Language::kChinese);
     }
     if (!words.mark.empty()) json["mark"] = words.mark;
     if (!words.drawback.empty()) json["drawback"] = words.drawback;
-    // What is found out of a frame by the time it is told.
+    // Advice on this frame that is known by now.
     const std::string_view advice = line_.adviser().mark_of(gathered.number);
     if (!advice.empty()) json["advice"] = advice;
     return json;
@@ -119,12 +119,12 @@ class FrameStream : public StreamClient {
 
   Line& line_;
   FrameReader reader_;
-  std::uint64_t moves_ = 0;  // of the bus, that the reader has followed
+  std::uint64_t moves_ = 0;  // address changes of the bus that the reader has applied
   std::optional<Line::ListenerKey> listener_;
   std::vector<Gathered> gathered_;
-  std::string text_;  // on its way
+  std::string text_;  // being sent
   bool writing_ = false;
-  std::uint64_t lost_ = 0;  // frames, since the stream began
+  std::uint64_t lost_ = 0;  // frames since the stream began
 };
 
 }  // namespace

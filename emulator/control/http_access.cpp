@@ -11,7 +11,7 @@
 namespace lk::emulator {
 namespace {
 
-/// Takes the same time wherever the two differ.
+/// Compares in constant time.
 bool same_secret(std::string_view shown, std::string_view secret) {
   unsigned difference = shown.size() == secret.size() ? 0 : 1;
   for (std::size_t n = 0; n < secret.size(); ++n) {
@@ -22,7 +22,7 @@ bool same_secret(std::string_view shown, std::string_view secret) {
   return difference == 0;
 }
 
-/// The words of a list with commas.
+/// Calls `take` for each word of a comma-separated list.
 template <class Take>
 void each_word(std::string_view list, const Take& take) {
   while (!list.empty()) {
@@ -81,9 +81,9 @@ std::string authorization_of(std::string_view offered) {
   return said;
 }
 
-/// A page in a browser on this machine can send requests here. Its Origin gives it away; a name
-/// that somebody lets point here is given away by Host. The port is not looked at: a tunnel or a
-/// container may show the program at another.
+/// Protects against pages in a browser on this machine. Origin reveals a foreign page; Host reveals
+/// a foreign name that resolves to this machine. The port is not compared, as a tunnel or a
+/// container may use another.
 std::optional<Refusal> refusal(const Access& access, const Credentials& shown) {
   if (access.own_pages_only) {
     if (!is_address(shown.host)) return Refusal{403, "Host", "is not this program's"};

@@ -6,35 +6,35 @@
 
 namespace lk::emulator {
 
-/// Who may come in at one of the places the program listens at.
+/// Access rules of one entrance.
 struct Access {
-  bool own_pages_only = false;   // Host names an address, and Origin, if there is one, is the same
-  std::string token = {};        // what has to be shown; empty: nothing
-  bool open_to_others = false;   // there is no token since none is wanted: all may only look
-  bool pages_may_write = false;  // what comes with an Origin, or from all, may do more than look
+  bool own_pages_only = false;   // Host must be an address, and Origin, if present, the same
+  std::string token = {};        // required token; empty: none
+  bool open_to_others = false;   // no token is required: clients may only read
+  bool pages_may_write = false;  // pages, or all clients if open_to_others, may write
 };
 
-/// What a request says of where it comes from.
+/// Headers that show where a request comes from.
 struct Credentials {
   std::string_view host;
   std::optional<std::string_view> origin;
   std::string_view authorization;
 };
 
-/// Why somebody may not come in, for whom it concerns.
+/// Reason to refuse a request, for the client.
 struct Refusal {
-  int status;         // of HTTP
-  const char* where;  // the header that says so
+  int status;         // HTTP status
+  const char* where;  // the header at fault
   const char* reason;
 };
-/// Nothing: may come in.
+/// Returns nullopt if access is allowed.
 std::optional<Refusal> refusal(const Access& access, const Credentials& shown);
 
-/// A page can give a WebSocket no Authorization. It offers this protocol and, for its token, one
-/// more: "bearer." and the token's bytes in hexadecimal.
+/// Subprotocol for pages, which cannot set Authorization on a WebSocket. A page also offers its
+/// token: "bearer." and the token's bytes in hexadecimal.
 inline constexpr std::string_view kWebSocketProtocol = "lk-emu";
 bool offers_protocol(std::string_view offered);
-/// What Authorization would say; empty when no token is offered.
+/// Returns the equivalent of the Authorization header; empty if no token is offered.
 std::string authorization_of(std::string_view offered);
 
 }  // namespace lk::emulator

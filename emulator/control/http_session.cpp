@@ -29,15 +29,15 @@ namespace http = boost::beast::http;
 using boost::system::error_code;
 
 constexpr std::size_t kReadAtOnce = 4096;
-constexpr std::size_t kLongestBuffer = 16'384;  // with what a client sends ahead
+constexpr std::size_t kLongestBuffer = 16'384;  // includes requests sent ahead
 constexpr auto kGoodbye = std::chrono::seconds(1);
 constexpr int kMostGoodbyeReads = 256;
-/// The dashboard asks nobody else for anything, and no other page can hold it in a frame.
+/// The dashboard loads only its own files, and no other page can frame it.
 constexpr const char* kPagePolicy =
     "default-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'; base-uri 'none'; "
     "form-action 'none'";
 
-/// Where the page finds the language of the program (web/words.js).
+/// The page reads its language from this attribute (web/words.js).
 constexpr std::string_view kPageLanguage = "data-lang=\"\"";
 
 std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
@@ -49,12 +49,12 @@ int status_of(const error_code& error) {
   return 400;
 }
 
-/// Whether the request is to blame, and not the state of things that it asks about or changes.
+/// Returns whether the request itself is wrong, not the state that it reads or changes.
 bool is_refusal(int status, std::string_view where) {
   return status != 409 && status < 500 && (status != 404 || where == "path");
 }
 
-/// What the log tells apart. A client may choose the other words, as many as it likes.
+/// Kinds of refusal for the log. A client can choose other words, without limit.
 std::string kind_of(int status, std::string_view where) {
   constexpr std::string_view kOwnWords[] = {"Authorization", "Content-Type", "Host", "Origin",
                                             "WebSocket",     "body",         "path"};
@@ -76,7 +76,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     --entrance_->connections;
   }
 
-  /// The next request, or the end. Requests that are sent ahead wait in the buffer and the socket.
+  /// Waits for the next request or the end. Requests sent ahead wait in buffer and socket.
   void wait() {
     if (buffer_.size() > 0) {
       read_header();
@@ -101,7 +101,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     parser_.emplace();
     parser_->header_limit(kLongestHeader);
     parser_->body_limit(kLongestBody);
-    stream_.expires_after(entrance_->patience.request);  // for all of it
+    stream_.expires_after(entrance_->patience.request);  // for the whole request
     http::async_read_header(
         stream_, buffer_, *parser_,
         [self = shared_from_this()](const error_code& error, std::size_t /*size*/) {
@@ -129,7 +129,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
         origin != header.end() ? std::optional(view(origin->value())) : std::nullopt,
         offered.empty() ? view(header[http::field::authorization]) : offered};
     const EmbeddedFile* const file = find_web_file(target);
-    // The files of the dashboard are no secret, and a browser has no token before it has them.
+    // Files of the dashboard are public: a browser has no token before it has loaded them.
     const auto refused = file != nullptr
                              ? refusal({.own_pages_only = entrance_->access.own_pages_only}, shown)
                              : refusal(entrance_->access, shown);
@@ -187,7 +187,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     if (waiting_ && mine == requests_) watch_for_hang_up(mine);
   }
 
-  /// The answer takes its time: if whoever waits for it goes, nobody needs it.
+  /// For answers that take time: cancels the work if the client disconnects.
   void watch_for_hang_up(unsigned mine) {
     stream_.expires_never();
     if (buffer_.size() == kLongestBuffer) return;
@@ -202,7 +202,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
                                 });
   }
 
-  /// What is sent ahead is taken in, as far as there is room: the end comes behind it.
+  /// Reads bytes sent ahead, as far as there is room: the end of the stream follows them.
   bool has_hung_up() {
     const auto into = buffer_.prepare(std::min(kReadAtOnce, kLongestBuffer - buffer_.size()));
     const auto size =
@@ -212,7 +212,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     return size == 0;
   }
 
-  /// Behind whatever it has sent ahead.
+  /// Detects a disconnect also behind bytes sent ahead.
   bool has_left() {
     pollfd socket{stream_.socket().native_handle(), POLLRDHUP, 0};
     return ::poll(&socket, 1, 0) > 0;
@@ -227,7 +227,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     idle_.reset();
   }
 
-  /// What the library would refuse in words of its own.
+  /// Checks headers that the library would refuse with its own messages.
   void check_handshake() const {
     const auto& header = parser_->get();
     constexpr std::size_t kKeyLength = 24;  // 16 bytes in base64
@@ -288,7 +288,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     refuse(status_of(error), "request", error.message());
   }
 
-  /// What follows in the stream is not to be trusted.
+  /// Closes the connection after the answer: the rest of the stream cannot be trusted.
   void refuse(int status, const std::string& where, const std::string& reason) {
     keep_alive_ = false;
     const ApiResponse response = error_response(status, where, reason);
@@ -296,7 +296,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     write(response);
   }
 
-  /// Of a request without a body, or whose body is not of interest.
+  /// For a request without a body, or with one that is ignored.
   void send_file(const EmbeddedFile& file, std::string_view known_etag) {
     keep_alive_ = parser_->get().keep_alive() && parser_->is_done();
     if (request_.method != "GET") {
@@ -372,7 +372,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
                       });
   }
 
-  /// Closing a socket that holds unread bytes takes the answer away from the client.
+  /// Reads the rest first: closing a socket with unread bytes would discard the answer.
   void say_goodbye() {
     error_code ignored;
     stream_.socket().shutdown(HttpSocket::shutdown_send, ignored);
@@ -392,7 +392,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   HttpStream stream_;
   std::shared_ptr<HttpShared> shared_;
   std::shared_ptr<Entrance> entrance_;
-  std::optional<std::list<std::function<void()>>::iterator> idle_;  // while it is
+  std::optional<std::list<std::function<void()>>::iterator> idle_;  // set while idle
   beast::flat_buffer buffer_{kLongestBuffer};
   std::optional<http::request_parser<http::string_body>> parser_;
   ApiRequest request_;

@@ -18,49 +18,48 @@
 
 namespace lk::emulator {
 
-/// What all connections share. Outlives the server when connections do.
+/// State shared by all connections; may outlive the server.
 struct HttpShared {
   explicit HttpShared(World& world) : api(world) {}
   ControlApi api;
-  double telemetry_values = 0;  // a second, of all streams
+  double telemetry_values = 0;  // per second, of all streams
   int frame_streams = 0;
   int body_streams = 0;
 };
 
-/// One of the places that are listened at, and who is in by it: a crowd at one keeps nobody out at
-/// another. Outlives the server when connections do.
+/// One listening place and its connections. Each entrance has its own limits, so that clients of
+/// one cannot block another. May outlive the server.
 struct Entrance {
   Access access;
   Patience patience;
-  std::string page_language;  // as ControlOptions has it
-  bool same_user = false;     // nobody else gets in
+  std::string page_language;  // see ControlOptions
+  bool same_user = false;     // only this user can connect
   int connections = 0;
-  int streams = 0;  // of these, WebSockets, which are never idle
-  /// Each closes one connection that waits for its next request; the longest wait first.
+  int streams = 0;  // WebSockets among them; never idle
+  /// Each closes one idle connection; the longest idle is first.
   std::list<std::function<void()>> idle;
-  std::set<std::string> told;  // the kinds of refusal that the log has told of
+  std::set<std::string> told;  // kinds of refusal already logged
 };
 
-// What a client may do, so that none can hurt the drives (docs/control.md).
+// Limits that protect the drives from clients (docs/control.md).
 inline constexpr int kMostConnections = 64;  // at each entrance
-inline constexpr int kMostStreams = 48;      // of these: some places are left for newcomers
+inline constexpr int kMostStreams = 48;      // of these: the rest is left for new clients
 inline constexpr std::uint32_t kLongestHeader = 8 * 1024;
-// A scenario is read on the loop of the drives: this much takes a few milliseconds.
+// A scenario is parsed on the loop of the drives: this size takes a few milliseconds.
 inline constexpr std::uint64_t kLongestBody = 65'536;
-/// Bytes of a WebSocket message of the client.
+/// Bytes of a WebSocket message from a client.
 inline constexpr std::size_t kLongestMessage = 4096;
 
 using HttpSocket = boost::asio::generic::stream_protocol::socket;
 using HttpStream = boost::beast::basic_stream<boost::asio::generic::stream_protocol>;
-/// What asks for a WebSocket.
+/// A request for a WebSocket.
 using HttpUpgrade = boost::beast::http::request<boost::beast::http::string_body>;
 
-/// Talks to one client until it has gone; keeps itself alive.
+/// Serves one client until it has gone; keeps itself alive.
 void serve_http(HttpSocket socket, std::shared_ptr<HttpShared> shared,
                 std::shared_ptr<Entrance> entrance);
 
-/// Says in the log that somebody was refused, and why: once for each `kind`, which is not for
-/// clients to choose.
+/// Logs a refusal and its reason, once for each `kind`, which clients must not be able to choose.
 void tell_of_refusal(Entrance& entrance, const std::string& kind, const std::string& reason);
 
 }  // namespace lk::emulator

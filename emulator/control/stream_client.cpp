@@ -10,8 +10,8 @@ namespace beast = boost::beast;
 namespace websocket = boost::beast::websocket;
 using boost::system::error_code;
 
-/// A page in a browser can show its token in no other way than among the protocols it offers
-/// (http_access.hpp); it wants one of them chosen.
+/// A page can show its token only among the protocols that it offers (http_access.hpp). It expects
+/// one of them to be chosen.
 void choose_protocol(websocket::stream<HttpStream, false>& socket, const HttpUpgrade& upgrade) {
   const auto offered = upgrade[beast::http::field::sec_websocket_protocol];
   if (!offers_protocol({offered.data(), offered.size()})) return;
@@ -61,7 +61,7 @@ void StreamClient::write(const std::string& text) {
                       });
 }
 
-/// The timer does not own it: it may end in between.
+/// The timer does not own the stream, which may end earlier.
 void StreamClient::do_after(std::chrono::nanoseconds delay, std::function<void()> what) {
   timer_.expires_after(delay);
   timer_.async_wait([weak = weak_from_this(), what = std::move(what)](const error_code& error) {
@@ -70,7 +70,7 @@ void StreamClient::do_after(std::chrono::nanoseconds delay, std::function<void()
   });
 }
 
-/// Whatever the client says is not of interest; that it goes is.
+/// Ignores messages of the client; only detects its end.
 void StreamClient::read() {
   incoming_.clear();
   socket_.async_read(incoming_,

@@ -12,7 +12,7 @@
 
 namespace lk::emulator {
 
-/// One client of a stream, over a WebSocket; keeps itself alive until it has gone.
+/// One WebSocket client of a stream; keeps itself alive until the client has gone.
 class StreamClient : public std::enable_shared_from_this<StreamClient> {
  public:
   StreamClient(HttpStream stream, std::shared_ptr<HttpShared> shared,
@@ -21,20 +21,20 @@ class StreamClient : public std::enable_shared_from_this<StreamClient> {
   StreamClient& operator=(const StreamClient&) = delete;
   virtual ~StreamClient();
 
-  /// Answers the upgrade and begins.
+  /// Answers the upgrade, then calls `begin`.
   void start(HttpUpgrade upgrade);
 
  protected:
-  /// It is there.
+  /// Called when the connection is open.
   virtual void begin() = 0;
-  /// `write` is done.
+  /// Called when `write` is done.
   virtual void on_written() = 0;
-  /// It has gone: what calls it is to be taken back. Comes again.
+  /// Called when the client has gone, maybe twice: removes callbacks to this object.
   virtual void end() = 0;
 
-  /// `text` stays as it is until on_written or end; one at a time.
+  /// Pre: no other write is pending. `text` must stay unchanged until on_written or end.
   void write(const std::string& text);
-  /// `what` once, unless it has gone by then; in place of what was to be done before.
+  /// Calls `what` once unless the client has gone; replaces an earlier request.
   void do_after(std::chrono::nanoseconds delay, std::function<void()> what);
   HttpShared& shared() const { return *shared_; }
 

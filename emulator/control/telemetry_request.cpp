@@ -1,4 +1,4 @@
-// What a telemetry stream is asked to tell.
+// Parses the parameters of a telemetry stream.
 
 #include <algorithm>
 #include <charconv>

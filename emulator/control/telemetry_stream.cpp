@@ -48,7 +48,7 @@ class TelemetryStream : public StreamClient {
     for (const Signal* signal : wanted_.body_signals) columns.push_back({any, signal});
     sampler_.emplace(std::move(columns), wanted_.line->bus().time(), wanted_.period);
     tell(introduction());
-    // Not this stream's owner: it may end in between.
+    // Does not own this stream, which may end earlier.
     watcher_ = wanted_.line->add_watcher({[this, weak = weak_from_this()] {
                                             const auto self = weak.lock();
                                             return self ? sampler_->next_due() : SimTime::max();
@@ -138,7 +138,7 @@ class TelemetryStream : public StreamClient {
   int gathered_samples_ = 0;
   std::deque<std::string> queue_;
   std::size_t queued_ = 0;  // bytes
-  std::uint64_t lost_ = 0;  // samples, since the stream began
+  std::uint64_t lost_ = 0;  // samples since the stream began
 };
 
 }  // namespace

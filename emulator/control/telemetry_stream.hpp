@@ -8,13 +8,13 @@
 
 namespace lk::emulator {
 
-/// Bytes of samples that wait for one client.
+/// Bytes of samples queued for one client.
 inline constexpr std::size_t kMostQueued = 1'048'576;
-/// Values a second that all streams together may have.
+/// Limit of values per second, over all streams.
 inline constexpr double kMostTelemetryOfAll = 400'000;
 
-/// Answers the upgrade and tells what is wanted until the client has gone; keeps itself alive. A
-/// client that reads too slowly misses samples.
+/// Answers the upgrade and sends the `wanted` samples until the client has gone; keeps itself
+/// alive. A client that reads too slowly misses samples.
 void stream_telemetry(HttpStream stream, HttpUpgrade upgrade, const TelemetryRequest& wanted,
                       std::shared_ptr<HttpShared> shared, std::shared_ptr<Entrance> entrance);
 
