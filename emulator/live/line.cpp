@@ -12,19 +12,18 @@
 namespace lk::emulator {
 namespace {
 
-/// A bus is brought on in steps this long at most, so that the loop gets a word in. Not shorter
-/// than the loop sleeps: every step but the last looks at the clock.
+/// Longest step of a bus, so that the loop gets control. Not shorter than the loop's sleep, as
+/// every step but the last reads the clock.
 constexpr SimTime kStep = std::chrono::milliseconds(5);
-/// Replies that may wait to leave before time waits for them, where it can: a quarter of what the
-/// port holds.
+/// Unsent replies at which time waits for them, if it can: a quarter of the port's queue.
 constexpr std::size_t kMostLeaving = 256;
 
-/// Frames sent before time slipped are read within this time after it.
+/// Frames sent before a slip are read within this time after it.
 constexpr SimTime kAfterSlip = std::chrono::milliseconds(2);
-/// A host that sent more frames meanwhile does not wait for replies (assumed: a query every 10 ms
-/// for 0.6 s). They are put on the bus as it has room; no more than these wait for that.
+/// A host that sent more frames during a slip does not wait for replies (assumed: one query every
+/// 10 ms for 0.6 s). Its frames go on the bus when it has room; at most this many wait.
 constexpr std::size_t kMostSpaced = 64;
-/// On a line that is never quiet frames wait no longer.
+/// Longest wait for a quiet line.
 constexpr SimTime kLongestWait = std::chrono::seconds(1);
 
 SimTime whole_us(SimTime time) { return std::chrono::ceil<std::chrono::microseconds>(time); }
@@ -44,7 +43,7 @@ std::string print_ids(const std::vector<ServoConfig>& servos) {
   return text;
 }
 
-/// All of a line's watchers as one.
+/// All watchers of a line as one.
 struct AllWatchers {
   std::list<Watcher>& watchers;
 
@@ -95,7 +94,7 @@ void Line::take_in(const TimedFrame& in) {
     keep_for_later(in);
     return;
   }
-  // The bus would go there by itself, but nobody would watch it doing so.
+  // Called here, as the bus alone would advance without calling watchers.
   if (in.at > bus_.time() && (bus_.host_queue_full() || bus_.adapted() || !listeners_.empty())) {
     advance_to(in.at);
   }
@@ -105,7 +104,7 @@ void Line::take_in(const TimedFrame& in) {
 void Line::put_on_bus(const TimedFrame& in) {
   TimedFrame effective = in;
   effective.at = frame_instant(in.at, bus_.time());
-  if (!listeners_.empty()) {  // nothing that came before the frame is heard behind it
+  if (!listeners_.empty()) {  // listeners get earlier replies before this frame
     bus_.advance_to(effective.at);
     send_replies();
   }
@@ -155,7 +154,7 @@ void Line::advance_to(SimTime until) {
   const bool from_watcher = std::exchange(advancing_, true);
   deliver_watched(bus_, until, all);
   advancing_ = from_watcher;
-  send_replies();  // replies do not wait for motors that they do not depend on
+  send_replies();  // replies do not wait for unrelated motors
   bus_.settle();
   look_after_hosts();
 }
@@ -173,7 +172,7 @@ Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patienc
     take_from_backlog();
     SimTime target = std::min(until, bus_.time() + kStep);
     if (!backlog_.empty()) {
-      // The next frame comes on as soon as there is room.
+      // The next frame follows as soon as there is room.
       const SimTime frame =
           backlog_waits() ? whole_us(bus_.next_due().value_or(target)) : backlog_.front().at;
       target = std::max(std::min(target, frame), bus_.time());
@@ -249,8 +248,7 @@ void Line::keep_rom() {
   }
 }
 
-/// Hosts may write hundreds of times a second: a disk that refuses is said once, and so is that it
-/// no longer does.
+/// Logs only the first refused write and the recovery: hosts may write hundreds of times a second.
 void Line::tell_of_rom(int id, int error) {
   std::uint64_t& refused = refused_[id];
   if (error != 0) {

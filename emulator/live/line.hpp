@@ -22,32 +22,31 @@
 
 namespace lk::emulator {
 
-/// When a host's frame that came at `at` counts as put on a bus that is at `reached`: not in the
-/// past, and at a whole microsecond, which is what a log can say.
+/// Returns when a host's frame of time `at` counts on a bus at `reached`. The result is not in the
+/// past, and a whole microsecond, the resolution of a log.
 SimTime frame_instant(SimTime at, SimTime reached);
 
-/// Looks at a bus whenever it is due (sampler.hpp).
+/// Reads a bus whenever it is due (sampler.hpp).
 struct Watcher {
   std::function<SimTime()> next_due;
   std::function<void(const Bus&)> look;
 };
 
-/// Hears what goes over a line. Functions may be left out.
+/// Callbacks for the traffic of a line. Functions may be empty.
 struct Listener {
   std::function<void(const TimedFrame&)> query;  // a host's frame; `at`: when the bus takes it in
   std::function<void(const TimedFrame&)> reply;  // when it has left the wire
-  // A request in the words of directives has come, as JSON; it is done next.
+  // A request of directives, as JSON; called before it is executed.
   std::function<void(SimTime now, const std::string& json)> directive;
-  // The disk refused what a drive wrote: its ROM holds this again.
+  // The disk refused a write of a drive: its ROM holds these values again.
   std::function<void(SimTime now, int id, const RomGate::Kept&)> restored_rom;
 };
 
-/// One bus on its interface, and whoever watches it. Frames go in by `take_in`, time goes on by
-/// `bring_to`, and replies leave by the port on the way. Without a port there is no interface: what
-/// a test has.
+/// One bus with its port and its observers. `take_in` accepts frames, `bring_to` advances time, and
+/// replies leave by the port meanwhile. Tests use lines without a port.
 class Line {
  public:
-  /// Frames kept while time stands still.
+  /// Limit of frames queued while time stands still.
   static constexpr std::size_t kMostBacklog = 1'000'000;
 
   explicit Line(const BusConfig& config);
@@ -55,7 +54,7 @@ class Line {
   Line& operator=(const Line&) = delete;
   ~Line() = default;
 
-  /// To its port. Throws StartError.
+  /// Creates the port. Throws StartError.
   void connect(boost::asio::io_context& loop, Interfaces allowed, std::function<void()> on_frames);
 
   const BusConfig& config() const { return config_; }
@@ -67,52 +66,52 @@ class Line {
   const RomGate& gate() const { return gate_; }
   bool is_up() const { return !port_ || port_->is_up(); }
 
-  /// A host's frame that arrived at `at`.
+  /// Accepts a host's frame that arrived at `at`.
   void take_in(const TimedFrame& in);
-  /// Simulated time has slipped: frames that hosts sent meanwhile are taken in at once. On RS-485
-  /// each of them waits until the line is quiet, as hosts do: it would spoil the reply before.
+  /// Notes that simulated time has slipped: frames that hosts sent meanwhile come together. On
+  /// RS-485 each then waits until the line is quiet, so that it does not spoil the previous reply.
   void note_slip();
-  /// The same, while time stands still.
+  /// Queues a host's frame until the bus reaches its time.
   void keep_for_later(const TimedFrame& in);
   enum class Progress : std::uint8_t {
     kThere,
     kOutOfTime,  // `deadline` came first
     kBlocked,    // replies have to leave first
   };
-  /// Whether time waits when replies cannot leave as fast as they come. Where time follows the
-  /// clock it does not: what is over is lost, as on a robot.
+  /// Whether time waits for replies that cannot leave as fast as they come. A clock that follows
+  /// real time does not wait: late replies are lost, as on a robot.
   enum class Patience : std::uint8_t { kNone, kForReplies };
-  /// Brings the bus to `until`, as far as it gets before `deadline`. Everything that is due up to
-  /// and including `until` has happened then, watchers have looked, replies have left.
+  /// Advances the bus to `until`, or as far as it gets before `deadline`. Everything due up to and
+  /// including `until` has then happened, watchers were called, and replies were sent.
   Progress bring_to(SimTime until, MonoTime deadline, Patience patience);
-  /// The same for the body that drives of the line are on: everything before `due` has happened
+  /// As `bring_to`, for the body of the line's drives: everything before `due` has happened
   /// (Bus::reach).
   Progress reach(SimTime due, MonoTime deadline, Patience patience);
-  /// For whoever moves that body.
+  /// For the code that moves that body.
   Bus& bus_on_body() { return bus_; }
-  /// Tells those who listen what is about to be performed.
+  /// Notifies listeners of directives that will be executed next.
   void announce(const std::string& json) const;
-  /// Does it now, or plans it. Returns false when the bus has no room for it: nothing is done then.
+  /// Executes or plans a directive. Returns false, without effect, if the bus has no room.
   bool perform(const TimedDirective& directive);
 
-  /// Everything that was to leave has left.
+  /// Returns true if no reply waits any more.
   bool replies_have_left() const;
-  /// Frames of this drive that have left the wire while the interface was up.
+  /// Frames of this drive that left the wire while the interface was up.
   std::uint64_t sent(int id) const { return sent_[static_cast<std::size_t>(id)]; }
 
-  /// What hosts do wrong on this bus.
+  /// Finds mistakes of hosts on this bus.
   const Adviser& adviser() const { return adviser_; }
-  /// What is called when some drive has come to be found elsewhere.
+  /// Called when the address of a drive has changed.
   std::function<void()> on_move;
-  /// What is called with each advice when it is first given.
+  /// Called once with each new advice.
   std::function<void(const Advice&)> on_advice;
 
-  /// What is called with each write to ROM; none: it counts as kept at once.
+  /// Called with each write to ROM. Empty: the write counts as saved at once.
   std::function<void(const RomWrite&)> on_rom_write;
-  /// The disk has answered; `error` is 0 or errno.
+  /// Ends a write to ROM; `error` is the disk's: 0 or errno.
   void settle_rom(const RomWrite& write, int error);
 
-  /// Kept until they are removed; may not be while the line calls them.
+  /// Kept until removed. A callback of the line must not remove any.
   using WatcherKey = std::list<Watcher>::iterator;
   WatcherKey add_watcher(Watcher watcher) {
     return watchers_.insert(watchers_.end(), std::move(watcher));
@@ -123,7 +122,7 @@ class Line {
     return listeners_.insert(listeners_.end(), std::move(listener));
   }
   void remove_listener(ListenerKey listener) { listeners_.erase(listener); }
-  /// Somebody wants to see what goes on when it goes on.
+  /// Returns true if an observer needs events without delay.
   bool watched() const { return !watchers_.empty() || !listeners_.empty(); }
 
   std::size_t backlog() const { return backlog_.size(); }
@@ -132,9 +131,9 @@ class Line {
  private:
   void put_on_bus(const TimedFrame& in);
   void take_from_backlog();
-  /// The backlog waits for the wire.
+  /// Returns true if the backlog waits for the wire.
   bool backlog_waits() const;
-  /// To `until`, watched; what was to leave on the way leaves.
+  /// Advances to `until`, calls watchers, and sends replies that are due.
   void advance_to(SimTime until);
   void keep_rom();
   void tell_of_rom(int id, int error);
@@ -148,21 +147,21 @@ class Line {
   Bus bus_;
   RomGate gate_;
   Adviser adviser_;
-  bool told_terminal_ = false;  // that the host's is not raw
+  bool told_terminal_ = false;  // that the host's terminal is not raw
   std::size_t advice_told_ = 0;
   std::unique_ptr<Port> port_;
   std::list<Watcher> watchers_;
   std::list<Listener> listeners_;
   std::deque<TimedFrame> backlog_;  // not on the bus yet: time stands still, or the wire is full
-  bool spaced_ = false;             // frames wait until the line is quiet, since time slipped,
+  bool spaced_ = false;             // after a slip: frames wait until the line is quiet,
   SimTime spaced_until_{0};         // at least until then
-  bool flooded_ = false;            // too many frames for that: the backlog waits for room only
-  bool advancing_ = false;          // watchers look, and may put frames on the bus
-  std::uint64_t moves_ = 0;         // of the bus, when it was last looked at
+  bool flooded_ = false;            // too many frames for that: the backlog only waits for room
+  bool advancing_ = false;          // watchers run, and may put frames on the bus
+  std::uint64_t moves_ = 0;         // address changes of the bus at the last check
   std::uint64_t backlog_lost_ = 0;
   std::array<std::uint64_t, protocol::kMaxId + 1> sent_{};  // by drive
-  std::map<int, std::uint64_t> refused_;  // writes to ROM, one after the other; by drive
-  std::vector<TimedFrame> replies_;       // these three are kept for their memory
+  std::map<int, std::uint64_t> refused_;                    // failed ROM writes in a row; by drive
+  std::vector<TimedFrame> replies_;  // these three are members to reuse their memory
   std::vector<RomWrite> rom_writes_;
   std::vector<protocol::Frame> leaving_;
 };

@@ -75,7 +75,7 @@ MonoTime SimClock::to_mono(SimTime time) const {
   const SimTime wait = std::chrono::ceil<std::chrono::microseconds>(time) - base_;
   if (mode_.factor == 1) return epoch_ + wait;
   const double ns = std::ceil(static_cast<double>(wait.count()) / mode_.factor);
-  constexpr double kFar = 4e18;  // what a time holds
+  constexpr double kFar = 4e18;  // below the largest MonoTime
   return ns < kFar - static_cast<double>(epoch_.count())
              ? epoch_ + MonoTime(static_cast<std::int64_t>(ns))
              : MonoTime::max();
@@ -111,7 +111,7 @@ WakeTimer::WakeTimer(boost::asio::io_context& loop, std::function<void()> on_wak
 
 void WakeTimer::wake_by(MonoTime mono, MonoTime now) {
   if (armed_ && armed_at_ <= mono && armed_at_ > now) return;
-  // A time of zero would disarm it.
+  // Zero would disarm the timer.
   const itimerspec setting{{}, to_timespec(std::max(mono, MonoTime{1}))};
   if (::timerfd_settime(timer_.native_handle(), TFD_TIMER_ABSTIME, &setting, nullptr) < 0) {
     throw std::system_error(errno, std::generic_category(), "timerfd_settime");
@@ -124,8 +124,8 @@ void WakeTimer::wake_by(MonoTime mono, MonoTime now) {
 void WakeTimer::wait() {
   timer_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
                     [this](const boost::system::error_code& error) {
-                      if (error) return;  // the loop is going away
-                      armed_ = false;     // arming it anew also clears its expiry
+                      if (error) return;  // the loop ends
+                      armed_ = false;     // rearming also clears the expiry
                       on_wake_();
                     });
 }

@@ -16,25 +16,25 @@ namespace lk::emulator {
 using MonoTime = std::chrono::nanoseconds;
 MonoTime monotonic_now();
 
-/// How simulated time goes by.
+/// Speed of simulated time.
 struct ClockMode {
-  bool stepped = false;  // it stands still, and moves when it is told to
-  double factor = 1;     // else: so many times as fast as monotonic time
+  bool stepped = false;  // time stands still except for `advance`
+  double factor = 1;     // otherwise: multiple of monotonic time
 
   friend bool operator==(const ClockMode&, const ClockMode&) = default;
 };
 inline constexpr double kSlowestClock = 0.001;
 inline constexpr double kFastestClock = 1000;
-/// "realtime", "x10", "stepped"; none: it is no clock's name.
+/// Parses "realtime", "x10" or "stepped"; nullopt if it is none of these.
 std::optional<ClockMode> parse_clock_mode(std::string_view text);
 std::string to_string(const ClockMode& mode);
 
-/// Simulated time follows monotonic time, as long as the machine keeps up. When it does not, or was
-/// stopped, time slips: the simulation goes on from where it is instead of sprinting after. All its
-/// readings are whole microseconds, so that what a log writes in microseconds is exact.
+/// Simulated time follows monotonic time while the machine keeps up. If the machine is late or was
+/// stopped, time slips: the simulation continues from where it is and does not catch up. All
+/// readings are whole microseconds, so that log times are exact.
 class SimClock {
  public:
-  /// Of monotonic time: a slip is what a person would notice, however fast time goes.
+  /// Monotonic time: a delay that a person would notice, at any speed of the clock.
   static constexpr MonoTime kMostLag = std::chrono::milliseconds(50);
 
   explicit SimClock(MonoTime start, ClockMode mode = {}) : mode_(mode), epoch_(start) {}
@@ -43,19 +43,19 @@ class SimClock {
     SimTime now;
     SimTime slipped;  // by this reading; mostly 0
   };
-  /// Simulated time at `mono` for a simulation that has got as far as `reached`.
+  /// Returns the time at `mono`; slips if the simulation, at `reached`, is too far behind.
   Reading read(MonoTime mono, SimTime reached);
-  /// Simulated time at `mono`, whoever has got as far.
+  /// Returns the time at `mono` without checking for a slip.
   SimTime shows(MonoTime mono) const;
-  /// When simulated time will be `time`; far away when it stands still.
+  /// Returns when simulated time will be `time`; MonoTime::max() if the clock is stepped.
   MonoTime to_mono(SimTime time) const;
-  /// How much simulated time goes by meanwhile.
+  /// Converts a duration on the wall to simulated time.
   SimTime span(MonoTime wall) const;
 
   const ClockMode& mode() const { return mode_; }
-  /// Goes on from `at`, where simulated time is at `mono`.
+  /// Changes the mode at `mono`, when simulated time is `at`.
   void switch_to(ClockMode mode, MonoTime mono, SimTime at);
-  /// Of a stepped clock: it shows this now.
+  /// Pre: the clock is stepped. Sets its time.
   void step_to(SimTime at) { base_ = at; }
   SimTime stands_at() const { return base_; }
 
@@ -70,26 +70,24 @@ class SimClock {
   std::uint64_t slips_ = 0;
 };
 
-/// Tells slips apart from an episode of slipping, which is reported once when it begins and once
-/// when it is over.
+/// Groups slips into episodes; logs the start and the end of each episode.
 class SlipReporter {
  public:
   void slipped(MonoTime mono, SimTime by);
-  /// Call now and then.
+  /// Call regularly.
   void check(MonoTime mono);
 
  private:
-  SimTime episode_{0};  // slipped in this episode; 0: there is none
+  SimTime episode_{0};  // slipped in this episode; 0: no episode
   MonoTime last_{0};
 };
 
-/// An alarm clock on the loop, with the kernel's resolution (Asio's own timers round up to 1 ms on
-/// epoll).
+/// A timer on the loop with the kernel's resolution (Asio's timers round up to 1 ms on epoll).
 class WakeTimer {
  public:
   WakeTimer(boost::asio::io_context& loop, std::function<void()> on_wake);
-  /// Wakes at `mono`, or earlier if that was asked for before and is not over `now`: one wake-up
-  /// too many is cheaper than a system call for each frame.
+  /// Wakes at `mono`, or earlier if a wake-up between `now` and `mono` is already set. An extra
+  /// wake-up is cheaper than a system call for each frame.
   void wake_by(MonoTime mono, MonoTime now);
 
  private:

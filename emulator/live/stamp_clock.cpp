@@ -15,7 +15,7 @@ std::chrono::nanoseconds wall_now() {
 }  // namespace
 
 StampClock::Reading StampClock::read_clocks() {
-  constexpr int kTries = 3;  // in case the process is held up in between
+  constexpr int kTries = 3;  // in case the process is delayed in between
   constexpr MonoTime kClose = std::chrono::microseconds(50);
   Reading best{};
   MonoTime best_gap = MonoTime::max();

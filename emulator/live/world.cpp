@@ -10,19 +10,18 @@
 namespace lk::emulator {
 namespace {
 
-/// While there is traffic the model is advanced at least this often, so that a query never finds
-/// much to catch up with.
+/// During traffic the model advances at least this often, so that a query finds little to catch up.
 constexpr MonoTime kShortSleep = std::chrono::milliseconds(1);
-/// When there has been none for a while: what costs then is waking up. The first query finds more.
+/// Longest sleep without traffic: saves wake-ups, but the first query finds more to do.
 constexpr MonoTime kLongSleep = std::chrono::milliseconds(5);
 constexpr MonoTime kTrafficEnds = std::chrono::milliseconds(200);
-/// How long all but frames has to wait while frame follows frame.
+/// Longest time that timers and clients are starved by back-to-back frames.
 constexpr MonoTime kLinger = std::chrono::milliseconds(3);
-/// A receive that waits may last as long as a tick of the kernel, and one more.
+/// Longest receive that waits: a tick of the kernel, and one more.
 constexpr MonoTime kLongestReceive = std::chrono::milliseconds(20);
-/// The loop has other things to do as well.
+/// Longest piece of work, so that the loop can serve others.
 constexpr MonoTime kSlice = std::chrono::milliseconds(10);
-/// All lines move together, this far at a time, so that an advance can end anywhere.
+/// Step of an advance for all lines together, so that the advance can end anywhere.
 constexpr SimTime kStride = std::chrono::milliseconds(1);
 constexpr auto kReplyPoll = std::chrono::milliseconds(1);
 
@@ -55,7 +54,7 @@ SimTime World::time() const {
 }
 
 void World::start() {
-  // Else the kernel lets sleeps end up to 50 µs late, for fewer wake-ups.
+  // By default the kernel ends sleeps up to 50 µs late, to save wake-ups.
   ::prctl(PR_SET_TIMERSLACK, 1);
   couple();
   clock_ = SimClock(monotonic_now(), clock_.mode());
@@ -76,9 +75,8 @@ void World::stop() {
   end_advance(Advanced::kCancelled);
 }
 
-/// On some machines a system call takes as long as all the rest of an answer, so there are as few
-/// as can be on the way from a query to its reply: none for the time, as the kernel has stamped the
-/// frame, and none to set an alarm.
+/// A query needs as few system calls as possible, as on some machines one takes as long as the rest
+/// of an answer. The kernel's stamp gives the time, and no timer is set.
 void World::serve(std::size_t index) {
   if (stopped_) return;
   Line& line = *lines_[index];
@@ -99,26 +97,25 @@ void World::serve_all() {
   arm_timer();
 }
 
-/// The alarm has gone off.
+/// Timer callback.
 void World::wake() {
   if (stopped_) return;
   seen_ = monotonic_now();
   for (const auto& line : lines_) {
-    if (busy()) take_in(*line);  // what came while the machine was busy was before now
+    if (busy()) take_in(*line);  // frames that came while the machine was busy are earlier than now
     bring_to_now(*line);
   }
   slip_reporter_.check(seen_);
   arm_timer();
 }
 
-/// Where one frame was there will be others: waits for them here, which takes less than the loop
-/// does. Not for long, as the loop has other things to do.
+/// Polls the sockets briefly after a frame: cheaper than returning to the event loop.
 void World::linger() {
   const MonoTime leave = seen_ + kLinger;
   while (!stopped_ && !clock_.mode().stepped && !on_body_step && seen_ < leave) {
     sockets_.clear();
     for (const auto& line : lines_) {
-      if (!line->replies_have_left()) return;  // they wait for somebody whom the loop hears
+      if (!line->replies_have_left()) return;  // they wait for an event of the loop
       sockets_.push_back({line->port() != nullptr ? line->port()->descriptor() : -1, POLLIN, 0});
     }
     if (only_frames_are_waited_for()) {
@@ -143,23 +140,23 @@ void World::linger() {
   }
 }
 
-/// A receive that waits saves asking whether there is something to receive.
+/// A receive that waits saves the call that asks for readable sockets.
 bool World::only_frames_are_waited_for() const {
   const Port* const port = lines_.front()->port();
   return lines_.size() == 1 && !coupling_ && port != nullptr && port->can_wait() &&
          !lines_.front()->watched() && next_due() > seen_ + kLongestReceive;
 }
 
-/// Takes in what has arrived on a line. `seen_` is the present afterwards, whether frames came or
-/// only bytes that are not frames: a host that sends those must not stop the time.
+/// Takes frames that have arrived on a line. Updates `seen_` even if there were only invalid bytes:
+/// a host that sends those must not stop time.
 World::Taken World::take_in(Line& line, CanSocket::Wait wait) {
   Taken taken;
   if (line.port() == nullptr) return taken;
   const auto take = [&](std::span<const ReceivedFrame> frames) {
     taken.any = true;
     seen_ = stamps_.reached(frames.back().stamp, seen_);
-    // Without a wire a query is answered at its own instant; else by the clock, and some time has
-    // gone by since.
+    // Without a wire a query is answered at its own instant. Otherwise the clock counts, as some
+    // time has passed.
     if (line.config().bitrate > 0) seen_ = std::max(seen_, monotonic_now());
     last_frame_ = seen_;
     follow_clock(line);
@@ -167,7 +164,7 @@ World::Taken World::take_in(Line& line, CanSocket::Wait wait) {
       const TimedFrame frame{.at = clock_.shows(stamps_.arrival(in.stamp, seen_)),
                              .frame = in.frame,
                              .sender = in.sender};
-      // A line on a body must not get ahead of the others.
+      // A line with a body must not get ahead of the other lines.
       const bool later = clock_.mode().stepped || coupling_;
       later ? line.keep_for_later(frame) : line.take_in(frame);
     }
@@ -177,7 +174,7 @@ World::Taken World::take_in(Line& line, CanSocket::Wait wait) {
   return taken;
 }
 
-/// Where the line should be. What is too far off slips.
+/// Returns the time at which the line should be. Slips if it is too far behind.
 SimTime World::follow_clock(Line& line) {
   const auto [now, slipped] = clock_.read(seen_, line.bus().time());
   if (slipped > SimTime{0}) {
@@ -194,7 +191,7 @@ void World::bring_to_now(Line& line) {
 
 void World::bring_on(Line& line) {
   const SimTime now = std::max(follow_clock(line), line.bus().time());
-  // Time that goes by fast may be more than fits in between: the rest has to wait, or slips.
+  // A fast clock may ask for more than fits into a slice: the rest waits, or slips.
   if (coupling_) {
     bring_all_to(now, seen_ + kSlice, Line::Patience::kNone);
   } else {
@@ -257,7 +254,7 @@ void World::body_is_ready() {
 MonoTime World::next_due() const {
   MonoTime first = MonoTime::max();
   if (waits_for_body()) return first;
-  // Whoever moves the body has to hear of each step in time.
+  // The owner of the body needs each step in time.
   if (coupling_ && on_body_step) first = clock_.to_mono(coupling_->next_due());
   for (const auto& line : lines_) {
     if (const auto due = line->bus().next_due()) first = std::min(first, clock_.to_mono(*due));
@@ -265,7 +262,7 @@ MonoTime World::next_due() const {
   return first;
 }
 
-/// Somebody looks, or asks every now and then.
+/// Returns true if there are observers or recent frames.
 bool World::busy() const {
   return seen_ - last_frame_ < kTrafficEnds ||
          std::ranges::any_of(lines_, [](const auto& line) { return line->watched(); });
@@ -295,9 +292,9 @@ void World::advance(SimTime to, OnAdvanced done) {
   go_on_soon();
 }
 
-/// What hosts sent before time was told to move is in the sockets by now: sending on a CAN socket
-/// hands the frame to all others of this machine, and where a host's kernel waits until it hears of
-/// the bytes before, it does. Bounded, as a host may go on sending.
+/// Frames that hosts sent before the advance are in the sockets by now. A CAN socket delivers to
+/// all others of this machine; TCP hosts that wait for an acknowledgement get it from `end_turn`.
+/// Bounded, as a host may keep sending.
 void World::take_in_all() {
   constexpr int kMostRounds = 100;
   for (const auto& line : lines_) {

@@ -16,62 +16,61 @@
 
 namespace lk::emulator {
 
-/// All lines of a process and the clock they go by, on the process's one loop.
+/// All lines of a process and their common clock, on the loop of the process.
 class World {
  public:
   World(boost::asio::io_context& loop, ClockMode mode);
-  /// Before time begins.
+  /// Pre: `start` was not called yet.
   Line& add(const BusConfig& bus);
 
   std::vector<std::unique_ptr<Line>>& lines() { return lines_; }
   const std::vector<std::unique_ptr<Line>>& lines() const { return lines_; }
   Line* find_line(const std::string& bus);
   const SimClock& clock() const { return clock_; }
-  /// How far all lines have got.
+  /// Time that all lines have reached.
   SimTime time() const;
-  /// What drives turn the joints of, as it is now; null: nothing, or time has not begun.
+  /// Body whose joints the drives turn; null: none, or `start` was not called yet.
   const Mechanism* body() const { return coupling_ ? coupling_->body() : nullptr; }
 
-  /// Time begins.
+  /// Starts time.
   void start();
-  /// Time ends: nothing happens on the buses any more.
+  /// Stops time for good: nothing more happens on the buses.
   void stop();
   bool stopped() const { return stopped_; }
 
-  /// There are frames on a line: takes them in, lets the replies out, and stays for what follows.
+  /// Processes frames of a line, sends replies, and waits briefly for more frames.
   void serve(std::size_t index);
-  /// Brings all lines to now, with everything that has arrived.
+  /// Brings all lines to now, with all frames that have arrived.
   void serve_all();
 
-  /// Goes on from the present instant. An advance that is under way ends there.
+  /// Changes the clock at the present instant. Cancels an advance.
   void set_clock(ClockMode mode);
 
   enum class Advanced : std::uint8_t {
-    kThere,      // and all replies up to then have been handed to the interfaces
-    kCancelled,  // by `cancel_advance`, by another clock, by the end
-    kStuck,      // replies do not leave: the disk or an interface does not take them
+    kThere,      // all replies up to then are handed to the interfaces
+    kCancelled,  // by `cancel_advance`, a change of clock, or the end
+    kStuck,      // replies cannot leave: the disk or an interface does not take them
   };
   using OnAdvanced = std::function<void(Advanced)>;
-  /// Of a stepped clock: time moves to `to`. What hosts have sent before is on the buses then.
-  /// `done` is called once, from the loop. One at a time.
+  /// Pre: the clock is stepped, and no other advance runs. Moves time to `to`; frames that hosts
+  /// sent before are then on the buses. Calls `done` once, from the loop.
   void advance(SimTime to, OnAdvanced done);
   bool advancing() const { return advance_.has_value(); }
   void cancel_advance() { end_advance(Advanced::kCancelled); }
 
-  /// From now on these drives are on the joints of this body. Its steps begin at multiples of their
-  /// length.
+  /// Couples these drives to the joints of `body`. Its steps begin at multiples of their length.
   void couple(std::unique_ptr<Mechanism> body, std::span<const CoupledDrive> drives);
   void uncouple();
   const Coupling* coupling() const { return coupling_ ? &*coupling_ : nullptr; }
-  /// Called when the drives have done a step; whether the body has done it too by then. Else time
-  /// stands until `body_is_ready`. May not couple or uncouple. None: it has.
+  /// Called when the drives have done a step; returns whether the body has done it too. If not,
+  /// time waits for `body_is_ready`. Must not couple or uncouple. Empty: always true.
   std::function<bool()> on_body_step;
   void body_is_ready();
 
-  /// Somebody has the clock: what is said to others who would set or move it; empty: nobody.
+  /// Owner of the clock, for the 409 message; empty if free.
   std::string clock_is_held_by;
 
-  /// How long an advance waits for replies that do not leave.
+  /// Longest wait of an advance for replies that cannot leave.
   static constexpr auto kMostPatience = std::chrono::seconds(5);
 
  private:
@@ -79,8 +78,8 @@ class World {
     SimTime to;
     OnAdvanced done;
     unsigned number;
-    std::optional<MonoTime> give_up;  // when replies stop leaving
-    std::uint64_t sent;               // replies that had left when it last waited
+    std::optional<MonoTime> give_up;  // time-out if no reply leaves
+    std::uint64_t sent;               // replies sent before the last wait
   };
 
   void wake();
@@ -89,23 +88,23 @@ class World {
   MonoTime next_due() const;
   struct Taken {
     bool any = false;
-    bool more = false;  // there may be
+    bool more = false;  // may follow
   };
   Taken take_in(Line& line, CanSocket::Wait wait = CanSocket::Wait::kNot);
   SimTime follow_clock(Line& line);
   void bring_to_now(Line& line);
   void bring_on(Line& line);
-  /// All lines, and the body that drives of them are on. kBlocked: that has yet to do its step, or
-  /// as of a line.
+  /// Advances all lines and the body of their drives. kBlocked: the body has not done its step, or
+  /// as for a line.
   Line::Progress bring_all_to(SimTime until, MonoTime deadline, Line::Patience patience);
   void couple();
-  /// Where all are at the end of a step. False: the body has yet to do it.
+  /// Exchanges values at the end of a step. Returns false if the body has not done it yet.
   bool exchange();
   bool waits_for_body() const { return coupling_ && !coupling_->under_way() && !body_is_ready_; }
   void take_in_all();
   void go_on();
   void go_on_soon();
-  /// One slice of an advance.
+  /// Does one slice of an advance.
   Line::Progress move(MonoTime deadline);
   std::uint64_t replies_sent() const;
   void wait_for_replies();
@@ -114,7 +113,7 @@ class World {
   void arm_timer();
 
   boost::asio::io_context& loop_;
-  MonoTime seen_;  // what monotonic time has reached, as far as is known
+  MonoTime seen_;  // latest known monotonic time
   MonoTime last_frame_;
   SimClock clock_;
   StampClock stamps_;
@@ -122,8 +121,8 @@ class World {
   SlipReporter slip_reporter_;
   std::vector<std::unique_ptr<Line>> lines_;
   std::vector<Bus*> buses_;           // of the lines
-  std::optional<Coupling> coupling_;  // where the robot has a body
-  bool body_is_ready_ = false;        // for a step that has not begun
+  std::optional<Coupling> coupling_;  // if the robot has a body
+  bool body_is_ready_ = false;        // the next step may begin
   WakeTimer timer_;
   boost::asio::steady_timer patience_;
   std::optional<Advance> advance_;
