@@ -12,7 +12,7 @@
 namespace lk::emulator {
 namespace {
 
-/// The names of the generations that have the command on the wire: "legacy, late-legacy".
+/// Names of the generations that have the command: "legacy, late-legacy".
 std::string generations_with(const protocol::CommandInfo& command, protocol::Framing framing) {
   std::string names;
   for (const protocol::GenerationRow& row : protocol::kGenerationRows) {
@@ -22,7 +22,7 @@ std::string generations_with(const protocol::CommandInfo& command, protocol::Fra
   return names;
 }
 
-/// What stands for {word}.
+/// Returns the replacement for {word}.
 std::string stand_in(std::string_view word, const Finding& found, protocol::Framing framing) {
   if (word.size() == 1) {
     return number_text(found.numbers[static_cast<std::size_t>(word.front() - '1')]);

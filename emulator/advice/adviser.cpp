@@ -48,7 +48,7 @@ constexpr Words kMoveOne{
     "--wipe-rom",
     "用 0x42 给其中一台换一个 ID，用 0x44 保存后重启，或者用 --wipe-rom 启动"};
 
-/// The frame's slot for this drive is empty, or there is none.
+/// Returns true if the frame's slot for this drive is empty or missing.
 bool slot_is_empty(const protocol::Frame& frame, int id) {
   const auto slot = static_cast<std::size_t>(id - protocol::kMinId);
   if (slot >= protocol::kMultiDriveSlots) return true;
@@ -90,7 +90,7 @@ class Adviser::Desk {
       note(static_cast<int>(id), dead_.hear(in, static_cast<int>(id)), in);
     }
     if (at_address_[id] < 0) {
-      recent_.keep(in.frame);  // the reply of a drive elsewhere, perhaps
+      recent_.keep(in.frame);  // perhaps the reply of a drive elsewhere
       return;
     }
     if (const auto found = two_at(id)) note(kWholeBus, *found, in);
@@ -111,14 +111,14 @@ class Adviser::Desk {
     if (at_address_[id] < 0) return;
     Watched& watched = drives_[static_cast<std::size_t>(at_address_[id])];
     watched.timeout.hear_reply();
-    // On RS-485 0x42 is in force at once, and no ID.
+    // On RS-485 0x42 is in force at once, and is not an ID.
     if (reply.kind == protocol::FrameKind::kData) watched.setting.hear_reply(reply.data);
   }
 
   void look(const Bus& bus) {
     if (bus.time() < next_look_) return;
     next_look_ = bus.time() + kLookStep;
-    // Somebody else than a host may have switched a drive over, or off.
+    // Reads one drive in turn: not only hosts may switch a drive on or off.
     if (!drives_.empty()) {
       Watched& one = drives_[turn_++ % drives_.size()];
       one.looks = std::max(one.looks, 1);
@@ -158,10 +158,10 @@ class Adviser::Desk {
     explicit Watched(const KnownDrive& as_configured) : drive(as_configured) {}
     KnownDrive drive;
     int looks = kLooks;
-    Suspect last;            // of the frames it was sent
+    Suspect last;            // last frame for the drive
     std::uint64_t sent = 0;  // since the last look
-    int in_vain = 0;         // frames for one drive, in multi-drive mode
-    SimTime in_vain_at{0};   // the last of them
+    int in_vain = 0;         // single-drive frames while in multi-drive mode
+    SimTime in_vain_at{0};   // time of the last of them
     RomWatch rom;
     GenerationWatch generation;
     WaitWatch wait;
@@ -179,15 +179,15 @@ class Adviser::Desk {
     CalibrationWatch calibration;
   };
 
-  /// So often a drive is looked at after a frame for it: that takes a while to get there and act.
+  /// Looks at a drive after a frame for it, which takes some time to arrive and act.
   static constexpr int kLooks = 3;
-  /// A host may try how it is answered.
+  /// A host may test which frames are answered.
   static constexpr int kInVain = 10;                             // assumed
   static constexpr SimTime kTryAgain = std::chrono::seconds(1);  // assumed
-  /// It may try which generation it has to do with, and others than drives use identifiers.
+  /// A host may test for a generation, and other devices may use these identifiers.
   static constexpr int kForeign = 3;  // assumed
 
-  /// Of drives that share an ID the first is watched.
+  /// Watches the first of several drives with one ID.
   void find_addresses() {
     at_address_.fill(-1);
     for (std::size_t n = drives_.size(); n-- > 0;) {
@@ -195,7 +195,7 @@ class Adviser::Desk {
     }
   }
 
-  /// Two drives that both answer a frame for this ID.
+  /// Finds two drives that both answer at this ID.
   std::optional<Finding> two_at(std::size_t address) const {
     const KnownDrive* first = nullptr;
     for (const Watched& watched : drives_) {
@@ -233,7 +233,7 @@ class Adviser::Desk {
     if (!drive.alive) return;
     if (const auto found = serial ? std::nullopt : watched.duplicate.hear(in, recent_)) {
       note(drive.id, *found, in);
-      return;  // it is no host's
+      return;  // not from a host
     }
     if (drive.multi_drive) {
       hear_in_vain(watched, in);
@@ -242,7 +242,7 @@ class Adviser::Desk {
     const auto payload = serial ? wrong_payload(in.frame, drive) : std::nullopt;
     note(drive.id, payload, in);
     if (query == nullptr && std::get<protocol::Reject>(decoded) == protocol::Reject::kWrongLength) {
-      if (payload) return;  // and that tells more
+      if (payload) return;  // the finding on the payload says more
       const double length = in.frame.dlc - 1;
       note(drive.id, Finding{AdviceKind::kWrongLength, &kLen, {length}}, in);
       return;
@@ -255,7 +255,7 @@ class Adviser::Desk {
     hear_understood(watched, in, *query);
   }
 
-  /// The drive is in multi-drive mode and answers no frame for one drive.
+  /// Handles a single-drive frame, which a drive in multi-drive mode does not answer.
   void hear_in_vain(Watched& watched, const TimedFrame& in) {
     if (in.at - watched.in_vain_at > kTryAgain) watched.in_vain = 0;
     watched.in_vain_at = in.at;
@@ -264,7 +264,7 @@ class Adviser::Desk {
     note(watched.drive.id, Finding{AdviceKind::kSingleInMultiMode, &kNotAlone}, in);
   }
 
-  /// None of the drives would take the identifier in any mode; others than drives may use it.
+  /// Returns true if no drive accepts the identifier in any mode; other devices may use it.
   bool is_foreign(const protocol::Frame& frame) const {
     return std::ranges::none_of(drives_, [&frame](const Watched& watched) {
       return protocol::knows_multi_drive(watched.drive.format, frame.id);
@@ -275,7 +275,7 @@ class Adviser::Desk {
     const bool anybody = std::ranges::any_of(
         drives_, [](const Watched& watched) { return watched.drive.multi_drive; });
     if (in.frame.dlc != 8) {
-      // Where nobody listens it may be somebody else's, CANopen's for one.
+      // Without a listening drive it may be for another device, for example CANopen.
       const double length = in.frame.dlc;
       if (anybody) note(kWholeBus, Finding{AdviceKind::kWrongLength, &kLength, {length}}, in);
       return;
@@ -326,7 +326,7 @@ class Adviser::Desk {
       if (watched.sent > 0 && (most == nullptr || watched.sent > most->sent)) most = &watched;
     }
     if (most != nullptr) most_ = static_cast<std::size_t>(most - drives_.data());
-    // On RS-485 a drive that has something to say hears nothing, which is TalkWatch's.
+    // On RS-485 a drive does not receive while it replies: TalkWatch handles that.
     if (const auto busy = busy_.look(stats); busy && most_ && !serial_ && !disturbed) {
       given_.note(drives_[*most_].drive.id, busy->finding, drives_[*most_].last, busy->times);
     }
@@ -358,11 +358,11 @@ class Adviser::Desk {
 
   bool serial_;
   std::vector<Watched> drives_;
-  std::array<int, protocol::kMaxId + 1> at_address_{};  // -1: no drive answers there
+  std::array<int, protocol::kMaxId + 1> at_address_{};  // −1: no drive answers there
   std::uint64_t heard_ = 0;
   SimTime next_look_{0};
-  std::size_t turn_ = 0;  // whose it is to be looked at anyway
-  int foreign_ = 0;       // frames for several drives that no drive here knows
+  std::size_t turn_ = 0;  // drive to look at in turn
+  int foreign_ = 0;       // frames for several drives that no drive here accepts
   RecentFrames recent_;
   DeadWatch dead_;
   Disturbances disturbances_;
@@ -371,7 +371,7 @@ class Adviser::Desk {
   TalkWatch talk_;
   SumWatch sum_;
   bool echoes_ = false;              // hosts read what they send
-  std::optional<std::size_t> most_;  // was spoken to most when any was last
+  std::optional<std::size_t> most_;  // drive with most frames at the last look that had any
   GivenList given_;
 };
 

@@ -13,8 +13,8 @@ namespace lk::emulator {
 
 class Bus;
 
-/// Hears what hosts say on one bus, looks at its drives, and recognises mistakes. A pure function
-/// of the frames and the looks; its memory does not grow with time. Once for each kind and drive.
+/// Recognises mistakes of hosts on one bus from their frames and the state of the drives. Depends
+/// on nothing else; memory is bounded. Gives each advice once for each drive.
 class Adviser {
  public:
   explicit Adviser(const BusConfig& config);
@@ -24,30 +24,30 @@ class Adviser {
   Adviser& operator=(Adviser&&) noexcept;
   ~Adviser();
 
-  /// A host puts `in.frame` on the bus at `in.at`.
+  /// Processes a frame that a host puts on the bus at `in.at`.
   void hear(const TimedFrame& in);
-  /// The host whose terminal is set to `flags` has written `in`, which was heard last.
+  /// Processes terminal settings `flags` of the host that wrote `in`, the last frame.
   void hear_terminal(const TerminalFlags& flags, const TimedFrame& in);
-  /// A drive here has put `reply` on the bus.
+  /// Processes a reply of a drive on this bus.
   void hear_reply(const protocol::Frame& reply);
-  /// Simulated time has slipped: frames that hosts sent meanwhile come late, and at once.
+  /// Notes that time has slipped: frames that hosts sent meanwhile come late, and together.
   void note_slip(SimTime now);
-  /// The number of the frame heard last, from 1 on.
+  /// Number of the last frame, counted from 1.
   std::uint64_t heard() const;
-  /// At the drives that were spoken to, every kLookStep at most; `bus` must be settled.
+  /// Reads the drives that got frames, at most every kLookStep. Pre: `bus` is settled.
   void look(const Bus& bus);
   static constexpr SimTime kLookStep = std::chrono::milliseconds(1);
 
-  /// In the order in which it was first given.
+  /// In the order in which they were first given.
   const std::vector<Advice>& given() const;
-  /// How often a host did something wrong that `given` has no room for.
+  /// Number of mistakes without room in `given`.
   std::uint64_t left_out() const;
-  /// The word of what was wrong with a frame, by its number; empty when nothing was, is known yet,
-  /// or when it is too long ago.
+  /// Returns the word for the mistake in frame `number`; empty if there is none, none yet, or the
+  /// frame is too old.
   std::string_view mark_of(std::uint64_t number) const;
 
  private:
-  class Desk;  // what watchers there are is nobody else's business
+  class Desk;  // hides the watchers
   std::unique_ptr<Desk> desk_;
 };
 

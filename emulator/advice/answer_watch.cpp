@@ -15,7 +15,7 @@ constexpr Words kTooEarly{"{1} times a query {2} ms after the one before, whose 
                           "有 {1} 次在上一条之后 {2} ms 就发了命令帧，而回复还是到了；经过这个适配器最多要 {3} ms"};
 // clang-format on
 
-/// A query has 0 where this has a temperature, or what was asked for.
+/// A query has 0 where a reply has a temperature, or the value that was asked for.
 bool is_reply(const protocol::Frame& frame) {
   if (protocol::has_state(frame.data[0])) return frame.data[1] != 0;
   const protocol::CommandInfo* const command = protocol::find_command(frame.data[0]);
@@ -47,8 +47,8 @@ std::optional<Finding> TimeoutWatch::hear(const Heard& heard, const KnownDrive& 
   if (drive.adapter_worst == SimTime{0}) return std::nullopt;
   const SimTime gap = heard.at - std::exchange(last_, heard.at);
   const SimTime worst = drive.shortest_answer + drive.adapter_worst;
-  if (gap > worst) waiting_ = 0;  // that reply is lost
-  // Who sends faster than the wire can answer does not wait at all, which is another matter.
+  if (gap > worst) waiting_ = 0;  // the previous reply is lost
+  // Faster than the wire can answer means no waiting at all, which is another mistake.
   early_ = waiting_ > 0 && gap >= drive.shortest_answer && gap <= worst;
   ++waiting_;
   if (times_ < kTimes) return std::nullopt;

@@ -22,7 +22,7 @@ std::optional<Finding> WireWatch::hear() const {
 }
 
 void Disturbances::look(const Bus& bus, const BusStats& stats) {
-  // A babbling drive or a disturbed wire is not the host's doing.
+  // A babbling drive or a disturbed wire is not the host's fault.
   const std::uint64_t foreign = stats.extra_frames + stats.error_frames;
   if (foreign > std::exchange(foreign_, foreign) || bus.replies_are_held()) extend(bus.time());
   stalled_until_ = bus.hosts_stalled_until();

@@ -7,14 +7,14 @@
 
 namespace lk::emulator {
 
-/// A calibration (0x18) that turned a shaft which had something to carry.
+/// Detects a calibration (0x18) with a load on the shaft.
 class CalibrationWatch {
  public:
-  /// Of the rated torque, on average over the run: friction is not in it, as it changes its sign
-  /// where the shaft turns back.
+  /// Share of the rated torque, averaged over the run. Friction cancels out, as its sign changes
+  /// when the shaft turns back.
   static constexpr double kShare = 0.2;
 
-  /// The drive is to be looked at every time.
+  /// Returns true if the drive must be looked at every time.
   bool runs() const { return looks_ > 0; }
   std::optional<Finding> look(const KnownDrive& drive);
 

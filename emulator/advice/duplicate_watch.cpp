@@ -17,13 +17,13 @@ constexpr Words kReadReply{"a value where a query has 0: the reply of another dr
                            "命令帧该为 0 的位置有数值：这是另一台同 ID 驱动器的回复，两台驱动器会互相回复"};
 // clang-format on
 
-/// Commands whose reply has a temperature in DATA[1], and the bytes that their queries leave 0, bit
-/// n for DATA[n]. Where there is a max speed, all that follows DATA[1] is the host's to choose.
+/// Commands whose reply has a temperature or values, and the bytes that are 0 in a query (bit n:
+/// DATA[n]). With a max speed, the host chooses all bytes after DATA[1].
 struct Row {
   Opcode command;
   unsigned unused;
-  unsigned steady = 0;       // of a reply without temperature: bytes that do not change within 4 ms
-  bool single_turn = false;  // a query has a direction in DATA[1], and in DATA[4:7] its target
+  unsigned steady = 0;       // bytes of a reply without temperature that stay constant for 4 ms
+  bool single_turn = false;  // query has a direction in DATA[1], a target in DATA[4:7]
 };
 constexpr unsigned kAll = 0b1111'1110;
 constexpr unsigned kTemperature = 0b0000'0010;
@@ -48,7 +48,7 @@ constexpr std::array kRows = std::to_array<Row>({
     {protocol::ReadSingleTurnAngle::kOpcode, kAll, 0b0000'1110},
 });
 
-/// Of a drive. Not 0 or 1, which a query may have, and not -1: bytes of 0xFF are left over.
+/// Drive temperature. Not 0 or 1, which queries have, and not −1, which is a stray 0xFF.
 bool is_temperature(int C) { return (C > 1 || C < -1) && C >= -40; }
 
 bool same(const protocol::Payload& a, const protocol::Payload& b, unsigned mask) {
@@ -60,14 +60,14 @@ bool same(const protocol::Payload& a, const protocol::Payload& b, unsigned mask)
 
 int temperature_C(const protocol::Payload& data) { return static_cast<std::int8_t>(data[1]); }
 
-/// As a host that clears its frames sends it.
+/// Returns true for a frame as sent by a host that clears its buffer.
 bool is_clear(const protocol::Payload& data, const Row& row) {
   if (row.steady != 0) return same(data, {}, kAll);
   return data[1] == 0 || data[1] == 1;
 }
 
-/// DATA[7] of a target below a turn of any output, or of a negative one. Replies have the high byte
-/// of the encoder there.
+/// DATA[7] is 0 or 0xFF in a target within one turn of any output, or a negative one. Replies have
+/// the high byte of the encoder there.
 bool ends_as_target(const protocol::Payload& data) { return data[7] == 0 || data[7] == 0xFF; }
 
 bool may_be_reply(const protocol::Payload& data, const Row& row) {

@@ -11,14 +11,14 @@
 
 namespace lk::emulator {
 
-/// What a host on the bus may have received last, and send again in bytes that it does not clear.
+/// Frames that a host may have received last, and may send again in bytes that it does not clear.
 class RecentFrames {
  public:
-  /// A host may ask several drives at once and then read all replies into one buffer (assumed).
+  /// Assumed: a host may query several drives, then read all replies into one buffer.
   static constexpr std::size_t kKept = 16;
 
   void keep(const protocol::Frame& frame) { kept_[next_++ % kKept] = frame.data; }
-  /// One of them has the same bytes as `data` at the places of `mask`, bit n for DATA[n].
+  /// Returns true if a kept frame equals `data` in the bytes of `mask`; bit n is DATA[n].
   bool have(const protocol::Payload& data, unsigned mask) const;
 
  private:
@@ -26,35 +26,34 @@ class RecentFrames {
   std::size_t next_ = 0;
 };
 
-/// Another drive with the ID of this one. Its replies have this drive's identifier, as queries do,
-/// but a temperature where a query has 0 or a direction; and since each drive takes the other's
-/// replies for queries, they do not stop. Replies to reads have values where a query has nothing
-/// but 0. A host that does not clear unused bytes always has
-/// something there, or what it has received before.
+/// Detects another drive with this drive's ID. Its replies have the identifier of queries, but a
+/// temperature where a query has 0 or a direction. Replies to reads have values where a query has
+/// zeros. Such frames do not stop, as each drive takes the other's replies for queries. A host that
+/// does not clear unused bytes always sends values there, or bytes that it received before.
 class DuplicateWatch {
  public:
   static constexpr int kTimes = 8;  // assumed
-  /// From one reply to the next: twice the way through an adapter on USB, and two drives (assumed).
+  /// Longest gap of replies: twice through a USB adapter, and two drives (assumed).
   static constexpr SimTime kApart = std::chrono::milliseconds(4);
-  static constexpr int kSteady_C = 2;  // rubbish is not steady (assumed)
+  static constexpr int kSteady_C = 2;  // stray bytes vary more (assumed)
 
-  /// `in` has 8 bytes and is for this drive.
+  /// Pre: `in` has 8 bytes and is for this drive.
   std::optional<Finding> hear(const TimedFrame& in, const RecentFrames& recent);
 
  private:
-  /// What may be replies, in a row.
+  /// Consecutive frames that may be replies.
   struct Streak {
-    /// How many there are, with this one; it is the first if not `alike` to the last.
+    /// Returns the length with this frame; 1 if it is not `alike` the last one.
     int add(const TimedFrame& in, bool alike);
 
     int times = 0;
-    SimTime at{0};  // the last, and what it said
+    SimTime at{0};  // of the last frame
     protocol::Payload data{};
   };
 
-  std::uint32_t asked_ = 0;  // commands that came as hosts send them, a bit for each row
+  std::uint32_t asked_ = 0;  // commands also seen as proper queries; one bit per row
   Streak warm_;              // with a temperature
-  Streak reads_;             // with what was read
+  Streak reads_;             // with a value that was read
 };
 
 }  // namespace lk::emulator

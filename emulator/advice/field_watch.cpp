@@ -37,13 +37,13 @@ constexpr Words kSettingRange{"the setting {1} is beyond {2} to {3}: the drive k
 constexpr Words kAction{"0x8C has no action {1} (0 engages, 1 releases, 16 reads): not executed",
                         "0x8C 没有动作 {1}（0 抱闸，1 松闸，16 读取）：不执行"};
 
-/// What a field is against what it can be.
+/// A field's value and its limits.
 struct Against {
   const Words* words;
   double value, min, max;
 };
 
-/// Of a field whose range is fixed, in integers of the wire.
+/// For a field with fixed limits, in integers of the wire.
 Against on_wire(const Words& words, const protocol::Field& field, std::int64_t raw,
                 const KnownDrive& drive) {
   const auto range = protocol::raw_range(field, drive.format);
@@ -51,7 +51,7 @@ Against on_wire(const Words& words, const protocol::Field& field, std::int64_t r
           static_cast<double>(range.max)};
 }
 
-/// None where a field can be whatever its bits can.
+/// Returns nullopt if every value of the field's bits is allowed.
 std::optional<Against> against(const protocol::Field& field, std::int64_t raw,
                                const KnownDrive& drive) {
   using protocol::Range;
@@ -103,7 +103,7 @@ std::optional<Against> against(const protocol::Field& field, std::int64_t raw,
   return std::nullopt;
 }
 
-/// Of a field that has to be one of its words.
+/// For a field with a fixed list of values.
 std::optional<Finding> no_word(const protocol::Field& field, std::int64_t raw) {
   const auto is_raw = [raw](const protocol::Value& value) { return value.number == raw; };
   if (field.range != protocol::Range::kWords || std::ranges::any_of(field.values, is_raw)) {
@@ -123,7 +123,7 @@ std::optional<Finding> no_word(const protocol::Field& field, std::int64_t raw) {
                   static_cast<double>(field.values[1].number)}};
 }
 
-/// The fields of a query that are for the drive: of one to several, its slot.
+/// Fields of a query that concern the drive: its own slot in a query for several drives.
 std::span<const protocol::Field> fields_for(const Heard& heard, const KnownDrive& drive) {
   const auto fields = protocol::info_of(heard.command, drive.format.dialect.framing).query;
   if (!protocol::is_multi_drive(heard.command)) return fields;
@@ -134,8 +134,8 @@ std::span<const protocol::Field> fields_for(const Heard& heard, const KnownDrive
 }  // namespace
 
 std::optional<Finding> beyond_range(const Heard& heard, const KnownDrive& drive) {
-  if (has_wide_target(heard, drive)) return std::nullopt;  // half of a number: told as such
-  // From the last one: what a target is reached with stands behind it, and is told first.
+  if (has_wide_target(heard, drive)) return std::nullopt;  // half of a number: reported there
+  // Last field first: the way to reach a target comes after it, and matters more.
   const auto fields = fields_for(heard, drive);
   for (std::size_t n = fields.size(); n-- > 0;) {
     const protocol::Field& field = fields[n];

@@ -7,7 +7,7 @@
 
 namespace lk::emulator {
 
-/// A field that the drive clamps, or refuses: the ranges are those of docs/protocol.md.
+/// Finds a field that the drive clamps or refuses (ranges: docs/protocol.md).
 std::optional<Finding> beyond_range(const Heard& heard, const KnownDrive& drive);
 
 }  // namespace lk::emulator

@@ -43,11 +43,11 @@ constexpr Words kSpeedLimit{"0xA2 with {1} where v236 has an iq limit: this driv
                             "0xA2 在 v236 放 iq 限值的位置带有 {1}：这台驱动器没有这个限值，电流不受它限制"};
 // clang-format on
 
-/// Angles that somebody may mean: a thousand turns (assumed); rubbish of 32 bits rarely is one.
+/// Largest plausible angle: a thousand turns (assumed); random 32-bit values are rarely smaller.
 constexpr std::int32_t kMostAngle_cdeg = 1000 * 36000;
 
-/// The command is one of MyActuator's protocol from V3 on ("Servo Motor Control Protocol" V4.2) and
-/// none of LK-TECH's. 0x42 is both: there DATA[1] is one of four accelerations, here a table.
+/// MyActuator command ("Servo Motor Control Protocol" V4.2, from V3 on) that LK-TECH lacks. Both
+/// have 0x42: there DATA[1] is one of four accelerations, here a table.
 bool is_of_myactuator(const protocol::Frame& frame) {
   const std::uint8_t command = frame.data[0];
   const auto within = [command](int first, int last) {
@@ -71,7 +71,7 @@ Finding unknown_command(const protocol::Frame& frame, const KnownDrive& drive) {
   const auto about = [&](const Words& what, const Words* todo, double number = 0) {
     return Finding{AdviceKind::kUnknownCommand, &what, {number}, true, todo, frame.data[0]};
   };
-  if (is_of_myactuator(frame)) {  // once, whatever the host asks for
+  if (is_of_myactuator(frame)) {  // one advice for all of these
     return Finding{AdviceKind::kUnknownCommand, &kMyActuator, {}, false, &kOtherDrives};
   }
   const protocol::Framing framing = drive.format.dialect.framing;
@@ -88,7 +88,7 @@ bool has_wide_target(const Heard& heard, const KnownDrive& drive) {
   if (drive.format.dialect.framing != protocol::Framing::kCan) return false;  // other bytes
   if (!heard.is<protocol::Position3>() && !heard.is<protocol::Position4>()) return false;
   const auto target = get_le<std::uint32_t>(heard.data, 4);
-  // Wide targets go up to a turn of the output, which is 36000 times the gear ratio.
+  // The limit is a turn of the output: 36000 times the gear ratio.
   return !drive.format.dialect.wide_single_turn_target && target > 0xFFFF &&
          target < drive.widest_circle_cdeg;
 }

@@ -8,17 +8,17 @@
 
 namespace lk::emulator {
 
-/// A command, or a parameter, that this drive does not have. Told at its first time: a host may ask
-/// once, and then give up or wait for ever.
+/// Finding for a command or parameter that this drive does not have. Given at the first time: a
+/// host may ask once, then give up or wait for ever.
 Finding unknown_command(const protocol::Frame& frame, const KnownDrive& drive);
 
-/// A target of 32 bits for a drive that reads 16 of them.
+/// Returns true for a 32-bit target to a drive that reads only 16 bits.
 bool has_wide_target(const Heard& heard, const KnownDrive& drive);
 
-/// Fields that make sense to a drive of another generation, and not to this one.
+/// Detects fields that have a meaning only for drives of another generation.
 class GenerationWatch {
  public:
-  /// Unused bytes may hold anything; the same plausible limit so often is meant (assumed).
+  /// Unused bytes may hold anything; one plausible limit, repeated so often, is meant (assumed).
   static constexpr int kSameLimit = 10;
 
   std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);

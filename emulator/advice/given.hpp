@@ -9,26 +9,26 @@
 
 namespace lk::emulator {
 
-/// A frame that is, or may turn out to be, wrong.
+/// A frame that is wrong, or may turn out to be.
 struct Suspect {
-  std::uint64_t number = 0;  // of the frames heard; 0: none
+  std::uint64_t number = 0;  // of the frame; 0: none
   SimTime at{0};
   protocol::Frame frame;
 };
 
-/// What was found, once for each cause and drive, and the last frames that it was found in.
+/// List of findings, one for each cause and drive, and marks for the last wrong frames.
 class GivenList {
  public:
-  /// Entries of a bus; and of one kind and drive. More are counted.
+  /// Limits for a bus, and for one kind and drive. Findings beyond are only counted.
   static constexpr std::size_t kMost = 1000;
-  static constexpr std::size_t kMostCauses = 16;  // assumed: who makes more of them scans
+  static constexpr std::size_t kMostCauses = 16;  // assumed: a host with more scans
   static constexpr std::size_t kMarks = 1024;
 
   GivenList() : marks_(kMarks) {}
   void note(int id, const Finding& finding, const Suspect& suspect, std::uint64_t times = 1);
   const std::vector<Advice>& all() const { return all_; }
   std::string_view mark_of(std::uint64_t number) const;
-  /// How often something was found that has no entry.
+  /// Number of findings without an entry.
   std::uint64_t left_out() const { return left_out_; }
 
  private:
@@ -40,7 +40,7 @@ class GivenList {
   };
   std::vector<Advice> all_;
   std::uint64_t left_out_ = 0;
-  std::vector<Mark> marks_;  // by number, the last kMarks
+  std::vector<Mark> marks_;  // ring of the last kMarks, by number
 };
 
 }  // namespace lk::emulator

@@ -12,10 +12,10 @@ namespace {
 
 using protocol::Opcode;
 
-/// Of a frame of the protocol without a stuff bit, with the pause behind it (docs/protocol.md §5).
+/// Shortest frame without stuff bits, with the pause after it (docs/protocol.md §5).
 constexpr std::int64_t kShortestFrame_bits = 108 + 3;
 
-/// Of RS-485: LEN 0, and ten bits a byte.
+/// RS-485: LEN 0, ten bits per byte.
 constexpr std::int64_t kShortestPacket_bits = 50;
 
 SimTime shortest_answer(const ServoConfig& config, std::int64_t bitrate) {
@@ -27,14 +27,14 @@ SimTime shortest_answer(const ServoConfig& config, std::int64_t bitrate) {
   return 2 * bits_duration(kShortestFrame_bits, bitrate) + config.reply_time;
 }
 
-/// Where the back-EMF takes all of the voltage that space-vector modulation can make of the link.
+/// Speed at which the back-EMF equals the largest voltage of space-vector modulation.
 double no_load_dps(const Profile& profile) {
   const model::DriveParams& drive = profile.drive;
   const double phase_peak_V = drive.supply.v_source / std::numbers::sqrt3;
   return dps_from_rad_s(phase_peak_V / (drive.motor.pole_pairs * drive.motor.psi_f));
 }
 
-/// A turn of the output, in degrees of the rotor.
+/// One turn of the output, in 0.01° of the rotor.
 std::uint32_t widest_circle_cdeg(const Profile& profile) {
   return static_cast<std::uint32_t>(protocol::kTurn_cdeg * profile.drive.mechanics.gear_ratio);
 }

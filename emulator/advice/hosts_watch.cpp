@@ -15,14 +15,14 @@ constexpr Words kKinds{"commands of two kinds, each in its own rhythm, again and
                        "两种命令各按自己的节奏反复出现：有两个程序在指挥这台驱动器"};
 // clang-format on
 
-constexpr double kNoticeable = 5;  // dps or degrees; less may be noise (assumed)
+constexpr double kNoticeable = 5;  // dps or degrees; a smaller difference may be noise (assumed)
 
-/// One controller alone goes there and back with these: bang-bang, dither, noise of its sensors.
+/// One controller alone alternates these values: bang-bang, dither, sensor noise.
 bool is_force(Opcode opcode) {
   return opcode == protocol::Torque::kOpcode || opcode == protocol::OpenLoop::kOpcode;
 }
 
-/// How much times from frame to frame differ.
+/// Spread of the gaps between frames.
 class Spread {
  public:
   void add(SimTime gap) {
@@ -39,25 +39,25 @@ class Spread {
 
 }  // namespace
 
-/// As one host's next command is to the one before, next to what lies between them.
+/// Returns true if both may be consecutive commands of one host, compared with the last step.
 bool HostsWatch::alike(const MotionCommand& one, const MotionCommand& other) const {
   if (one.opcode != other.opcode) return false;
-  if (back(0).motion.opcode != back(1).motion.opcode) return true;  // that is plain enough
+  if (back(0).motion.opcode != back(1).motion.opcode) return true;  // different kinds suffice
   const double way = std::abs(back(1).motion.value - back(0).motion.value);
   return std::abs(one.value - other.value) <= way / 10;
 }
 
-/// The last two are no two commands of one host.
+/// Returns true if the last two frames are unlikely to come from one host.
 bool HostsWatch::apart() const {
   const MotionCommand& now = back(0).motion;
   const MotionCommand& there = back(1).motion;
   if (now.opcode != there.opcode) return true;
-  // Increments say nothing of where a host wants to be.
+  // Increments do not show which position a host wants.
   return !now.increment() && !is_force(now.opcode) &&
          std::abs(there.value - now.value) >= kNoticeable;
 }
 
-/// What the last frame says, with another one before it, and those like it before that.
+/// Evaluates the last frame against the rhythm of earlier frames that are alike.
 HostsWatch::Sign HostsWatch::sign() const {
   if (!apart()) return Sign::kNone;
   Spread own;  // of the frames like the last one
@@ -75,9 +75,9 @@ HostsWatch::Sign HostsWatch::sign() const {
   }
   if (found < kRhythm) return Sign::kNone;
   const SimTime mean = (back(0).at - back(last).at) / static_cast<std::int64_t>(last);
-  if (all.value() * 5 < mean) return Sign::kNone;  // as even as one host's, or as two in turns
+  if (all.value() * 5 < mean) return Sign::kNone;  // as even as one host, or two in turns
   if (own.value() * 4 > all.value()) return Sign::kOneHost;
-  // Frames that were held up go out at once, and may be of any kind.
+  // Delayed frames leave together, and may be of any kind.
   std::size_t before = 2;
   while (!alike(back(before).motion, back(0).motion)) ++before;
   const SimTime gap = back(0).at - back(before).at;

@@ -10,10 +10,10 @@
 
 namespace lk::emulator {
 
-/// Several hosts that command one drive. Nothing on CAN says who sent a frame, and what one host
-/// sends may go there and back: dither, a blip when it was held up, noise. But it sends one frame
-/// after the other: another value takes the place of the usual one, and the rhythm of the usual
-/// ones has a gap there. A second host's frame comes between, and leaves that rhythm as it is.
+/// Detects several hosts that command one drive. A CAN frame does not name its sender, and one host
+/// may alternate values (dither, corrections, noise). But one host sends one frame after the other:
+/// an unusual value replaces a usual one and leaves a gap in its rhythm. A second host's frame
+/// comes in between and leaves the rhythm unchanged.
 class HostsWatch {
  public:
   static constexpr SimTime kThereAndBack = std::chrono::milliseconds(100);  // assumed
@@ -28,7 +28,7 @@ class HostsWatch {
     MotionCommand motion;
   };
   static constexpr std::size_t kKept = 32;
-  static constexpr std::size_t kRhythm = 7;  // frames that make one (assumed)
+  static constexpr std::size_t kRhythm = 7;  // frames needed for a rhythm (assumed)
   const Said& back(std::size_t n) const { return said_[(count_ - 1 - n) % kKept]; }  // 0: the last
   bool apart() const;
   bool alike(const MotionCommand& one, const MotionCommand& other) const;
@@ -37,7 +37,7 @@ class HostsWatch {
 
   std::array<Said, kKept> said_{};  // a ring
   std::size_t count_ = 0;
-  int times_ = 0;  // what speaks for several, less what speaks for one
+  int times_ = 0;  // signs of several hosts minus signs of one
   SimTime last_time_{0};
 };
 

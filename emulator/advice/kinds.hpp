@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What hosts do wrong with these motors, one row for each kind (docs/advice.md).
+/// @file Mistakes of hosts, one row for each kind (docs/advice.md).
 
 #include <cstddef>
 #include <cstdint>
@@ -49,14 +49,14 @@ inline constexpr std::size_t kAdviceKinds =
 
 struct AdviceRow {
   AdviceKind kind;
-  std::string_view word;  // stable: for programs
-  Words rule;             // when it is given, as the documents have it
+  std::string_view word;  // stable, as programs read it
+  Words rule;             // condition, as in the documents
   Words todo;
-  bool apiece = false;  // each of its causes is told by itself
-  Words serial_todo{};  // on RS-485, where `todo` is about CAN
+  bool apiece = false;  // one advice for each cause
+  Words serial_todo{};  // for RS-485, if `todo` is about CAN
 };
 
-/// All of them, in the order of AdviceKind.
+/// All rows, in the order of AdviceKind.
 std::span<const AdviceRow> advice_table();
 const AdviceRow& advice_row(AdviceKind kind);
 

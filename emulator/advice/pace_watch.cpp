@@ -21,7 +21,7 @@ std::optional<Finding> WaitWatch::hear(const Heard& heard, const KnownDrive& dri
   const std::optional<SimTime> before = std::exchange(last_, heard.at);
   if (!before) return std::nullopt;
   const SimTime gap = heard.at - *before;
-  // Handed over together: time stood, or slipped, and nobody knows how far apart they were sent.
+  // Equal times: the clock stood still or slipped, and the real gap is unknown.
   if (gap == SimTime{0}) return std::nullopt;
   in_a_row_ = gap < drive.shortest_answer ? std::min(in_a_row_ + 1, kInARow) : 0;
   if (in_a_row_ < kInARow) return std::nullopt;

@@ -7,11 +7,11 @@
 
 namespace lk::emulator {
 
-/// Queries that do not wait for the reply to the one before.
+/// Detects queries that do not wait for the previous reply.
 class WaitWatch {
  public:
-  /// In a row. Hosts that send a handful of queries and then read the replies are common, and
-  /// drives take that: they hold 16 replies (docs/protocol.md §5).
+  /// Consecutive queries. Many hosts send a few queries and then read the replies, which drives
+  /// allow: they queue 16 replies (docs/protocol.md §5).
   static constexpr int kInARow = 20;
 
   std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
@@ -21,12 +21,12 @@ class WaitWatch {
   int in_a_row_ = 0;
 };
 
-/// Pauses that nearly, or already, make the protection against lost input trip.
+/// Detects pauses that trip, or nearly trip, the lost-input protection.
 class InputWatch {
  public:
-  static constexpr double kNear = 0.8;  // of the time it takes (assumed)
-  static constexpr double kGone = 3;    // the host was not there (assumed)
-  static constexpr int kPauses = 3;     // one may be an accident (assumed)
+  static constexpr double kNear = 0.8;  // share of the trip time (assumed)
+  static constexpr double kGone = 3;    // multiple of it: the host was absent (assumed)
+  static constexpr int kPauses = 3;     // fewer may be accidents (assumed)
 
   std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
 

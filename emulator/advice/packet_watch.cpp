@@ -34,7 +34,7 @@ constexpr Words kSums[] = {
 
 constexpr std::uint8_t kPadded[] = {0x80, 0x81, 0x88, 0x8C, 0x92, 0x94, 0x9A,
                                     0x9B, 0x9C, 0x9D, 0xA5, 0xA6, 0xA7, 0xA8};
-constexpr std::uint8_t kCanDlc = 8;  // a command, and a LEN of 7
+constexpr std::uint8_t kCanDlc = 8;  // a command and LEN 7
 
 double in_us(SimTime time) { return 1e6 * in_s(time); }
 
@@ -90,7 +90,7 @@ std::optional<Finding> TalkWatch::hear(const TimedFrame& in, bool echoes) {
 void TalkWatch::expect_reply(const TimedFrame& in, const KnownDrive& drive) {
   const bool queued = is_queued(in);
   if (drive.byte_time == SimTime{0}) return;
-  if (in.at < reply_ends_ && !queued) return;  // no drive hears it then
+  if (in.at < reply_ends_ && !queued) return;  // no drive receives it then
   const protocol::CommandInfo* const command = protocol::find_command(in.frame.data[0]);
   const std::size_t query = protocol::wire_bytes(in.frame).size;
   std::size_t reply = protocol::kHeaderBytes;

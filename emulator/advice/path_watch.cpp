@@ -50,11 +50,11 @@ std::optional<Finding> JumpWatch::hear(const Heard& heard, const KnownDrive& dri
     moving_ = 0;
     return std::nullopt;
   }
-  // Handed over together: time stood, or slipped, and nobody knows how far apart they were sent.
+  // Equal times: the clock stood still or slipped, and the real gap is unknown.
   if (now.at == before->at) return std::nullopt;
   const double step_deg = std::abs(now.value_deg - before->value_deg);
   const bool streaming = moving_ == kMoving;
-  // Frames come early and late: what counts is the pace.
+  // Frames come early and late, so the mean gap counts too.
   const double pace_s = std::max(mean_gap_s_, gap_s);
   mean_gap_s_ = mean_gap_s_ == 0 ? gap_s : mean_gap_s_ + (gap_s - mean_gap_s_) / kMoving;
   moving_ = step_deg > 0 ? std::min(moving_ + 1, kMoving) : 0;

@@ -9,18 +9,18 @@
 
 namespace lk::emulator {
 
-/// ROM that is written again and again: each write wears it.
+/// Detects repeated writes to ROM, which wear it.
 class RomWatch {
  public:
-  /// A person who sets a robot up writes a few times; ten of one kind are a program's (assumed).
+  /// A person writes a few times during setup; ten of one kind come from a program (assumed).
   static constexpr std::size_t kWrites = 10;
-  /// A memory that lasts this long at the rate of those ten is no news (assumed).
+  /// No advice if the memory lasts longer than this at the rate of the ten writes (assumed).
   static constexpr SimTime kLongLife = std::chrono::hours(365 * 24);
 
   std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
 
  private:
-  /// Of one parameter: the times of the last ten, in a ring.
+  /// Times of the last ten writes of one parameter, in a ring.
   struct Writes {
     std::array<SimTime, kWrites> at{};
     std::size_t count = 0;

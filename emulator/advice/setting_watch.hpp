@@ -9,21 +9,21 @@
 
 namespace lk::emulator {
 
-/// Settings that are written over the bus (0x42), saved (0x44) and in force after a restart (0x07):
-/// judged by what is on the wire, for whichever drives acknowledge them.
+/// Watches settings that are written (0x42), saved (0x44) and in force after a restart (0x07). Uses
+/// only wire traffic, and counts writes that a drive acknowledges.
 class SettingWatch {
  public:
-  /// A frame of 8 bytes for the drive, whose known state may be from before.
+  /// Processes a frame of 8 bytes. The state in `drive` may be older than the frame.
   std::vector<Finding> hear(const protocol::Payload& data, const KnownDrive& drive);
   void hear_reply(const protocol::Payload& data);
 
  private:
-  bool pending_ = false;             // acknowledged and not saved
-  std::uint32_t pending_start_ = 0;  // in which
+  bool pending_ = false;             // acknowledged but not saved
+  std::uint32_t pending_start_ = 0;  // start of the drive with that write
   std::uint32_t start_ = 1;          // of the drive, at its last frame
 };
 
-/// A number of the one table under the command of the other.
+/// Finds a parameter number of one table used with a command of the other table.
 std::optional<Finding> mixed_up_tables(const protocol::Payload& data);
 
 }  // namespace lk::emulator

@@ -48,7 +48,7 @@ bool SpeedWatch::starts_at_shaft(double value, SimTime at, const KnownDrive& dri
          std::abs(value - drive.angle_deg) <= kStart_deg;
 }
 
-/// Each step is a new value: one that is held is a speed, or a target that it has come to.
+/// Each step must change the value: a constant value is a speed, or the end of a path.
 std::optional<Finding> SpeedWatch::follow_path(double value) {
   if (!steps_) return std::nullopt;
   const double step = std::abs(value - *value_);
@@ -66,7 +66,7 @@ std::optional<Finding> SpeedWatch::leave_target(double value, SimTime at, const 
   const bool arrived = at - since_ >= kHeld && std::abs(*value_) >= kLeast_dps &&
                        std::abs(value) >= kLeast_dps &&
                        std::abs(drive.angle_deg - *value_) <= near_deg;
-  // A sweep that turns back at its limits comes to the same number again and again, by chance.
+  // A sweep between two limits meets one number repeatedly by chance.
   const bool anew = std::abs(std::abs(*value_) - arrived_dps_) >= kLeast_dps;
   arrivals_ = !arrived ? 0 : anew || arrivals_ == 0 ? arrivals_ + 1 : arrivals_;
   if (arrived) arrived_dps_ = std::abs(*value_);

@@ -7,18 +7,18 @@
 
 namespace lk::emulator {
 
-/// Positions that are sent as speeds. A number does not say what it means; what a host does with it
-/// says it: it leaves a target when the shaft is there, or it starts a path where the shaft is.
+/// Detects positions that are sent as speeds. Such a host changes the value when the shaft reaches
+/// it, or starts a path at the shaft's position.
 class SpeedWatch {
  public:
   static constexpr double kLeast_dps = 5;                           // assumed
   static constexpr SimTime kHeld = std::chrono::milliseconds(100);  // assumed
-  static constexpr int kArrivals = 3;                               // assumed: twice is chance
-  static constexpr double kNear_deg = 2;       // and what it turns within kReaction (assumed)
-  static constexpr double kReaction_s = 0.02;  // of a host that looks at 50 Hz (assumed)
+  static constexpr int kArrivals = 3;                               // assumed: twice may be chance
+  static constexpr double kNear_deg = 2;       // plus the travel within kReaction_s (assumed)
+  static constexpr double kReaction_s = 0.02;  // of a host that reads at 50 Hz (assumed)
   static constexpr SimTime kJustRead = std::chrono::seconds(1);  // assumed
-  static constexpr double kStart_deg = 0.3;  // the first step of a path included (assumed)
-  static constexpr double kStep_dps = 5;     // of a path (assumed)
+  static constexpr double kStart_deg = 0.3;  // includes the first step of a path (assumed)
+  static constexpr double kStep_dps = 5;     // per step of a path (assumed)
   static constexpr int kSteps = 10;          // assumed
 
   std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
@@ -32,7 +32,7 @@ class SpeedWatch {
   std::optional<double> value_;  // in force
   SimTime since_{0};
   int arrivals_ = 0;
-  double arrived_dps_ = 0;    // the size of the last one that arrived
+  double arrived_dps_ = 0;    // size of the last value that arrived
   std::optional<int> steps_;  // of a path that began at the shaft
 };
 

@@ -20,7 +20,7 @@ std::optional<Finding> ClearWatch::hear(const Heard& heard, const KnownDrive& dr
   if (drive.errors != 0 || heard.at - first_ > kWithin) times_ = 0;
   if (times_ == 0) {
     first_ = heard.at;
-    times_ = drive.errors != 0 ? 1 : 0;  // where there is nothing to clear nobody is misled
+    times_ = drive.errors != 0 ? 1 : 0;  // without errors the reply misleads nobody
     return std::nullopt;
   }
   if (++times_ < kTimes) return std::nullopt;
@@ -39,7 +39,7 @@ std::optional<Finding> FirstTargetWatch::hear(const Heard& heard, const KnownDri
   if (!aims) return std::nullopt;
   const double target_deg = heard.motion->value;
   const double way_deg = std::abs(target_deg - drive.angle_deg);
-  // A target by the turn count from before the start is near where the shaft stood by that count.
+  // A target with the turn count of before is near the old position of the shaft.
   const bool by_old_count =
       angle_before_deg_ && std::abs(target_deg - *angle_before_deg_) < way_deg;
   if (way_deg < (by_old_count ? kFar_deg : kFar_deg * drive.gear_ratio)) return std::nullopt;

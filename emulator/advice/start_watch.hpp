@@ -8,7 +8,7 @@
 
 namespace lk::emulator {
 
-/// Errors cleared again and again because the reply shows those from before.
+/// Detects repeated clearing of errors because the reply shows the old errors.
 class ClearWatch {
  public:
   static constexpr SimTime kWithin = std::chrono::seconds(5);
@@ -21,20 +21,20 @@ class ClearWatch {
   int times_ = 0;
 };
 
-/// The first target after a start, for a turn count that the drive no longer has.
+/// Detects a first target after a start that relies on the turn count of before.
 class FirstTargetWatch {
  public:
   static constexpr double kFar_deg = 180;
 
   std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
-  /// The drive was just looked at.
+  /// Call after each look at the drive.
   void look(const KnownDrive& drive);
 
  private:
-  std::uint32_t known_start_ = 0;  // since which the host knows where the shaft is, or has moved
-  std::uint32_t start_ = 0;        // of the drive, at the last look
+  std::uint32_t known_start_ = 0;  // start since which the host knows the position or has moved
+  std::uint32_t start_ = 0;        // start count at the last look
   double angle_deg_ = 0;           // at the last look
-  std::optional<double> angle_before_deg_;  // when the drive last ran before this start
+  std::optional<double> angle_before_deg_;  // last angle before this start
 };
 
 }  // namespace lk::emulator

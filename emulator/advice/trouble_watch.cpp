@@ -29,7 +29,7 @@ std::optional<Finding> TroubleWatch::hear(const Heard& heard, const Suspect& sus
   last_ = suspect;
   if (heard.is<protocol::Off>() || heard.is<protocol::Run>()) off_ = heard.is<protocol::Off>();
   if (heard.motion) motions_[motion_count_++ % kKept] = {suspect, off_};
-  // Another part of the host may not know of it yet.
+  // Another part of the host may not know this yet.
   if (heard.is<protocol::Off>()) quiet_until_ = std::max(quiet_until_, heard.at + kReaction);
   const bool asks = heard.is<protocol::ReadState1>() || heard.is<protocol::ClearErrors>();
   if (asks) asked_ = heard.at;
@@ -51,7 +51,7 @@ std::optional<TroubleWatch::Seen> TroubleWatch::look(SimTime now, std::uint64_t 
                                                      const KnownDrive& drive) {
   const std::uint64_t times = drive.refused_motion - std::exchange(refused_, drive.refused_motion);
   const std::uint64_t before = std::exchange(arrived_, arrived);
-  if (!drive.alive) {  // its errors go with its power
+  if (!drive.alive) {  // power-off clears its errors
     error_.reset();
     return std::nullopt;
   }
@@ -99,7 +99,7 @@ const Suspect& TroubleWatch::first_of(std::uint64_t times, std::uint64_t before,
   while (newest + 1 < kept && back(newest).suspect.number > arrived) ++newest;
   std::size_t oldest = newest;
   while (oldest + 1 < kept && back(oldest + 1).suspect.number > before) ++oldest;
-  // Those that came while the drive was off, if that is all; else an error has begun among them.
+  // The first command while off, if that explains all; otherwise an error began among them.
   std::uint64_t off = 0;
   std::size_t first_off = oldest;
   for (std::size_t n = newest; n <= oldest; ++n) {
