@@ -35,10 +35,10 @@ constexpr std::array kSchemes{
               "rs485-tcp:29485", R"(pyserial: serial.serial_for_url("socket://127.0.0.1:29485"))"},
 };
 
-/// With the prefix: a socket's address, which locks an ID of the bus, has 108 bytes.
+/// With the prefix: the lock of an ID uses a socket address of 108 bytes.
 constexpr std::size_t kLongest = 90;
-constexpr std::size_t kLongestInterface = 15;  // Linux: IFNAMSIZ less its end
-// python-can's own.
+constexpr std::size_t kLongestInterface = 15;  // Linux: IFNAMSIZ without its zero
+// Defaults of python-can.
 constexpr const char* kGroup = "ff15:7079:7468:6f6e:6465:6d6f:6d63:6173";
 constexpr std::uint16_t kGroupPort = 43113;
 constexpr std::string_view kNoAcks = "?acks=no";
@@ -47,7 +47,7 @@ bool is_printable(const std::string& name) {
   return std::ranges::all_of(name, [](char c) { return c > ' ' && c < '\x7f'; });
 }
 
-/// The part that a name without anything behind its scheme lacks.
+/// Message for a name that ends after its scheme.
 std::string what_is_missing(const BusScheme& scheme) {
   const char* const what = scheme.place == BusPlace::kPath    ? "path"
                            : scheme.place == BusPlace::kGroup ? "group"
@@ -73,7 +73,7 @@ std::string interface_problem(const std::string& name) {
   return "";
 }
 
-/// "[ADDR:]PORT", with what `out` has for an address that is not said. Why not, or empty.
+/// Parses "[ADDR:]PORT" into `out`; keeps its address by default. Returns the problem or "".
 std::string read_port(const std::string& name, std::string_view rest, BusName& out) {
   const std::string form(out.scheme->form);
   if (out.scheme->transport == kSlcanTcp && rest.ends_with(kNoAcks)) {
@@ -99,7 +99,7 @@ std::string read_port(const std::string& name, std::string_view rest, BusName& o
   return "";
 }
 
-/// "[GROUP][:PORT][?ttl=1]". Why not, or empty.
+/// Parses "[GROUP][:PORT][?ttl=1]" into `out`. Returns the problem or "".
 std::string read_group(const std::string& name, std::string_view rest, BusName& out) {
   const std::size_t question = rest.find('?');
   if (question != std::string_view::npos) {

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file What a bus may be called: the name of an interface, or a URI that says how hosts get to
-/// it. One row a scheme; help, errors and docs/buses.md are made of them.
+/// @file Names of buses: an interface, or a URI that says how hosts connect. One row per scheme;
+/// help, errors and docs/buses.md are made from the rows.
 
 #include <cstdint>
 #include <span>
@@ -21,42 +21,42 @@ enum class Transport : std::uint8_t {
   kRs485Tcp,
 };
 
-/// What stands behind the colon.
+/// Kind of place after the scheme's colon.
 enum class BusPlace : std::uint8_t { kInterface, kPath, kPort, kGroup };
 
 struct BusScheme {
   Transport transport;
   std::string_view prefix;  // "slcan-tcp:"; empty: a bare name
   BusPlace place;
-  bool serial;               // RS-485, else CAN
+  bool serial;               // RS-485, otherwise CAN
   std::string_view form;     // "slcan-tcp:[ADDR:]PORT"
-  std::string_view example;  // that can be copied
-  std::string_view hosts;    // who gets on it, and how, for the example
+  std::string_view example;  // can be copied
+  std::string_view hosts;    // how a host connects, for the example
 };
 std::span<const BusScheme> bus_schemes();
-/// "vcan0, slcan-tcp:29536, …": an example of each.
+/// Returns one example of each scheme: "vcan0, slcan-tcp:29536, …".
 std::string bus_examples();
 
-/// A name taken apart.
+/// A parsed bus name.
 struct BusName {
   const BusScheme* scheme;
   std::string path = {};     // or the interface
-  std::string address = {};  // of a port or group: an IP address without brackets
+  std::string address = {};  // of port or group: an IP address without brackets
   std::uint16_t port = 0;
-  int ttl = 0;       // of a group: how many networks away others may be
-  bool acks = true;  // of slcan-tcp: commands are acknowledged
+  int ttl = 0;       // of a group: number of networks a datagram may cross
+  bool acks = true;  // slcan-tcp: commands are acknowledged
 };
-/// Or why it is no name of a bus.
+/// Returns the parsed name, or the reason why it is invalid.
 std::variant<BusName, std::string> parse_bus_name(const std::string& name);
-/// Of a name that is one.
+/// Pre: `name` is valid.
 BusName bus_name(const std::string& name);
 
-/// The scheme of a name, whether or not what follows the colon is valid.
+/// Returns the scheme of a name, even if the part after the colon is invalid.
 const BusScheme& scheme_of(std::string_view name);
-/// Is the bus of this name one of RS-485?
+/// Returns true for an RS-485 bus.
 bool is_serial_name(std::string_view name);
 
-/// A name of a bus as a part of a file's name.
+/// Makes a bus name usable as part of a file name.
 std::string bus_file_name(std::string name);
 
 }  // namespace lk::emulator

@@ -14,7 +14,7 @@ constexpr std::int64_t kLatest_s = INT64_MAX / kNanos - 1;
 
 bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
-/// The next word, taken off the front of `rest`; empty at the end.
+/// Removes the next word from `rest` and returns it; empty at the end.
 std::string_view next_word(std::string_view& rest) {
   while (!rest.empty() && is_space(rest.front())) rest.remove_prefix(1);
   std::size_t length = 0;
@@ -109,7 +109,7 @@ std::string candump_line(SimTime at, std::string_view interface, const protocol:
   text += '.';
   add_padded(text, at_us % kMicros, 6);
   text.append(") ").append(interface).append(" ").append(frame_text(frame));
-  // candump gives a CAN FD frame a digit of flags.
+  // candump appends a digit of flags to a CAN FD frame.
   if (frame.kind == protocol::FrameKind::kFd) text += '0';
   if (direction == CandumpLine::Direction::kReceived) text += " R";
   if (direction == CandumpLine::Direction::kSent) text += " T";

@@ -17,8 +17,8 @@
 namespace lk::emulator {
 namespace {
 
-/// Does the command line mean the bus that the file has on `interface`? When each of them names one
-/// bus only, then so, whatever its name.
+/// Returns true if the command line means the file's bus on `interface`. If both name only one bus,
+/// it always does.
 bool means(const BusRequest& request, const std::string& interface, bool one_in_each) {
   return request.interface == interface || one_in_each;
 }
@@ -35,16 +35,16 @@ AskedOfBus asked_by(const BusRequest& request, const Overrides& overrides) {
           .firmware = merge(overrides.firmware, request.firmware),
           .boot_angle_deg = overrides.boot_angle_deg};
 }
-/// With what the bus is that the drives are on.
+/// Adds the properties of the bus.
 AskedOfBus on_bus(AskedOfBus asked, const BusConfig& bus) {
   asked.serial = bus.serial ? &*bus.serial : nullptr;
   asked.bitrate = bus.bitrate;
   return asked;
 }
 
-// --- the configuration file
+// --- configuration file
 
-/// What the command line says of the drives of a bus of the file.
+/// Options of the command line for the drives of one bus of the file.
 AskedOfBus asked_of(const Overrides& overrides, const std::string& interface,
                     std::size_t buses_in_file) {
   const bool one_in_each = overrides.buses.size() == 1 && buses_in_file == 1;
@@ -52,10 +52,10 @@ AskedOfBus asked_of(const Overrides& overrides, const std::string& interface,
     if (means(request, interface, one_in_each)) return asked_by(request, overrides);
   }
   if (overrides.buses.empty()) return asked_by({interface, std::nullopt}, overrides);
-  return {.interface = interface, .ids = std::vector<int>{}};  // the bus does not run
+  return {.interface = interface, .ids = std::vector<int>{}};  // this bus does not run
 }
 
-/// The body of a robot, and which of its joints some drive turns.
+/// The body of a robot, and its joints that already have a drive.
 struct Body {
   std::shared_ptr<const Mechanism> mechanism;
   std::shared_ptr<const BodySignals> signals;
@@ -111,7 +111,7 @@ BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t b
 
 std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& overrides,
                                   const FindProfile& find, const LoadBody& load_body) {
-  // People mix them up; the key that a robot does not know would not tell them so.
+  // Users confuse the two; a complaint about an unknown key would not help them.
   if (!reader.has("bus") && (reader.has("expect") || reader.has("robot"))) {
     reader.fail("", "this is a scenario, not a robot; lk-emu run FILE plays it");
   }
@@ -144,7 +144,7 @@ std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& override
   if (reader.has("bitrate") && std::ranges::all_of(buses, is_serial)) {
     reader.fail("bitrate", "has no effect: no bus is CAN, and those of RS-485 have their own");
   }
-  // The command line may leave out the drives that turn its joints.
+  // The command line may leave out the drives of its joints.
   const bool whole = overrides.buses.empty();
   if (body.mechanism && whole && std::ranges::none_of(body.taken, std::identity())) {
     reader.fail("body",
@@ -153,9 +153,9 @@ std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& override
   return buses;
 }
 
-// --- what the command line says
+// --- command line
 
-/// The place in the file of the bus that `request` means.
+/// Returns the place in the file of the bus that `request` means.
 std::optional<std::size_t> place_of(const BusRequest& request,
                                     const std::vector<BusConfig>& of_file, bool one_in_each) {
   const auto found = std::ranges::find_if(
@@ -189,7 +189,7 @@ void select_ids(BusConfig& bus, const BusRequest& request, const Overrides& over
   });
 }
 
-/// Refuses a bit rate of the command line that applies to no bus.
+/// Rejects a bit rate of the command line that applies to no bus.
 void check_rates(const Overrides& overrides, const std::vector<BusConfig>& buses) {
   const auto is_serial = [](const BusConfig& bus) { return bus.serial.has_value(); };
   if (buses.empty()) return;
@@ -208,7 +208,7 @@ std::vector<BusConfig> apply(const Overrides& overrides, std::vector<BusConfig> 
   }
   std::vector<BusConfig> buses;
   const bool one_in_each = overrides.buses.size() == 1 && of_file.size() == 1;
-  std::size_t next_place = of_file.size();  // of the buses that the file does not know
+  std::size_t next_place = of_file.size();  // for buses that are not in the file
   for (const auto& request : overrides.buses) {
     BusConfig bus;
     if (const auto place = place_of(request, of_file, one_in_each)) {

@@ -14,8 +14,8 @@ namespace {
 constexpr double kShortest_ms = 0.05;  // assumed
 constexpr double kLongest_ms = 10;     // assumed: slower than every drive's position loop
 
-constexpr double kLeast_ohm = 1e-4;  // assumed: less no current of a robot shows
-constexpr double kMost_ohm = 10;     // assumed: more, and no drive of a robot starts
+constexpr double kLeast_ohm = 1e-4;  // assumed: a smaller one is not visible at a robot's currents
+constexpr double kMost_ohm = 10;     // assumed: with more, no drive of a robot starts
 
 std::string short_number(double value) {
   char text[32];
@@ -23,7 +23,7 @@ std::string short_number(double value) {
   return text;
 }
 
-/// The drive computes whole periods, and so does a step of the body.
+/// Checks that a body step is a whole number of the drive's PWM periods.
 void check_step(const TableReader& reader, const ServoConfig& servo, SimTime step) {
   const auto f_Hz = protocol::rounded(servo.profile.drive.inverter.f_pwm);
   if (f_Hz * step.count() % 1'000'000'000 == 0) return;

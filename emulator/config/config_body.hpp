@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What a robot file says of its body: [body], the joints of its drives, and [battery].
+/// @file Keys of a robot file for its body: [body], the joints of its drives, and [battery].
 
 #include <memory>
 #include <optional>
@@ -12,18 +12,18 @@
 
 namespace lk::emulator {
 
-/// Reads [body]; null: there is none. Throws ConfigError.
+/// Reads [body]; null if absent. Throws ConfigError.
 std::shared_ptr<const Mechanism> read_body(TableReader& reader, const LoadBody& load);
 
-/// Reads [battery]: its inner resistance, ohm; 0: there is none. Throws ConfigError.
+/// Reads [battery] and returns its internal resistance in ohm; 0 if absent. Throws ConfigError.
 double read_battery(TableReader& reader);
 
-/// Reads the `joint` of a drive whose other keys have been read; nothing: it has none.
+/// Reads the `joint` of a drive; nullopt if absent. Pre: the drive's other keys have been read.
 std::optional<JointLink> read_joint(TableReader& reader, const ServoConfig& servo,
                                     const Mechanism* body);
 
-/// Refuses a joint that another drive of the robot turns too. `reader` is that of `servo`; `taken`
-/// has those of the drives that were read before.
+/// Rejects a joint that another drive already turns. `reader` is that of `servo`; `taken` marks the
+/// joints of drives read before.
 void check_joint(const TableReader& reader, const ServoConfig& servo, std::vector<bool>& taken);
 
 }  // namespace lk::emulator

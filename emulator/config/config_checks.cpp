@@ -22,7 +22,7 @@ const model::Protection& protection(const Registers& registers, model::Error kin
   return registers.protections[static_cast<std::size_t>(kind)];
 }
 
-/// The table in which the dotted `key` stands, and its last part; none when it is not there.
+/// Returns the table with the dotted `key`, and the last part of the key; nullopt if absent.
 std::optional<std::pair<TableReader, std::string>> find(const TableReader& drive,
                                                         const std::string& key) {
   TableReader table = drive;
@@ -38,7 +38,7 @@ std::optional<std::pair<TableReader, std::string>> find(const TableReader& drive
   return std::pair(table, last);
 }
 
-/// Complains about the first of `keys` that the drive states, or about its motor.
+/// Fails at the first of `keys` that the drive states, or at its motor.
 [[noreturn]] void blame(const TableReader& drive, const std::vector<std::string>& keys,
                         const std::string& reason) {
   for (const std::string& key : keys) {
@@ -55,7 +55,7 @@ void check_brake(const TableReader& drive, const ServoConfig& servo) {
     }
   }
   if (tau == 0) return;
-  // It holds until a command releases it.
+  // The brake holds until a command releases it.
   if (!servo.quirks.dialect.brake_command) {
     const std::string reason =
         "nothing could release it: the drive has no brake command (generation v236 has, or "
@@ -71,7 +71,7 @@ void check_brake(const TableReader& drive, const ServoConfig& servo) {
   }
 }
 
-/// The shaft has to start between its end stops, wherever the draw puts it.
+/// Checks that the shaft starts between its end stops, for every random start.
 void check_end_stops(TableReader& reader, const ServoConfig& servo) {
   const model::DriveParams& drive = servo.profile.drive;
   const auto start_deg = [&](double boot_deg) {
@@ -90,7 +90,7 @@ void check_end_stops(TableReader& reader, const ServoConfig& servo) {
   load->fail(stop, "the shaft starts beyond this end stop, at " + number(first) + " deg");
 }
 
-/// What is never below 0 never comes back by more than the threshold.
+/// A value that is never below 0 cannot fall below its threshold by more than the threshold.
 void check_hystereses(const TableReader& drive, const ServoConfig& servo) {
   using enum model::Error;
   for (const model::Error kind : {kOverVoltage, kOverCurrent, kShort, kStall}) {
@@ -110,7 +110,7 @@ void check_hystereses(const TableReader& drive, const ServoConfig& servo) {
   }
 }
 
-/// A drive that is reset before its protection notices could not report under-voltage.
+/// Rejects an under-voltage threshold at which the drive is already in reset.
 void check_voltages(const TableReader& drive, const ServoConfig& servo) {
   const auto& under = protection(servo.rom, model::Error::kUnderVoltage);
   const model::LogicParams& logic = servo.profile.drive.logic;
@@ -133,8 +133,8 @@ void check_voltages(const TableReader& drive, const ServoConfig& servo) {
   }
 }
 
-/// The exponential of the windings is a series that is good to R·T/L = 0.25, at 25 °C: of half as
-/// much again, when they are hot, it still makes less than 1e-6.
+/// The exponential of the windings is a series, good to R·T/L = 0.25 at 25 °C. With half as much
+/// again, at hot windings, its error is still below 1e-6.
 std::optional<ModelProblem> winding_problem(const model::DriveParams& d) {
   const double R = d.motor.R_s + d.inverter.R_on;
   const double L = std::min(d.motor.L_d, d.motor.L_q);
@@ -147,9 +147,9 @@ std::optional<ModelProblem> winding_problem(const model::DriveParams& d) {
           number(4 * R / d.inverter.f_pwm * 1e3) + " mH, and one is " + number(L * 1e3)};
 }
 
-/// A springy gear is a body of its own at the output. One explicit step a period holds its
-/// oscillation while ω²T² + 2·c·T/J < 4; at a quarter of that its frequency is right to 5 %. The
-/// flange alone has to do: a load may be taken off.
+/// An elastic gear makes the output a second body. One explicit step per period is stable while
+/// ω²T² + 2·c·T/J < 4; at a quarter of that, its frequency is right to 5 %. This must hold for the
+/// flange alone, as a load may be removed.
 std::optional<ModelProblem> gear_problem(const model::DriveParams& d) {
   const model::MechanicsParams& m = d.mechanics;
   if (m.gear_stiffness_out == 0) return std::nullopt;

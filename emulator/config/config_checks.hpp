@@ -9,26 +9,26 @@
 
 namespace lk::emulator {
 
-/// Why an encoder offset does not fit an encoder; empty when it does.
+/// Returns why an offset does not fit the encoder; empty if it does.
 std::string offset_problem(std::uint16_t offset, const model::EncoderParams& encoder);
-/// Why a drive of this series cannot have this control; empty when it can.
+/// Returns why drives of this series cannot have this control; empty if they can.
 std::string control_problem(Series series, const model::ControlParams& control);
-/// Why these two make no sense together; empty when they do.
+/// Returns why the two voltage thresholds conflict; empty if they do not.
 std::string voltage_problem(const Registers& registers);
 
-/// Numbers of a motor with which the equations of the model hold no more (docs/model.md).
+/// Motor values that violate assumptions of the model's equations (docs/model.md).
 struct ModelProblem {
-  std::vector<std::string> keys;  // of a motor file, with their sections; the likeliest first
+  std::vector<std::string> keys;  // in a motor file, with sections; most likely cause first
   std::string reason;
 };
 std::optional<ModelProblem> model_problem(const model::DriveParams& drive);
 
-/// Refuses registers that the drive cannot hold or that make no sense together. `reader` has them
-/// as its table `settings`. Throws ConfigError.
+/// Rejects registers that the drive cannot hold or that conflict. Pre: they are the table
+/// `settings` of `reader`. Throws ConfigError.
 void check_settings(const TableReader& reader, const ServoConfig& servo);
 
-/// Refuses what the keys of a drive, each good by itself, make no sense of together. `reader` is
-/// that of its [[bus.drive]]. Throws ConfigError.
+/// Rejects keys of a drive that are valid alone but conflict. `reader` is that of its
+/// [[bus.drive]]. Throws ConfigError.
 void check_drive(TableReader& reader, const ServoConfig& servo);
 
 }  // namespace lk::emulator

@@ -65,7 +65,7 @@ ServoConfig as_delivered(const Profile& profile, const AskedOfBus& asked) {
   return servo;
 }
 
-/// One that is in multi-drive mode needs the rate for it.
+/// Checks the bit rate for multi-drive mode on RS-485.
 void check_broadcast(TableReader& reader, const ServoConfig& servo, const AskedOfBus& asked) {
   constexpr std::int64_t kSlowest = 1'000'000;
   if (asked.serial == nullptr || !servo.rom.broadcast_mode) return;
@@ -81,7 +81,7 @@ std::string name_of(const AskedOfBus& asked, int id) {
   return asked.interface + " drive " + std::to_string(id);
 }
 
-/// The first of `ids` that runs.
+/// Returns the first of `ids` that runs.
 std::optional<int> first_running(const std::vector<int>& ids, const AskedOfBus& asked) {
   const auto runs = [&](int id) {
     return !asked.ids || std::ranges::find(*asked.ids, id) != asked.ids->end();
@@ -90,7 +90,7 @@ std::optional<int> first_running(const std::vector<int>& ids, const AskedOfBus& 
   return found == ids.end() ? std::nullopt : std::optional(*found);
 }
 
-/// What the command line asks of the drives, as options.
+/// Returns the command line's requests for the drives, as options.
 std::string options_of(const AskedOfBus& asked) {
   std::string all;
   if (asked.firmware.generation) all += " --generation " + *asked.firmware.generation;
@@ -99,7 +99,7 @@ std::string options_of(const AskedOfBus& asked) {
   return all;
 }
 
-/// A turn of the output to either side.
+/// One turn of the output in each direction.
 double most_boot_angle_deg(const ServoConfig& servo) {
   return 360 * servo.profile.drive.mechanics.gear_ratio;
 }
@@ -120,7 +120,7 @@ void ask_boot_angle(std::optional<double> asked_deg, const std::string& drive, S
   servo.boot_angle_deg = asked_deg;
 }
 
-/// With the firmware `asked` for on the command line.
+/// Reads a drive with the firmware `asked` for on the command line.
 std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrides,
                                    const AskedOfBus& asked, const FindProfile& find) {
   const std::vector<int> ids = read_ids(reader);
@@ -143,7 +143,7 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
   const double most_deg = most_boot_angle_deg(servo);
   servo.boot_angle_deg = reader.number("boot_angle_deg", -most_deg, most_deg);
   servo.boot_temperature_C = reader.number("boot_temperature_C", -40, 125);
-  // What is asked for is not for drives that do not run: they may not have it.
+  // Requests are not applied to drives that do not run: these may not support them.
   const auto running = first_running(ids, asked);
   read_generation(reader, running ? asked.firmware : FirmwareRequest{},
                   name_of(asked, running.value_or(0)), servo);
@@ -164,7 +164,7 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
   return servos;
 }
 
-/// Whether the drive can be read, but for what the command line asks of it.
+/// Returns true if the drive is valid without the requests of the command line.
 bool is_good_as_it_stands(TableReader reader, const Overrides& overrides, const AskedOfBus& asked,
                           const FindProfile& find) {
   try {
@@ -202,7 +202,7 @@ std::vector<ServoConfig> read_drive(TableReader& reader, const Overrides& overri
     return read_with(reader, overrides, asked, find);
   } catch (const ConfigError& problem) {
     const std::string options = options_of(asked);
-    // Of a wrong --quirk the error names the option in place of the file.
+    // For a wrong --quirk the error already names the option instead of the file.
     if (options.empty() || problem.file != reader.file() ||
         !is_good_as_it_stands(unread, overrides, asked, find)) {
       throw;

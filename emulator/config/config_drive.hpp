@@ -9,21 +9,21 @@
 
 namespace lk::emulator {
 
-/// What the command line says of the drives of one bus.
+/// Options of the command line for the drives of one bus.
 struct AskedOfBus {
-  std::string interface;                 // as it is called there
+  std::string interface;                 // as named there
   std::optional<std::vector<int>> ids;   // of the drives that run; absent: all of the file
-  FirmwareRequest firmware{};            // of those
-  const SerialConfig* serial = nullptr;  // of an RS-485 bus
-  std::int64_t bitrate = 0;              // the same
+  FirmwareRequest firmware{};            // of these drives
+  const SerialConfig* serial = nullptr;  // null unless RS-485
+  std::int64_t bitrate = 0;              // of the bus
   const Mechanism* body = nullptr;       // of the robot
   std::optional<double> boot_angle_deg = std::nullopt;
 };
 
-/// A drive of which no file says anything. Throws std::invalid_argument, ConfigError.
+/// Makes a drive that is in no file. Throws std::invalid_argument, ConfigError.
 ServoConfig make_servo(int id, const Profile& profile, const AskedOfBus& asked);
 
-/// The servos of one [[bus.drive]].
+/// Reads the servos of one [[bus.drive]].
 std::vector<ServoConfig> read_drive(TableReader& reader, const Overrides& overrides,
                                     const AskedOfBus& asked, const FindProfile& find);
 

@@ -7,9 +7,8 @@
 
 namespace lk::emulator {
 
-/// What is wrong with a configuration file and where. `what()` is the line a person reads:
-/// `file:line: key: reason`, without the key when the file is not even TOML, without the line when
-/// there are none.
+/// An error in a configuration file. `what()` is the line for the user: `file:line: key: reason`.
+/// The key is missing if the file is no TOML; the line is missing if there are none.
 struct ConfigError : std::runtime_error {
   ConfigError(const std::string& file_name, int line_number, const std::string& key_path,
               const std::string& why)

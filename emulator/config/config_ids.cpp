@@ -9,7 +9,7 @@
 namespace lk::emulator {
 namespace {
 
-/// Whole decimal number, nothing around it.
+/// Parses a decimal number; nothing may surround it.
 int parse_id(const std::string& text) {
   int id = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id);

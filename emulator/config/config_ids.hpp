@@ -7,10 +7,10 @@
 
 namespace lk::emulator {
 
-/// The IDs that the keys `id` or `ids` of a table list, ascending; empty when there is neither.
+/// Reads the keys `id` or `ids` of a table; ascending, empty if both are absent.
 std::vector<int> read_ids(TableReader& reader);
 
-/// Which of the two keys is there, for complaints.
+/// Returns which of the two keys is present, for messages.
 inline const char* ids_key(const TableReader& reader) { return reader.has("ids") ? "ids" : "id"; }
 
 }  // namespace lk::emulator

@@ -66,7 +66,7 @@ const Choices kCalibrateBusy{"silent", "answers"};
 const Choices kOffHangs{"no", "drive", "bus"};
 const Choices kWrongLengths{"silent", "lax"};
 const Choices kSpans{"rotor_turn", "output_turn"};
-/// The switches that have one of these words.
+/// Switches with one of these words as value.
 constexpr std::string_view kWordKeys[] = {
     "state_1",         "clear_angle",     "iq_scale",       "phase_current_scale",
     "boot_wrap",       "boot_multi_turn", "off_multi_turn", "clear_reply",
@@ -74,13 +74,13 @@ constexpr std::string_view kWordKeys[] = {
     "id_change_reply", "setting_read",    "calibrate_busy"};
 constexpr const char* kSeen = "seen";
 
-/// An enumeration, by the words in the order of its values.
+/// Reads an enumeration; `words` are in the order of its values.
 template <typename Enum>
 void read_word(TableReader& reader, const char* key, const Choices& words, Enum& value) {
   if (const auto word = reader.choice(key, words)) value = static_cast<Enum>(*word);
 }
 
-/// A number that has two values; `words` names them to a person.
+/// Reads a number with two allowed values; `words` names them in messages.
 std::optional<std::int64_t> read_either(TableReader& reader, const char* key, std::int64_t one,
                                         std::int64_t other, const char* words) {
   const std::string reason = std::string("must be ") + words;
@@ -90,7 +90,7 @@ std::optional<std::int64_t> read_either(TableReader& reader, const char* key, st
   return value;
 }
 
-/// What drives on RS-485 have, and those on CAN have not.
+/// Reads switches that only RS-485 drives have.
 void read_serial_dialect(TableReader& reader, Dialect& dialect) {
   read_fields<Dialect>(reader, kSerialSwitches, Presence::kOptional, dialect);
   if (const auto len = read_either(reader, "zero_ram_len", 0, 7, "0 or 7")) {
@@ -140,7 +140,7 @@ void read_dialect(TableReader& reader, Dialect& dialect) {
   if (dialect.framing == protocol::Framing::kSerial) read_serial_dialect(reader, dialect);
 }
 
-/// All switches as a configuration file says them, in one order.
+/// Prints all switches in the form of a configuration file, in a fixed order.
 class Printer {
  public:
   explicit Printer(const Quirks& quirks) {
@@ -210,17 +210,17 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
   read_word(reader, "encoder_span", kSpans, span);
   servo.quirks.encoder_span.reset();
   if (span != servo.profile.encoder_span) servo.quirks.encoder_span = span;
-  // The presets switch it on for every series, and the others do not look; asking for it is a
-  // mistake.
+  // Presets set it for every series, though only MS uses it. An explicit request for another series
+  // is a mistake.
   if (servo.quirks.dialect.open_loop_command && servo.profile.series != Series::kMs &&
       reader.has("open_loop_command")) {
     reader.fail("open_loop_command", "MS drives only");
   }
 }
 
-// --- what the command line says
+// --- command line
 
-/// As TOML would have it; a word needs no quotes there, and case does not count.
+/// Converts an option to TOML; words need no quotes, and case is ignored.
 void insert_value(toml::table& table, const std::string& key, const std::string& given) {
   const std::string value = small_letters(given);
   const bool hexadecimal = value.starts_with("0x");
@@ -265,13 +265,13 @@ Generation ask_generation(const std::string& word, const std::string& drive,
   }
 }
 
-/// Without what is written in several ways: "v2.35" and "235" are the same.
+/// Normalises spellings: "v2.35" and "235" are equal.
 std::string letters_and_digits(std::string word) {
   std::erase_if(word, [](char c) { return c == '.' || c == '-' || c == '_' || c == ' '; });
   return word.starts_with('v') ? word.substr(1) : word;
 }
 
-/// V237 is not V235 misspelt, so that only what is the same counts.
+/// Suggests only other spellings: V237 is not a misspelt V235.
 std::string suggestion(const std::string& word) {
   for (const std::string& name : generation_words()) {
     if (letters_and_digits(name) == letters_and_digits(word)) return ", did you mean " + name + "?";

@@ -14,7 +14,7 @@ std::string outside(const std::string& value, const std::string& min, const std:
   return value + " is out of range (" + min + " to " + max + ")";
 }
 
-/// Long lists are looked up elsewhere.
+/// Names the allowed words, or a similar one if the list is long.
 std::string none_of(const std::string& word, const std::vector<std::string>& words) {
   constexpr std::size_t kShortList = 16;
   const std::string quoted = "\"" + word + "\"";
@@ -64,7 +64,7 @@ std::string TableReader::as_json(const std::vector<std::string>& without) const 
   std::ostringstream text;
   text << toml::json_formatter{table, toml::format_flags::none};
   std::string line = text.str();
-  std::ranges::replace(line, '\n', ' ');  // a line break within a string is an escape
+  std::ranges::replace(line, '\n', ' ');  // line breaks inside strings are escaped
   return line;
 }
 
@@ -88,7 +88,7 @@ void TableReader::fail_together(const std::vector<std::string>& keys,
 
 void TableReader::fail_at(const toml::source_region& source, const std::string& key,
                           const std::string& reason) const {
-  // A table that was not read from a text has no lines.
+  // A table from no text has no lines.
   const int line = source.path ? std::max(1, static_cast<int>(source.begin.line)) : 0;
   const std::string dot = path_.empty() || key.empty() ? "" : ".";
   throw ConfigError(source.path ? *source.path : file_, line, path_ + dot + key, reason);
@@ -99,7 +99,7 @@ std::optional<double> TableReader::number(const std::string& key, double min, do
   if (node == nullptr) return std::nullopt;
   if (!node->is_number()) fail(key, "must be a number");
   const double value = *node->value<double>();
-  // Written so that "not a number" fails too.
+  // This form also rejects NaN.
   if (!(value >= min && value <= max))
     fail(key, outside(plain_number(value), plain_number(min), plain_number(max)));
   return value;

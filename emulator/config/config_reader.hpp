@@ -15,51 +15,49 @@
 
 namespace lk::emulator {
 
-/// Parses `text` as TOML; throws ConfigError with the line of the mistake.
+/// Parses `text` as TOML. Throws ConfigError with the line of the error.
 toml::table parse_toml(const std::string& text, const std::string& file);
 
-/// Reads one table strictly: every value has a type and a range, and `finish()` refuses the keys
-/// that nobody asked for. All methods throw ConfigError.
+/// Reads one table strictly: each value has a type and a range, and `finish()` rejects keys that
+/// were not read. All methods throw ConfigError.
 class TableReader {
  public:
   /// `path` is the dotted key of the table, empty at the top. The table must outlive the reader.
-  /// What stands in another file (`extends`) is complained about there.
+  /// Errors in another file (`extends`) are reported there.
   TableReader(const toml::table& table, std::string file, std::string path);
 
-  // Absent keys give nothing; a wrong type or a value outside [min, max] is an error.
+  // Absent keys return nullopt; a wrong type or a value outside [min, max] is an error.
   std::optional<double> number(const std::string& key, double min, double max);
   std::optional<std::int64_t> integer(const std::string& key, std::int64_t min, std::int64_t max);
   std::optional<bool> boolean(const std::string& key);
   std::optional<std::string> text(const std::string& key);
-  /// An array of strings; empty when absent.
+  /// Reads an array of strings; empty if absent.
   std::vector<std::string> texts(const std::string& key);
-  /// An array of `count` numbers; empty when absent.
+  /// Reads an array of `count` numbers; empty if absent.
   std::vector<double> numbers(const std::string& key, std::size_t count, double min, double max);
-  /// Index of the word found among `words`.
+  /// Returns the index among `words`.
   std::optional<std::size_t> choice(const std::string& key, const std::vector<std::string>& words);
   std::optional<TableReader> table(const std::string& key);
-  /// `[[key]]`: an array of tables; empty when absent.
+  /// Reads `[[key]]`, an array of tables; empty if absent.
   std::vector<TableReader> tables(const std::string& key);
 
   const std::string& file() const { return file_; }
   bool has(const std::string& key) const;
-  /// The keys that were asked for so far.
+  /// Keys read so far.
   const std::vector<std::string>& asked() const { return asked_; }
   bool is_text(const std::string& key) const;
   bool is_integer(const std::string& key) const;
-  /// The table as JSON, on one line, without some of its keys.
+  /// Returns the table as JSON on one line, without the keys `without`.
   std::string as_json(const std::vector<std::string>& without) const;
-  /// `finish()` will complain that `key` is missing.
-  /// Like this and not at once, so that a misspelt key is called misspelt and not missing.
+  /// Makes `finish()` fail with "missing". Not at once, so that a misspelt key is reported as such.
   void note_missing(const std::string& key) { missing_.push_back(key); }
-  /// Complains about `key`, at its line, or at the line of the table when the key is not there or
-  /// empty.
+  /// Fails at the line of `key`; at the line of the table if `key` is absent or empty.
   [[noreturn]] void fail(const std::string& key, const std::string& reason) const;
-  /// Complains about the first of `keys`, dotted, because of what they say together: at the line of
-  /// the first of them that the file states itself and has not taken over from another.
+  /// Fails because `keys` (dotted) conflict: names the first key, at the line of the first one that
+  /// this file states itself instead of inheriting it.
   [[noreturn]] void fail_together(const std::vector<std::string>& keys,
                                   const std::string& reason) const;
-  /// Call when everything was asked for: refuses unknown keys, then missing ones.
+  /// Call after all reads: rejects unknown keys, then missing ones.
   void finish() const;
 
  private:
@@ -74,23 +72,22 @@ class TableReader {
   std::vector<std::string> missing_;
 };
 
-/// Whether a file has to state a value.
+/// Whether a value is required in a file.
 enum class Presence : std::uint8_t { kRequired, kOptional };
 
-/// One row of a mapping: key of the file ↔ member of the struct ↔ size of the key's unit ↔ range.
+/// One row of a mapping: key of the file ↔ member of the struct, unit of the key, range.
 template <typename Section>
 struct Field {
   using Member = std::variant<double Section::*, std::int32_t Section::*, std::uint16_t Section::*,
                               std::uint8_t Section::*, bool Section::*>;
   const char* key;
   Member member;
-  double unit = 1;  // the member's value for 1 in the file
+  double unit = 1;  // value of the member for 1 in the file
   double min = 0;   // in units of the file
   double max = 0;
 };
 
-/// Reads what `fields` lists into `section`. With `kOptional`, absent keys leave the value as it
-/// is.
+/// Reads `fields` into `section`. With `kOptional`, absent keys keep the present value.
 template <typename Section>
 void read_fields(TableReader& reader, std::span<const Field<Section>> fields, Presence presence,
                  Section& section) {

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file A bus of RS-485: its bit rates, and the table `rs485` of a configuration file.
+/// @file RS-485 buses: bit rates, and the table `rs485` of a configuration file.
 
 #include <cstdint>
 #include <string>
@@ -12,18 +12,18 @@ namespace lk::emulator {
 
 inline constexpr std::int64_t kDefaultBaud = 115'200;
 
-/// Why `baud` cannot be the bit rate of RS-485; empty when it can: 0, or one that drives have.
+/// Returns why `baud` is invalid for RS-485; empty if valid: 0, or a rate that drives have.
 std::string baud_problem(std::int64_t baud);
-/// The number that the vendor's tool has for a rate; kAsWired for 0, with which any rate will do.
-/// Without `has_921600`, higher rates have numbers lower by one.
+/// Returns the code of a rate in the vendor's tool; kAsWired for 0, which allows any rate. Without
+/// `has_921600`, the codes of higher rates are lower by one.
 std::uint8_t rate_code(std::int64_t baud, bool has_921600);
-/// The number of the nearest CAN rate.
+/// Returns the code of the nearest CAN rate.
 std::uint8_t can_rate_code(std::int64_t bitrate);
-/// The rates of these numbers; 0: there is none.
+/// Return the rate of a code; 0 if there is none.
 std::int64_t serial_rate_of(std::uint8_t code, bool has_921600);
 std::int64_t can_rate_of(std::uint8_t code);
 
-/// What the table `rs485` of a bus says, if there is one.
+/// Reads the table `rs485` of a bus; defaults if absent.
 SerialConfig read_serial(TableReader& bus, const std::string& interface);
 
 }  // namespace lk::emulator

@@ -15,12 +15,12 @@
 namespace lk::emulator {
 namespace {
 
-/// In the order of the network. An address of IPv4 has the first four.
+/// In network byte order. An IPv4 address uses the first four.
 using AddressBytes = std::array<std::uint8_t, 16>;
 
 bool has_colon(const std::string& address) { return address.find(':') != std::string::npos; }
 
-/// The zone of "fe80::1%eth0" (RFC 4007) is of no account here.
+/// Ignores the zone of "fe80::1%eth0" (RFC 4007).
 std::optional<AddressBytes> bytes_of(const std::string& address) {
   AddressBytes bytes{};
   const int family = has_colon(address) ? AF_INET6 : AF_INET;

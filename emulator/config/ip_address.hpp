@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file IP addresses as text. No name is looked up.
+/// @file IP addresses as text, without name lookup.
 
 #include <optional>
 #include <string>
@@ -10,13 +10,13 @@ namespace lk::emulator {
 
 inline constexpr const char* kLoopback = "127.0.0.1";
 
-/// "127.0.0.1", "[::1]", "localhost": as in a URI, where an address of IPv6 stands in brackets.
-/// Without them and in the usual spelling; localhost is 127.0.0.1. Nothing: it is no address.
+/// Parses "127.0.0.1", "[::1]" (as in a URI) or "localhost". Returns the address in normal form
+/// without brackets, localhost as 127.0.0.1; nullopt if invalid.
 std::optional<std::string> address_in(std::string_view text);
 
-/// Of an address without brackets: 224.0.0.0/4 (RFC 5771), ff00::/8 (RFC 4291).
+/// Pre: no brackets. Multicast: 224.0.0.0/4 (RFC 5771), ff00::/8 (RFC 4291).
 bool is_multicast(const std::string& address);
-/// 127.0.0.0/8, ::1: nobody else reaches it.
+/// Returns true for 127.0.0.0/8 and ::1, which other machines cannot reach.
 bool is_loopback(const std::string& address);
 
 }  // namespace lk::emulator

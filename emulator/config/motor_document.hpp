@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What a motor file takes over from another (`extends`).
+/// @file Inheritance of motor files (`extends`).
 
 #include <string>
 #include <vector>
@@ -10,10 +10,10 @@
 
 namespace lk::emulator {
 
-/// A motor file with all that it takes over; every value knows the file and line where it stands.
+/// A motor file with all inherited values; each value keeps its own file and line.
 struct MotorDocument {
   toml::table table;
-  std::vector<std::string> files;  // its own, that which it extends, …
+  std::vector<std::string> files;  // its own, then the one that it extends, …
 };
 /// Throws ConfigError.
 MotorDocument read_motor_document(const MotorFile& motor, const FindMotorFile& find_base);

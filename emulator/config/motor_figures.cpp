@@ -14,12 +14,12 @@ namespace {
 
 using std::numbers::pi;
 
-/// Rotor speed at which the voltage left after friction current and dead time is all back-EMF:
+/// Rotor speed at which back-EMF, friction current and dead time use up the voltage:
 ///   V·m/√3·(1 − …) = ω·p·ψ + R·i₀(ω),  i₀ = (τ_c + τ_c,out/N + B·ω)/k_t.
 double no_load_speed_rad_s(const model::DriveParams& p, double k_t) {
   const model::MechanicsParams& m = p.mechanics;
   const double R = p.motor.R_s + p.inverter.R_on;
-  // The dead time takes a square wave of this height; its fundamental is 4/π of it.
+  // The dead time subtracts a square wave of this height; its fundamental is 4/π of it.
   const double v_dead = 4 / pi * p.inverter.t_dead * p.inverter.f_pwm * p.supply.v_source;
   const double tau = m.tau_coulomb + m.tau_coulomb_out / m.gear_ratio;
   return (model::modulation(p.inverter) * p.supply.v_source - v_dead - R * tau / k_t) /

@@ -10,7 +10,7 @@
 namespace lk::emulator {
 namespace {
 
-/// "./a/./b" as "a/b". A ".." stays: behind a symbolic link it leads elsewhere than back.
+/// "./a/./b" becomes "a/b". A ".." stays, as it may follow a symbolic link.
 std::string plain(const std::string& path) {
   std::filesystem::path kept;
   for (const auto& part : std::filesystem::path(path)) {
@@ -19,11 +19,11 @@ std::string plain(const std::string& path) {
   return kept.generic_string();
 }
 
-/// What is not taken over: how the other motor is sold, and what is known of that one alone.
+/// Keys that are not inherited: trade names, and facts known only of the other motor.
 constexpr const char* kOfOneMotor[] = {"extends", "aliases", "rating", "product",
                                        "seen_generation"};
 
-/// The motor that `document` extends; nothing: none.
+/// Returns the motor file that `document` extends; nullopt if none.
 std::optional<MotorFile> base_of(const toml::table& document, const std::string& file,
                                  const std::vector<std::string>& files,
                                  const FindMotorFile& find_base) {
@@ -49,7 +49,7 @@ std::optional<MotorFile> base_of(const toml::table& document, const std::string&
   return base;
 }
 
-/// What `table` does not say itself, it takes from `base`. Moved, a value keeps its place.
+/// Moves missing values from `base` to `table`; a moved value keeps its source line.
 void take_over(toml::table& table, toml::table& base) {
   for (auto&& [key, inherited] : base) {
     toml::node* const own = table.get(key);
@@ -61,7 +61,7 @@ void take_over(toml::table& table, toml::table& base) {
   }
 }
 
-/// What drives of the two series have is too different.
+/// Rejects inheritance between series, which differ too much.
 void check_series(const toml::table& document, const std::string& file, const toml::table& base) {
   const auto own = document["series"].value<std::string>();
   const auto inherited = base["series"].value<std::string>();
@@ -93,7 +93,7 @@ std::vector<std::string> motor_labels(const std::string& text, const std::string
 }
 
 MotorDocument read_motor_document(const MotorFile& motor, const FindMotorFile& find_base) {
-  std::vector<toml::table> tables;  // moved into, as a copy would not know its lines
+  std::vector<toml::table> tables;  // moved into, as a copy would lose the source lines
   tables.push_back(parse_toml(motor.text, motor.file));
   std::vector<std::string> files{motor.file};
   while (const auto base = base_of(tables.back(), files.back(), files, find_base)) {

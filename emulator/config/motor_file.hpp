@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Motor files by name or by path; what one takes over from another is in motor_document.hpp.
+/// @file Motor files by name or path; motor_document.hpp has their inheritance.
 
 #include <cstddef>
 #include <functional>
@@ -11,24 +11,24 @@ namespace lk::emulator {
 
 /// The text of a motor file.
 struct MotorFile {
-  std::string name;  // what listings and replies call the motor: "mf7015", "my.toml"
-  std::string file;  // its path, for messages, and for the paths in it
+  std::string name;  // name in listings and replies: "mf7015", "my.toml"
+  std::string file;  // its path, for messages and for relative paths in it
   std::string text;
 };
 
-/// Gives the file of a motor by its name or path; throws UnknownMotor.
+/// Returns a motor file by name or path. Throws UnknownMotor.
 using FindMotorFile = std::function<MotorFile(const std::string& motor)>;
 
-/// Motor files that may extend each other, one after the other.
+/// Longest chain of motor files that extend each other.
 inline constexpr std::size_t kMostMotorFiles = 8;
 
-/// Whether something is given by its file, "./my.toml", "motors/my", and not by its name.
+/// Returns true for a path such as "./my.toml" or "motors/my", false for a name.
 bool is_path(const std::string& given);
 
-/// The motor that `file` means by `motor`: a path in it is relative to its directory.
+/// Resolves `motor` as written in `file`: a path is relative to the directory of `file`.
 std::string motor_of(const std::string& file, const std::string& motor);
 
-/// What a motor is sold as: the `model` and the `aliases` of its file. Throws ConfigError.
+/// Returns the trade names of a motor: `model` and `aliases`. Throws ConfigError.
 std::vector<std::string> motor_labels(const std::string& text, const std::string& file);
 
 }  // namespace lk::emulator

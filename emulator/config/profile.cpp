@@ -40,7 +40,7 @@ void check_friction(TableReader& reader, const model::MechanicsParams& mechanics
   }
 }
 
-/// Max Torque Current, or what an MS drive has in its place.
+/// Reads Max Torque Current, or Max Power of an MS drive.
 void read_limit(TableReader& reader, Presence presence, const RegisterRules& rules,
                 Registers& registers) {
   const bool ms = rules.series == Series::kMs;
@@ -71,7 +71,7 @@ void read_gains(TableReader& reader, Presence presence, const RegisterRules& rul
   read_section(reader, "gains", fields::kGains, presence, gains);
 }
 
-/// A drive that is reset before its protection notices could not report under-voltage.
+/// Rejects an under-voltage threshold at which the drive is already in reset.
 void check_reset(const TableReader& reader, const Profile& profile) {
   constexpr auto kUnderVoltage = static_cast<std::size_t>(model::Error::kUnderVoltage);
   const model::LogicParams& logic = profile.drive.logic;
@@ -105,14 +105,14 @@ void check_rating(const TableReader& reader, const Rating& rating) {
                        "must not be above voltage_max_V");
 }
 
-/// A version is printed with two decimals, and a hundredth of it counts.
+/// Reads a version with two decimals and stores hundredths.
 void read_version(TableReader& product, const char* key, std::uint16_t& version) {
   if (const auto number = product.number(key, 0, 655.35)) {
     version = static_cast<std::uint16_t>(protocol::rounded(*number * 100));
   }
 }
 
-/// What 0x12 answers on RS-485.
+/// Reads the answer to 0x12 on RS-485.
 void read_product(TableReader& reader, Product& product) {
   auto table = reader.table("product");
   if (!table) return;
@@ -150,7 +150,7 @@ void read_drive_params(TableReader& reader, Presence presence, model::DriveParam
   read_section(reader, "iron", fields::kIron, Presence::kOptional, params.mechanics);
   read_section(reader, "supply", fields::kSupply, presence, params.supply);
   read_section(reader, "logic", fields::kLogic, presence, params.logic);
-  // All keys of a brake, or no brake.
+  // A brake needs all keys, or none.
   const Presence fitted = reader.has("brake") ? presence : Presence::kOptional;
   read_section(reader, "brake", fields::kBrake, fitted, params.brake);
   read_section(reader, "thermal", fields::kThermal, presence, params.thermal);
@@ -195,7 +195,7 @@ Profile parse_profile(const MotorFile& motor, const FindMotorFile& find_base) {
   profile.files = std::move(document.files);
   profile.aliases = reader.texts("aliases");
   reader.text("extends");
-  reader.table("identified");  // for `lk-emu identify --expect`
+  reader.table("identified");  // used by `lk-emu identify --expect`
   if (const auto model = reader.text("model")) {
     profile.model = *model;
   } else {

@@ -9,31 +9,31 @@
 
 namespace lk::emulator {
 
-// In config_reader.hpp, with toml++.
+// Declared here, as config_reader.hpp includes toml++.
 class TableReader;
 enum class Presence : std::uint8_t;
 
-/// Parses a motor file (docs/configuration.md); `find_base` gives those that it extends. Throws
+/// Parses a motor file (docs/configuration.md); `find_base` finds the files that it extends. Throws
 /// ConfigError.
 Profile parse_profile(const MotorFile& motor, const FindMotorFile& find_base);
-/// One that extends no other.
+/// For a file that extends no other.
 Profile parse_profile(const std::string& text, const std::string& file, const std::string& name);
 
-/// Reads the sections of a profile, [motor] [inverter] [mechanics] …, into `params`. [brake] may be
-/// left out in any case: no brake.
+/// Reads the sections [motor] [inverter] [mechanics] … into `params`. [brake] is always optional:
+/// no brake.
 void read_drive_params(TableReader& reader, Presence presence, model::DriveParams& params);
 
-/// Reads [load], what hangs on the output shaft; every key is optional.
+/// Reads [load], the load on the output shaft; all keys are optional.
 void read_load(TableReader& reader, model::LoadParams& load);
 
-/// What the drive makes of its registers' ranges.
+/// Properties of a drive that decide the ranges of its registers.
 struct RegisterRules {
-  Series series = Series::kMf;  // MS: Max Power in place of Max Torque Current
+  Series series = Series::kMf;  // MS has Max Power instead of Max Torque Current
   int iq_limit_lsb = protocol::kLegacyDialect.iq_command_limit_lsb;
-  bool wide_gains = false;  // 16 bits and Kd (0xC1), else bytes
+  bool wide_gains = false;  // 16 bits and Kd (0xC1); otherwise bytes
 };
 
-/// Reads registers: [factory] of a profile, [settings] of a drive.
+/// Reads [factory] of a profile or [settings] of a drive.
 void read_registers(TableReader& reader, Presence presence, const RegisterRules& rules,
                     Registers& registers);
 

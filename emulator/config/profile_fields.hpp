@@ -1,8 +1,7 @@
 #pragma once
 
-/// @file The one mapping between the keys of a motor file and the fields of model::DriveParams:
-/// key, member, value of the key's unit in SI, range in the key's unit. A new field is one line
-/// here.
+/// @file The only mapping of motor file keys to model::DriveParams: key, member, SI value of the
+/// key's unit, range in that unit. A new field needs one line here.
 
 #include <numbers>
 
@@ -70,7 +69,7 @@ inline const Field<Me> kMechanics[] = {
     {"cogging_per_turn", &Me::cogging_per_turn, 1, 1, 10000},
 };
 
-/// Of the friction above; a motor file without it warms its housing with all of it.
+/// Shares of the friction above; by default all friction heats the housing.
 inline const Field<Me> kIron[] = {
     {"hysteresis_share", &Me::hysteresis_share, 1, 0, 1},
     {"eddy_share", &Me::eddy_share, 1, 0, 1},
@@ -91,7 +90,7 @@ inline const Field<S> kSupply[] = {
     {"R_source_ohm", &S::R_source, 1, 0, 10},
     {"C_link_uF", &S::C_link, 1e-6, 1, 1e5},
     {"i_regen_max_A", &S::i_regen_max, 1, 0, 1000},
-    {"i_logic_mA", &S::i_logic, 1e-3, 1, 2000},  // without it a drive would outlive its supply
+    {"i_logic_mA", &S::i_logic, 1e-3, 1, 2000},  // otherwise a drive would outlive its supply
 };
 
 using Lo = model::LogicParams;
@@ -149,7 +148,7 @@ inline const Field<Sl> kSlowSensor[] = {
     {"v_noise_V", &Sl::v_noise, 1, 0, 5},
     {"temp_lsb_K", &Sl::temp_lsb, 1, 1e-3, 10},
 };
-/// Of the motor's temperature; a motor file without it has one that sees the winding alone.
+/// Motor temperature sensor; by default it measures the winding only.
 inline const Field<Sl> kThermistor[] = {
     {"board_share", &Sl::board_share, 1, 0, 1},
 };

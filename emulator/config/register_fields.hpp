@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file The same of what hosts can set: registers, gains and protections (profile_fields.hpp).
+/// @file As profile_fields.hpp, for values that hosts can set: registers, gains, protections.
 
 #include "emulator/config/config_reader.hpp"
 #include "emulator/core/parameter_memory.hpp"
@@ -45,7 +45,7 @@ inline const Field<R> kRegisters[] = {
     {"broadcast_mode", &R::broadcast_mode},
 };
 
-/// What hosts write with 0x42 (docs/protocol.md §10.9); what a drive is wired to is not written.
+/// Written by hosts with 0x42 (docs/protocol.md §10.9). The wiring is not writable.
 inline const Field<R> kPlace[] = {
     {"driver_id", &R::driver_id, 1, 0, 32},
     {"bus_type", &R::bus_type, 1, 0, 2},
@@ -56,14 +56,14 @@ inline const Field<R> kAlignment[] = {
     {"align_value", &R::align_value, 1, 0, 2147483647.0},
 };
 
-/// What limits the loops of the series: MS, and all others.
+/// Limit of the loops: for MS, and for the other series.
 inline constexpr Field<R> max_power() { return {"max_power_permille", &R::max_power_permille, 1, 0, 850}; }
 inline constexpr Field<R> max_torque_current(double limit_lsb) {
   return {"max_torque_current_lsb", &R::max_torque_current_lsb, 1, 0, limit_lsb};
 }
 // clang-format on
 
-/// The protections, in the order of model::Error, and the unit of their thresholds.
+/// Protections in the order of model::Error, with the unit of their thresholds.
 struct ProtectionKeys {
   const char* name;
   Field<model::Protection> fields[5];

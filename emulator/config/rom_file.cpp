@@ -20,7 +20,7 @@ namespace fields = profile_fields;
 
 constexpr int kFormat = 1;
 
-/// By RomParameter: what it is called in [settings], in [writes], and in directives.
+/// By RomParameter: key in [settings], [writes] and directives.
 constexpr const char* kKeys[] = {
     "gains",
     "acceleration_dps_s",
@@ -44,7 +44,7 @@ bool is(RomParameter parameter, std::size_t index) {
   return static_cast<std::size_t>(parameter) == index;
 }
 
-/// The row of a parameter that is a single value.
+/// Returns the field row of a single-value parameter.
 std::span<const Field<Registers>> row_of(std::size_t parameter) {
   static constexpr Field<Registers> kMaxTorqueCurrent = fields::max_torque_current(2048);
   static constexpr Field<Registers> kMaxPower = fields::max_power();
@@ -61,7 +61,7 @@ std::span<const Field<Registers>> row_of(std::size_t parameter) {
   return {};
 }
 
-/// It says where the drive is found and was never written: files do not have it.
+/// Returns true for an address parameter that was never written; files do not have it.
 bool is_as_wired(std::size_t parameter, const Registers& rom) {
   const std::string_view key = kKeys[parameter];
   const auto* row = std::ranges::find(fields::kPlace, key, &Field<Registers>::key);
@@ -80,7 +80,7 @@ std::string quoted(const std::string& text) {
   return all + '"';
 }
 
-/// The shortest text that reads as the same value.
+/// Returns the shortest text that parses to the same value.
 template <typename Number>
 std::string shortest(Number value) {
   char buffer[32];
@@ -97,7 +97,7 @@ std::string print_value(const Field<Section>& field, const Section& section) {
         if constexpr (std::is_same_v<decltype(value), const bool>) {
           return value ? "true" : "false";
         } else if constexpr (std::is_same_v<decltype(value), const double>) {
-          assert(field.unit == 1);  // or it would not come back exactly
+          assert(field.unit == 1);  // otherwise the value would not round-trip exactly
           return shortest(value);
         } else {
           return std::to_string(value);
@@ -208,7 +208,7 @@ void read_settings(TableReader& settings, const RomWear& wear, ServoConfig& serv
       read_fields<Registers>(settings, row_of(p), Presence::kRequired, servo.rom);
     }
   }
-  // What the configuration says has been looked at there.
+  // Values of the configuration were checked there.
   const std::string problem = offset_problem(servo.rom.encoder_offset, servo.profile.drive.encoder);
   if (!problem.empty()) settings.fail("encoder_offset", problem);
   settings.finish();
@@ -244,7 +244,7 @@ std::string print_rom(const RomOwner& owner, const Registers& rom, const RomWear
 void read_rom(const std::string& text, const std::string& file, const std::string& bus,
               ServoConfig& servo) {
   const toml::table document = parse_toml(text, file);
-  // The last line is a number, which half of would be a number too.
+  // The last line ends with a number, and a part of it would still be a number.
   if (!text.ends_with('\n')) {
     const auto lines = std::ranges::count(text, '\n');
     throw ConfigError(file, static_cast<int>(lines) + 1, "", "the file is cut off here");

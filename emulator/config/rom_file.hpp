@@ -7,7 +7,7 @@
 
 namespace lk::emulator {
 
-/// Whose ROM a file holds.
+/// The drive to which a ROM file belongs.
 struct RomOwner {
   std::string bus;
   int id = 1;
@@ -16,19 +16,19 @@ struct RomOwner {
   friend bool operator==(const RomOwner&, const RomOwner&) = default;
 };
 
-/// What the parameter is called in a ROM file.
+/// Returns the key of a parameter in a ROM file.
 const char* rom_key(RomParameter parameter);
 
-/// A ROM file (docs/rom.md): the parameters that were written, and how often. What nobody wrote is
-/// left to the configuration.
+/// Returns a ROM file (docs/rom.md): parameters that were written, and how often. Others come from
+/// the configuration.
 std::string print_rom(const RomOwner& owner, const Registers& rom, const RomWear& wear);
 
-/// Puts what the ROM file `text` holds over `servo.rom` and `servo.wear`. Throws ConfigError when
-/// it is damaged, or belongs to another drive than this one on `bus`.
+/// Overrides `servo.rom` and `servo.wear` with the ROM file `text`. Throws ConfigError if the file
+/// is damaged or belongs to another drive than this one on `bus`.
 void read_rom(const std::string& text, const std::string& file, const std::string& bus,
               ServoConfig& servo);
 
-/// The name of the file of a drive of `bus`.
+/// Returns the file name for a drive of `bus`.
 std::string rom_file_name(const std::string& bus, int id);
 
 }  // namespace lk::emulator

@@ -6,9 +6,8 @@
 namespace lk::emulator {
 namespace {
 
-/// Of the text in quotes that `text` begins with. One that is never closed, which the parser
-/// refuses, ends with its line or with the text. Two quotes more may stand before the end of a long
-/// one.
+/// Length of the quoted text at the start of `text`. Unclosed text, which the parser rejects, ends
+/// with its line or the input. Up to two extra quotes may precede the end of a long text.
 std::size_t length_of_quoted(std::string_view text) {
   const char quote = text.front();
   const bool long_one = text.size() >= 3 && text[1] == quote && text[2] == quote;

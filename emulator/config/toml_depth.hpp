@@ -5,11 +5,11 @@
 
 namespace lk::emulator {
 
-/// Parts that a key may have, "a.b.c": more than any file here needs.
+/// Limit for the parts of a key "a.b.c"; no file here needs more.
 inline constexpr int kMostKeyParts = 32;
 
-/// The line of the first key that has more parts, from 1. The parser makes a table of each part, in
-/// each other, and the stack of whoever takes those apart again ends somewhere.
+/// Returns the line (from 1) of the first key with more parts. The parser nests one table per part,
+/// and their destruction would overflow the stack.
 std::optional<int> line_of_deep_key(std::string_view toml);
 
 }  // namespace lk::emulator

@@ -12,9 +12,9 @@ namespace {
 
 constexpr double kStrongest = 1e6;        // N, Nm; assumed
 constexpr double kHeaviest_kg = 1e4;      // assumed
-constexpr double kLeastFriction = 1e-5;   // MuJoCo's least
+constexpr double kLeastFriction = 1e-5;   // MuJoCo's minimum
 constexpr double kMostFriction = 10;      // assumed
-constexpr double kSteepest_deg = 60;      // assumed: nothing that walks climbs as much
+constexpr double kSteepest_deg = 60;      // assumed: steeper than a walking robot climbs
 constexpr double kHighestStep_m = 10;     // assumed
 constexpr double kFarthest_m = 1e3;       // assumed
 constexpr double kMostTurned_deg = 3600;  // of joints without stops; assumed
@@ -26,7 +26,7 @@ std::vector<std::string> named(std::span<const std::string> all) {
   return names;
 }
 
-/// The place among `all` of the one that `key` names.
+/// Returns the index in `all` of the name at `key`.
 std::optional<std::size_t> read_named(TableReader& table, const char* key,
                                       std::span<const std::string> all) {
   const std::vector<std::string> names = named(all);

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What directives do to a robot's body.
+/// @file Directives that act on a robot's body.
 
 #include <optional>
 
@@ -10,10 +10,10 @@
 
 namespace lk::emulator {
 
-/// The words of such directives.
+/// Keys of these directives.
 inline constexpr const char* kBodyActs[] = {"push", "payload", "freeze", "floor", "pose"};
 
-/// Reads one of them, where it is there. Throws ConfigError; `body` may be null.
+/// Reads such a directive if present. Throws ConfigError; `body` may be null.
 std::optional<BodyAct> read_body_act(TableReader& reader, const Mechanism* body);
 
 }  // namespace lk::emulator

@@ -20,7 +20,7 @@ constexpr std::size_t kLongestMark = 1000;
 
 using Action = decltype(Directive::what);
 
-/// The keys that an action may have beside its own.
+/// A key that is allowed only together with a certain action.
 struct Companion {
   const char* key;
   const char* action;
@@ -39,7 +39,7 @@ constexpr const char* kActionList =
     "power, supply_V, sag_to_V, ambient_C, load, turn_deg, settings, fault, clear, push, payload, "
     "freeze, floor, pose or mark";
 
-/// One action at most.
+/// Rejects more than one action.
 void check_actions(TableReader& reader) {
   if (reader.has("clock")) {
     reader.fail("clock", "time is the running program's: --clock, or lk-emu ctl clock");
@@ -54,13 +54,13 @@ void check_actions(TableReader& reader) {
   }
 }
 
-/// No key that nobody knows, and then none that belongs to another action: where an action is
-/// misspelt, that is what is wrong.
+/// Rejects unknown keys first, then keys of other actions: a misspelt action is then reported as
+/// such.
 void finish_event(TableReader& reader) {
   std::vector<const char*> tables = {"load", "settings", "fault"};
   tables.insert(tables.end(), std::begin(kBodyActs), std::end(kBodyActs));
   for (const char* action : tables) {
-    if (!reader.has(action)) reader.table(action);  // so that it can be what was meant
+    if (!reader.has(action)) reader.table(action);  // so that it can be suggested
   }
   for (const auto& companion : kCompanions) {
     if (reader.has(companion.key)) read_duration(reader, companion.key);
@@ -83,7 +83,7 @@ Action read_power(TableReader& reader, std::size_t word) {
   return cycle;
 }
 
-/// What is done to each drive on its own; none when the table asks for something else.
+/// Reads an action on single drives; nullopt if the table has another one.
 std::optional<Action> read_drive_action(TableReader& reader) {
   std::optional<Action> action;
   if (const auto word = reader.choice("power", {"on", "off", "cycle"})) {
@@ -111,7 +111,7 @@ std::optional<Action> read_drive_action(TableReader& reader) {
   return action;
 }
 
-/// Where a body has a shaft and what weighs on it is the body's.
+/// The body determines shaft and load of a drive with a joint.
 void check_not_mounted(TableReader& reader, const ServoConfig* servo) {
   if (servo == nullptr || !servo->joint) return;
   for (const char* action : {"load", "turn_deg"}) {
@@ -121,7 +121,7 @@ void check_not_mounted(TableReader& reader, const ServoConfig* servo) {
   }
 }
 
-/// One directive for each parameter that is said.
+/// Makes one directive for each setting in the table.
 std::vector<Action> read_settings(TableReader& reader, const ServoConfig& servo) {
   auto settings = *reader.table("settings");
   const protocol::Dialect& dialect = servo.quirks.dialect;
@@ -156,7 +156,7 @@ void check_id(TableReader& reader, const std::string& key, const BusConfig& bus,
   }
 }
 
-/// The drives that are meant: those listed, or all of the bus.
+/// Returns the drives listed, or all of the bus.
 std::vector<int> read_targets(TableReader& reader, const BusConfig& bus) {
   std::vector<int> ids = read_ids(reader);
   for (const int id : ids) check_id(reader, ids_key(reader), bus, id);
@@ -269,7 +269,7 @@ const Signal* read_signal(TableReader& reader, const std::string& key, const Bus
   const bool of_body = name->starts_with(kBodyPrefix);
   if (of_body && bus.body_signals == nullptr) reader.fail(key, "the robot has no [body]");
   std::vector<const Signal*> all = signals_with(bus.body_signals.get());
-  // A list that tells of a mistake is of one kind.
+  // Suggests only names of the same kind.
   std::erase_if(all, [&](const Signal* one) { return one->is_of_body() != of_body; });
   std::vector<std::string> names;
   for (const Signal* const signal : all) names.emplace_back(signal->name);

@@ -5,8 +5,8 @@
 
 namespace lk::emulator {
 
-/// Reads every [[bus.event]] into `bus.events`, one directive a drive, by time. The bus must have
-/// its drives.
+/// Reads every [[bus.event]] into `bus.events`: one directive per drive, ordered by time. Pre: the
+/// bus has its drives.
 void read_events(TableReader& reader, BusConfig& bus);
 
 }  // namespace lk::emulator

@@ -17,7 +17,7 @@ const FaultRow& read_kind(TableReader& reader, const std::string& key) {
   const auto place = reader.choice(key, words);
   if (!place) {
     reader.note_missing(key);
-    reader.finish();  // calls a misspelt one so
+    reader.finish();  // reports a misspelt key
     reader.fail(key, "missing");
   }
   return fault_table()[*place];
@@ -50,7 +50,7 @@ void read_params(TableReader& reader, Fault& fault) {
   }
 }
 
-/// for_s, every_s, times.
+/// Reads for_s, every_s and times.
 void read_course(TableReader& reader, Fault& fault) {
   const FaultRow& row = *fault.row;
   fault.duration = read_duration(reader, "for_s");
@@ -101,7 +101,7 @@ std::string text_problem(const std::string& text, std::size_t longest) {
 
 void check_clear(const TableReader& reader, const std::string& which,
                  const std::vector<TimedDirective>& directives) {
-  std::vector<std::string> names;  // that they will have on the bus
+  std::vector<std::string> names;  // as they will be on the bus
   std::vector<std::string> known = {"all", std::string(kPlanned)};
   for (const TimedDirective& directive : directives) {
     const auto* const set = std::get_if<SetFault>(&directive.directive.what);
@@ -177,7 +177,7 @@ Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<in
     return fault;
   }
   fault.ids = ids;
-  // One that cannot do anything to the drive is refused instead of accepted and forgotten.
+  // Rejects a fault that can have no effect on a drive, rather than ignore it.
   for (const ServoConfig& servo : bus.servos) {
     if (row.impossible == nullptr || std::ranges::find(ids, servo.id) == ids.end()) continue;
     const std::string why = row.impossible(fault, servo);

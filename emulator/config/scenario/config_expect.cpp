@@ -1,4 +1,4 @@
-// [[expect]]: what a scenario expects, and when.
+// Reads [[expect]]: expectations of a scenario, and when they hold.
 
 #include <algorithm>
 
@@ -13,7 +13,7 @@ namespace {
 constexpr double kAnything = 1e12;
 constexpr std::int64_t kMostReplies = 1'000'000'000'000;
 
-/// min and max, of which at least one must be there.
+/// Reads min and max; nullopt if both are absent.
 std::optional<Range> read_range(TableReader& reader, const char* min_key, const char* max_key) {
   const auto min = reader.number(min_key, -kAnything, kAnything);
   const auto max = reader.number(max_key, -kAnything, kAnything);
@@ -50,7 +50,7 @@ void read_counts(TableReader& reader, Replies& replies) {
   if (min) replies.min_count = static_cast<std::uint64_t>(*min);
 }
 
-/// An error by its word, or any of them.
+/// Reads an error word, or "any".
 std::optional<WhichError> read_which_error(TableReader& reader) {
   if (reader.is_text("error") && reader.text("error") == "any") return WhichError{};
   const auto error = read_error(reader, "error");
@@ -126,7 +126,7 @@ void check_subjects(TableReader& reader) {
   }
 }
 
-/// Where a subject is misspelt, that is what is wrong, and not what belongs to it.
+/// Reports a misspelt subject before keys that depend on it.
 void finish_expectation(TableReader& reader) {
   const bool odd_range = !reader.has("signal") && (reader.has("min") || reader.has("max"));
   const bool odd_set = !reader.has("error") && reader.has("set");

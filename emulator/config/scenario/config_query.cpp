@@ -1,4 +1,4 @@
-// A host's query in words, in the drive's own units and layout.
+// Reads a host's query given by names, in units and layout of the drive.
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 using WireField = protocol::Field;
 using protocol::WireFormat;
 
-/// "clockwise", or its number, and any other that the byte can be.
+/// Reads a named value such as "clockwise", or any number that fits into the field.
 std::optional<std::int64_t> read_value(TableReader& reader, const WireField& field) {
   const std::string key(field.spoken());
   const auto width = protocol::width(field.wire);
@@ -25,7 +25,7 @@ std::optional<std::int64_t> read_value(TableReader& reader, const WireField& fie
   return place ? std::optional<std::int64_t>(field.values[*place].number) : std::nullopt;
 }
 
-/// In the field's unit; a current as `iq_lsb` too, the number on the wire.
+/// Reads a value in the field's unit; a current also as `iq_lsb`, the number on the wire.
 std::optional<std::int64_t> read_number(TableReader& reader, const WireField& field,
                                         const WireFormat& format) {
   const std::string key(field.spoken());
@@ -47,12 +47,12 @@ void read_field(TableReader& reader, const WireField& field, const WireFormat& f
   const auto raw =
       field.values.empty() ? read_number(reader, field, format) : read_value(reader, field);
   if (!raw && !field.may_be_unsaid) reader.note_missing(std::string(field.spoken()));
-  // What has one value only has that.
+  // A field with only one value has that by default.
   const std::int64_t unsaid = field.values.size() == 1 ? field.values.front().number : 0;
   protocol::put(field, protocol::taken(field, raw.value_or(unsaid), format), data);
 }
 
-/// A quantity of the command that this drive's lacks is no mistake of spelling.
+/// Reports a field that exists only in other drives, instead of a misspelt key.
 void refuse_what_it_lacks(TableReader& reader, std::span<const WireField> fields,
                           const protocol::Payload& data, const WireFormat& format) {
   for (const WireField& field : fields) {
@@ -68,7 +68,7 @@ void refuse_what_it_lacks(TableReader& reader, std::span<const WireField> fields
   }
 }
 
-/// How many bytes a packet of RS-485 needs for the command, with what is said of it.
+/// Returns the size of an RS-485 packet for the command with this data.
 std::uint8_t size_of(const protocol::CommandInfo& command, const protocol::Payload& data,
                      const protocol::WireFormat& format) {
   if (command.query_len != nullptr) return static_cast<std::uint8_t>(1 + command.query_len(format));
@@ -110,7 +110,7 @@ protocol::Frame read_query(TableReader& reader, const ServoConfig& servo) {
     frame.dlc = 1;
   }
   const auto* const command = protocol::command_of(frame);
-  if (command == nullptr) return frame;  // nothing is known to be behind it
+  if (command == nullptr) return frame;  // its data is unknown
   for (const WireField& field : command->query) {
     if (protocol::present(field, frame.data, format)) {
       read_field(reader, field, format, frame.data);

@@ -17,7 +17,7 @@ std::string names_of(const std::vector<BusConfig>& robot) {
   return all;
 }
 
-/// One [[event]]; its drives say which bus is meant when it does not say so itself.
+/// Reads one [[event]]; without `bus`, its drives determine the bus.
 void read_event(TableReader& reader, Scenario& scenario) {
   std::optional<int> id;
   if (const auto ids = read_ids(reader); !ids.empty()) id = ids.front();
@@ -29,8 +29,8 @@ void read_event(TableReader& reader, Scenario& scenario) {
   check_room(reader, bus.events);
 }
 
-/// A clear has to mean something that the robot's events or the scenario's set on its bus. Those of
-/// a robot that runs already are `running`'s.
+/// Checks that a clear refers to a fault of the robot or scenario on its bus. `running`: buses of a
+/// robot that already runs.
 void check_clears(std::vector<TableReader>& events, const Scenario& scenario,
                   const std::vector<BusConfig>& running) {
   for (TableReader& event : events) {
@@ -73,11 +73,11 @@ void read_robot(TableReader& reader, std::optional<std::uint64_t> seed, const Sc
   }
 }
 
-/// All but the robot; `running` are its buses when they run already.
+/// Reads everything but the robot. `running`: its buses, if they already run.
 void read_course(TableReader& reader, const ScenarioFiles& files,
                  const std::vector<BusConfig>& running, Scenario& scenario) {
   for (BusConfig& bus : scenario.robot) {
-    // What the robot's own file has planned for later does not belong to this.
+    // Removes events of the robot's file that are after the scenario's end.
     std::erase_if(bus.events,
                   [&](const TimedDirective& event) { return event.at > scenario.duration; });
   }
@@ -99,7 +99,7 @@ void read_course(TableReader& reader, const ScenarioFiles& files,
   }
 }
 
-/// People mix them up; the key that a scenario does not know would not tell them so.
+/// Users confuse the two; a complaint about an unknown key would not help them.
 void refuse_robot(const TableReader& reader) {
   if (!reader.has("bus") || reader.has("expect") || reader.has("robot")) return;
   reader.fail("", "this is a robot, not a scenario; lk-emu --config FILE runs it");
@@ -119,13 +119,13 @@ void read_head(TableReader& reader, const std::string& file, Scenario& scenario)
   scenario.duration = duration.value_or(SimTime{0});
 }
 
-/// What a file must have before anything else in it makes sense. An unknown key is reported first.
+/// Checks the required keys of a file; reports an unknown key first.
 void check_head(TableReader& reader) {
   for (const char* key : {"event", "send", "expect"}) reader.tables(key);
   reader.finish();
 }
 
-/// Where what runs is not the robot. `known` is what runs by the names that its buses have there.
+/// Returns drives that differ from the robot. `known`: `running` with the file's bus names.
 std::vector<ForeignDrive> foreign_drives(const std::vector<BusConfig>& robot,
                                          const std::vector<BusConfig>& known,
                                          const std::vector<BusConfig>& running) {
@@ -148,8 +148,8 @@ std::vector<ForeignDrive> foreign_drives(const std::vector<BusConfig>& robot,
   return foreign;
 }
 
-/// The robot may run on other interfaces than its file says. Its buses are known by the names there
-/// then, in the order there.
+/// Gives the running buses the names of the robot's file, in its order, if the robot runs on other
+/// interfaces.
 void take_names_of_robot(TableReader& reader, const ScenarioFiles& files,
                          const std::vector<BusConfig>& running, Scenario& scenario) {
   const auto name = reader.text("robot");
@@ -159,7 +159,7 @@ void take_names_of_robot(TableReader& reader, const ScenarioFiles& files,
   try {
     of_file = files.robot(*name, {});
   } catch (const std::exception&) {
-    return;  // not needed when the buses run already
+    return;  // not needed, as the buses already run
   }
   const bool known = std::ranges::any_of(of_file, [&](const BusConfig& bus) {
     return std::ranges::find(scenario.robot, bus.interface, &BusConfig::interface) !=

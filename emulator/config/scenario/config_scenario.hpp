@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file How the parts of a scenario file are read.
+/// @file Readers of the parts of a scenario file.
 
 #include <optional>
 #include <string>
@@ -18,10 +18,10 @@ std::vector<HostSend> read_send(TableReader& reader, const Scenario& scenario,
 /// Reads an [[expect]].
 Expectation read_expectation(TableReader& reader, const Scenario& scenario);
 
-/// The bus that the key `bus` names, or the one that has the drive `id`, or the only one.
+/// Returns the bus named by `bus`, the one with drive `id`, or the only one.
 std::size_t read_bus_of(TableReader& reader, const std::vector<BusConfig>& robot,
                         std::optional<int> id);
-/// A time of the scenario, which must not be after its end.
+/// Reads a time, which must not be after the scenario's end.
 std::optional<SimTime> read_moment(TableReader& reader, const std::string& key, SimTime duration);
 
 }  // namespace lk::emulator

@@ -1,4 +1,4 @@
-// [[send]]: what a scenario's host says.
+// Reads [[send]]: frames of a scenario's host.
 
 #include "emulator/config/scenario/config_send.hpp"
 
@@ -13,7 +13,7 @@
 namespace lk::emulator {
 namespace {
 
-/// Puts the course in time on what is sent: once, or every so often.
+/// Reads when and how often a frame is sent.
 void read_repetition(TableReader& reader, SimTime duration, HostSend& send) {
   const auto every = read_duration(reader, "every_s");
   const auto until = read_moment(reader, "until_s", duration);
@@ -35,7 +35,7 @@ void read_repetition(TableReader& reader, SimTime duration, HostSend& send) {
   if (times) send.times = std::min(send.times, static_cast<std::uint64_t>(*times));
 }
 
-/// The hosts' frames of a log: those that it marks as received came from drives.
+/// Reads the hosts' frames of a log: all except those marked as received, which drives sent.
 std::vector<HostSend> read_play(TableReader& reader, const Scenario& scenario,
                                 const ScenarioFiles& files) {
   const std::string name = *reader.text("play");
@@ -65,7 +65,7 @@ std::vector<HostSend> read_play(TableReader& reader, const Scenario& scenario,
   return sends;
 }
 
-/// None: it is said in words.
+/// Returns nullopt if the frame is given by names.
 std::optional<protocol::Frame> read_raw(TableReader& reader) {
   const auto text = reader.text("frame");
   if (!text) return std::nullopt;
@@ -77,7 +77,7 @@ std::optional<protocol::Frame> read_raw(TableReader& reader) {
   return std::get<protocol::Frame>(parsed);
 }
 
-/// One frame for each drive that is meant; all of the bus when none is named.
+/// Returns one frame for each listed drive; for all of the bus if none is listed.
 std::vector<protocol::Frame> read_words(TableReader& reader, const BusConfig& bus) {
   const std::vector<int> ids = read_ids(reader);
   for (const int id : ids) {
@@ -93,7 +93,7 @@ std::vector<protocol::Frame> read_words(TableReader& reader, const BusConfig& bu
   return frames;
 }
 
-/// The drive that tells which bus is meant; none: no drive does.
+/// Returns the drive that determines the bus; nullopt if there is none.
 std::optional<int> drive_meant(TableReader& reader, const Scenario& scenario) {
   const auto frame = read_raw(reader);
   if (!frame) {

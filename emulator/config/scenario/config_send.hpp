@@ -11,14 +11,14 @@
 
 namespace lk::emulator {
 
-/// Reads a command by its word or by its byte: "state_2", 0x9C or "0x9C".
+/// Reads a command by word or byte: "state_2", 0x9C or "0x9C".
 std::optional<std::uint8_t> read_command_or_word(TableReader& reader, const std::string& key);
 
-/// Reads what a host says at once: the frame of the key `frame`, or the one that `command` and its
-/// quantities describe for each drive that `id` or `ids` name, all of the bus without.
+/// Reads frames that a host sends together: `frame`, or `command` with its values. The latter gives
+/// a frame for each drive in `id` or `ids` (default: all drives of the bus).
 std::vector<protocol::Frame> read_frames(TableReader& reader, const BusConfig& bus);
 
-/// Reads the query for `servo` that the key `command` and the quantities beside it describe.
+/// Reads the query to `servo` given by `command` and its values.
 protocol::Frame read_query(TableReader& reader, const ServoConfig& servo);
 
 }  // namespace lk::emulator

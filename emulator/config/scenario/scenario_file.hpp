@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Scenario files (docs/scenarios.md): text in, Scenario out.
+/// @file Scenario files (docs/scenarios.md): text to Scenario.
 
 #include <cstdint>
 #include <functional>
@@ -14,25 +14,25 @@
 
 namespace lk::emulator {
 
-/// Where a scenario's other files come from. What they throw, std::invalid_argument, becomes a
-/// mistake of the key that names them; a ConfigError stays what it is.
+/// Loads the other files of a scenario. std::invalid_argument becomes an error of the key that
+/// names the file; ConfigError is passed on.
 struct ScenarioFiles {
-  /// The robot of that name or path.
+  /// Loads a robot by name or path.
   std::function<std::vector<BusConfig>(const std::string& name, const Overrides& overrides)> robot;
-  /// A log to be played: its text.
+  /// Loads the text of a log to be played.
   std::function<std::string(const std::string& name)> text;
 };
 
-/// For a robot of its own. `seed` wins over the file's. Throws ConfigError.
+/// Parses a scenario that runs its own robot. `seed` overrides the file's. Throws ConfigError.
 Scenario parse_scenario(const std::string& text, const std::string& file,
                         std::optional<std::uint64_t> seed, const ScenarioFiles& files);
 /// As above, from a document that has been parsed; `file` is its name in messages.
 Scenario parse_scenario(const toml::table& document, const std::string& file,
                         std::optional<std::uint64_t> seed, const ScenarioFiles& files);
 
-/// For buses that run already: the seed does not count, nor does the robot but for the names of its
-/// buses, where they run on other interfaces: they are matched by their order then. The events of
-/// the result are the scenario's alone. Throws ConfigError.
+/// Parses a scenario for running buses: ignores the seed, and the robot except for bus names. If
+/// the buses run on other interfaces, they are matched by order. The result has only the scenario's
+/// events. Throws ConfigError.
 Scenario parse_live_scenario(const std::string& text, const std::string& file,
                              const std::vector<BusConfig>& running, const ScenarioFiles& files);
 
