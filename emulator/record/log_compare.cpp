@@ -12,10 +12,10 @@
 namespace lk::emulator {
 namespace {
 
-/// Times of the log to times of the bus.
+/// Converts a time of the log to a time of the bus.
 SimTime simulated(SimTime at, SimTime first) { return at - first + kBeforeLog; }
 
-/// Runs the bus on what was sent; its replies in order.
+/// Sends the frames to a bus and returns its replies in order.
 std::vector<TimedFrame> emulate(const std::vector<TimedFrame>& sent, SimTime first,
                                 const BusConfig& config) {
   Bus bus(config);
@@ -30,13 +30,13 @@ std::vector<TimedFrame> emulate(const std::vector<TimedFrame>& sent, SimTime fir
   return replies;
 }
 
-/// Gives each exchange the reply that the emulator gave. A drive answers in order, and what it does
-/// not answer at all it never answers.
+/// Finds the emulator's reply of each exchange. Relies on drives that answer in order and either
+/// always or never answer a command.
 std::vector<std::optional<TimedFrame>> assign(const PairedLog& log, SimTime first,
                                               const std::vector<TimedFrame>& replies,
                                               const std::map<int, ReplyReader>& readers) {
   std::vector<std::optional<TimedFrame>> answers(log.exchanges.size());
-  std::map<int, std::vector<std::size_t>> asked;  // places of the exchanges
+  std::map<int, std::vector<std::size_t>> asked;  // indices of exchanges
   for (std::size_t n = 0; n < log.exchanges.size(); ++n) asked[log.exchanges[n].id].push_back(n);
   std::map<int, std::size_t> next;
   for (const TimedFrame& reply : replies) {
@@ -64,7 +64,7 @@ Latency latency(std::vector<SimTime> all) {
   return {all[all.size() / 2], all.back()};
 }
 
-/// Sums up over the exchanges.
+/// Sums over all exchanges.
 class Account {
  public:
   void add(const Exchange& exchange, SimTime asked_at, SimTime asked_simulated,
@@ -109,7 +109,7 @@ class Account {
 
   static void compare(Entry& entry, const TimedFrame& in_log, const TimedFrame& emulated,
                       const ReplyReader& reader) {
-    protocol::Frame as_own = in_log.frame;  // the log's drive may have other identifiers
+    protocol::Frame as_own = in_log.frame;  // the log's drive may use other identifiers
     as_own.id = emulated.frame.id;
     const auto theirs = reader.values(as_own);
     const auto ours = reader.values(emulated.frame);

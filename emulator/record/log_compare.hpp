@@ -10,34 +10,34 @@
 
 namespace lk::emulator {
 
-/// How long something took: of a drive's replies, from query to reply.
+/// Latencies of a drive's replies, from query to reply.
 struct Latency {
   SimTime median{0};
   SimTime most{0};
 };
 
-/// The replies to one command, in the log and from the emulator.
+/// Replies to one command, in the log and from the emulator.
 struct ComparedCommand {
   std::uint8_t command = 0;
   std::uint64_t queries = 0;
   std::uint64_t in_log = 0;       // replies
   std::uint64_t emulated = 0;     // replies
-  std::uint64_t missing = 0;      // the log has one, the emulator gave none
-  std::uint64_t extra = 0;        // the other way round
-  std::uint64_t undecodable = 0;  // of the log: no reply that such a drive gives
+  std::uint64_t missing = 0;      // replies in the log but not from the emulator
+  std::uint64_t extra = 0;        // replies from the emulator but not in the log
+  std::uint64_t undecodable = 0;  // replies of the log that such a drive never sends
   Latency latency_in_log;
   Latency latency_emulated;
 };
 
-/// One quantity of the replies to one command.
+/// One quantity in the replies to one command.
 struct ComparedValue {
   std::uint8_t command = 0;
   std::string_view name;
   std::uint64_t count = 0;  // pairs of replies
   std::uint64_t equal = 0;
-  double sum = 0;  // of the absolute differences
+  double sum = 0;  // of absolute differences
   double most = 0;
-  SimTime most_at{0};  // as the log counts time
+  SimTime most_at{0};  // in the time of the log
   int most_id = 0;
 
   double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0; }
@@ -45,7 +45,7 @@ struct ComparedValue {
 
 struct LogComparison {
   std::vector<ComparedCommand> commands;  // ascending
-  std::vector<ComparedValue> values;      // by command, as the replies have them
+  std::vector<ComparedValue> values;      // by command, in the order of the reply
   protocol::Framing framing = protocol::Framing::kCan;
   std::uint64_t sent = 0;
   std::uint64_t ambiguous = 0;
@@ -53,14 +53,14 @@ struct LogComparison {
   std::uint64_t strangers = 0;
 };
 
-/// What passes on the bus before the first frame of a log; assumed, for filters to settle.
+/// Simulated time before the first frame of a log, so that filters settle (assumed).
 inline constexpr SimTime kBeforeLog = std::chrono::milliseconds(100);
 
-/// Sends what the log's hosts sent to a bus of that configuration, at the times of the log, and
+/// Sends the hosts' frames of the log to a bus of this configuration, at the log's times, and
 /// compares the replies quantity by quantity.
 LogComparison compare_log(const std::vector<LoggedFrame>& log, const BusConfig& bus);
 
-/// For people, in Markdown.
+/// Formats the result as Markdown.
 std::string comparison_text(const LogComparison& comparison);
 
 }  // namespace lk::emulator

@@ -12,7 +12,7 @@
 namespace lk::emulator {
 namespace {
 
-/// Lines gather for so long: a write for each frame would cost more than the frame.
+/// Time to collect lines: one write per frame would cost more than the frame.
 constexpr auto kGather = std::chrono::milliseconds(10);
 
 }  // namespace
@@ -74,7 +74,7 @@ int LogWriter::write(const Batch& batch) {
 }
 
 void LogWriter::run() {
-  bool refused = false;  // nothing may follow what is not there
+  bool refused = false;  // after an error, nothing more may be written
   std::unique_lock lock(mutex_);
   while (!done_) {
     changed_.wait(lock, [this] { return stop_ || waiting_bytes_ > 0; });

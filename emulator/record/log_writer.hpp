@@ -17,10 +17,10 @@ namespace lk::emulator {
 /// kill leaves of the second log never runs ahead of the first.
 class LogWriter {
  public:
-  /// What waits for the disk at most: some 300 000 frames, half a minute of a full bus.
+  /// Limit of unwritten bytes: about 300 000 frames, half a minute of a full bus.
   static constexpr std::size_t kMostWaiting = std::size_t{16} << 20U;
 
-  /// Called once, on any thread, when it cannot go on, with the reason; nothing is written then.
+  /// Called once, on any thread, with the reason why nothing more is written.
   using OnEnd = std::function<void(const std::string& reason)>;
 
   static constexpr std::size_t kFiles = 2;
@@ -29,18 +29,17 @@ class LogWriter {
             std::size_t most_waiting = kMostWaiting);
   LogWriter(const LogWriter&) = delete;
   LogWriter& operator=(const LogWriter&) = delete;
-  /// Waits until all is written, or cannot be.
+  /// Waits until everything is written or has failed.
   ~LogWriter();
 
-  /// Nothing will be added any more. Once all is written, so are these lines of the first log,
-  /// which say so. Does not wait either.
+  /// Ends the logs without waiting: after the remaining lines, `last_lines` go to the first log.
   void finish(std::string last_lines);
-  /// Finished, and nothing is left to write.
+  /// Finished, and everything is written.
   bool done() const;
 
-  /// Never waits. The end of the line is added.
+  /// Adds a line and its end; never waits.
   void add(std::size_t log, std::string_view line);
-  /// It could not go on.
+  /// Returns true after an error.
   bool failed() const;
 
  private:
@@ -53,7 +52,7 @@ class LogWriter {
   std::array<Descriptor, kFiles> files_;
   OnEnd on_end_;
   std::size_t most_waiting_;
-  mutable std::mutex mutex_;  // of all below
+  mutable std::mutex mutex_;  // protects all members below
   std::condition_variable changed_;
   Batch waiting_;
   std::size_t waiting_bytes_ = 0;

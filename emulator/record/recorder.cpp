@@ -55,7 +55,7 @@ void Recorder::start_writer() {
         std::move(files), [where = directory_.string()](const std::string& reason) {
           spdlog::error("recording in {} has ended: {}", where, reason);
         });
-  } catch (const std::system_error& problem) {  // no thread to be had
+  } catch (const std::system_error& problem) {  // no thread available
     throw StartError("cannot record in " + directory_.string() + ": " + problem.code().message());
   }
 }

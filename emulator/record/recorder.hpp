@@ -13,7 +13,7 @@
 
 namespace lk::emulator {
 
-/// What a recording is to be of.
+/// Settings of a recording.
 struct RecordRequest {
   std::filesystem::path directory;
   Overrides overrides;
@@ -21,12 +21,12 @@ struct RecordRequest {
   std::string clock = "realtime";
 };
 
-/// recording.json of a recording that begins now, on the calendar, at `start` of simulated time.
+/// Makes recording.json for a recording that begins now, at simulated time `start`.
 RecordingInfo recording_info(const RecordRequest& request, SimTime start);
 
-/// Writes a recording (docs/record.md) as it happens. Calls come in the order in which things reach
-/// the buses and never wait for the disk. When that refuses, the recording ends with one line in
-/// the log, and everything else goes on.
+/// Writes a recording (docs/record.md). Calls come in the order of events on the buses and never
+/// wait for the disk. If the disk fails, the recording ends with one log line; the emulator
+/// continues.
 class Recorder {
  public:
   /// `buses` are as the drives start, or started. Throws StartError.
@@ -34,22 +34,22 @@ class Recorder {
            std::vector<BusConfig> buses);
 
   const std::filesystem::path& directory() const { return directory_; }
-  /// The disk has refused.
+  /// The disk has failed.
   bool failed() const { return writer_->failed(); }
 
-  // `bus` is the place among the buses.
-  /// A host's frame, as the bus is given it: `at` in whole microseconds, the bus brought there, its
-  /// replies recorded.
+  // `bus` is an index into the buses.
+  /// Records a host's frame as given to the bus. Pre: `at` is in whole microseconds; the bus has
+  /// reached it; earlier replies are recorded.
   void host_frame(std::size_t bus, SimTime at, const protocol::Frame& frame);
-  /// A frame of a drive has left the wire.
+  /// Records a drive's frame that has left the wire.
   void reply(std::size_t bus, const TimedFrame& reply);
-  /// A directive was applied or planned; `json` is the object that asked for it.
+  /// Records a directive that was applied or planned; `json` is the request.
   void directive(std::size_t bus, SimTime at, std::string json);
-  /// The disk refused what a drive wrote: its ROM holds this again.
+  /// Records that the disk refused a ROM write: the ROM holds these values again.
   void restored_rom(std::size_t bus, SimTime at, int id, const Registers& rom, const RomWear& wear);
-  /// Nothing more will come; the buses have got as far as `times`.
+  /// Ends the recording; the buses have reached `times`.
   void end(const std::vector<SimTime>& times);
-  /// That is on the disk, or will not be.
+  /// The end is on the disk, or has failed.
   bool done() const { return writer_->done(); }
 
  private:

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A whole number that fits. The library would convert any, with whatever comes of that.
+/// Returns a whole number in range. The library would convert any number silently.
 template <class Number>
 Number whole(const Json& json) {
   constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<Number>::max());
@@ -93,7 +93,7 @@ Overrides parse_overrides(const Json& json) {
   return overrides;
 }
 
-/// What of the buses helps a person to know the recording again.
+/// Describes the buses, so that users recognise the recording.
 Json describe_buses(const std::vector<BusConfig>& buses) {
   Json all = Json::array();
   for (const BusConfig& bus : buses) {
@@ -105,8 +105,8 @@ Json describe_buses(const std::vector<BusConfig>& buses) {
   return all;
 }
 
-/// What the copy of each motor file is called, by what the motor was asked for as. One file that
-/// was asked for in two ways has one copy, and two of one name have two.
+/// Maps each requested motor to the name of its file copy. A file requested under two names has one
+/// copy; two files of the same name have two copies.
 std::map<std::string, std::string> copies_of(const MotorFiles& motors) {
   std::map<std::string, std::string> copies;
   std::map<std::string, std::string> taken;  // copy to original
@@ -150,15 +150,15 @@ std::string print_info(const RecordingInfo& info, const ConfigTexts& texts,
 /// A motor file of a recording.
 struct RecordedMotor {
   std::string name;
-  std::string file;  // where it was
-  fs::path copy;     // where it is
+  std::string file;  // original path
+  fs::path copy;     // path in the recording
 };
 
 struct ParsedInfo {
   RecordingInfo info;
   bool has_config = false;
-  std::string config_file;                      // where it was
-  std::map<std::string, RecordedMotor> motors;  // by what they were asked for as
+  std::string config_file;                      // original path
+  std::map<std::string, RecordedMotor> motors;  // by requested name
 };
 
 std::map<std::string, RecordedMotor> parse_motors(const Json& json, const fs::path& directory) {
@@ -201,8 +201,8 @@ ParsedInfo parse_info(const std::string& text, const fs::path& file) {
 
 // --- files
 
-/// What is made for a recording. It goes again unless all of it could be made: a directory that has
-/// been begun will not do for the next one.
+/// Files created for a recording. They are removed unless all could be created, as the next
+/// recording needs an empty directory.
 class MadeFiles {
  public:
   explicit MadeFiles(fs::path directory) : directory_(std::move(directory)) {}
@@ -244,7 +244,7 @@ class MadeFiles {
   }
 
   fs::path directory_;
-  std::vector<fs::path> made_;  // in order
+  std::vector<fs::path> made_;  // in order of creation
 };
 
 fs::path rom_file(const BusConfig& bus, const ServoConfig& servo) {
@@ -255,8 +255,8 @@ bool was_written(const ServoConfig& servo) {
   return std::ranges::any_of(servo.wear, [](std::uint32_t writes) { return writes > 0; });
 }
 
-/// The motor files are found by what they were asked for as, and say in their messages where they
-/// were; one of version 0.1.0 has them by their names.
+/// Finds motor files by requested name; their messages show the original path. Recordings of
+/// version 0.1.0 have them by motor name.
 FindProfile recorded_profiles(const fs::path& directory, const ParsedInfo& parsed) {
   const FindMotorFile find_file = [&](const std::string& motor) -> MotorFile {
     const auto found = parsed.motors.find(motor);
@@ -282,7 +282,7 @@ std::vector<BusConfig> read_config(const fs::path& directory, const ParsedInfo& 
   return parse_config(read_regular_file(copy, kLongestText), file, parsed.info.overrides, find);
 }
 
-/// What is wrong is wrong with the copy.
+/// Reports the error with the path of the copy.
 [[noreturn]] void fail_in_copy(const ConfigError& problem, const fs::path& directory,
                                const ParsedInfo& parsed) {
   std::string file = problem.file;
@@ -392,8 +392,8 @@ RecordedInput parse_input(const std::string& line, const std::string& file, int 
 
 RecordedInput::RestoredRom record_rom(const Registers& rom, const RomWear& wear,
                                       const std::string& bus, const ServoConfig& servo) {
-  // A ROM file has what its counts say was written; here everything counts, since a fault may have
-  // damaged what nobody wrote.
+  // A ROM file lists only parameters with a count. Here all count, as a fault may have damaged
+  // others.
   RomWear everything;
   everything.fill(1);
   return {servo.id, print_rom({bus, servo.id, servo.profile.name}, rom, everything), wear};
@@ -402,7 +402,7 @@ RecordedInput::RestoredRom record_rom(const Registers& rom, const RomWear& wear,
 Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::string& bus,
                        const ServoConfig& servo) {
   ServoConfig with_rom = servo;
-  // What is as wired is not in the text (print_rom).
+  // Parameters that are as wired are not in the text (print_rom).
   with_rom.rom.driver_id = kAsWired;
   with_rom.rom.bus_type = kAsWired;
   with_rom.rom.serial_rate = kAsWired;
@@ -411,7 +411,7 @@ Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::st
   return with_rom.rom;
 }
 
-// --- the directory
+// --- directory
 
 void begin_recording(const fs::path& directory, const RecordingInfo& info, const ConfigTexts& texts,
                      const std::vector<BusConfig>& buses, const std::function<void()>& go_on) {
@@ -419,7 +419,7 @@ void begin_recording(const fs::path& directory, const RecordingInfo& info, const
   beginning.make_empty_directory();
   for (const char* part : {"motors", "rom"}) beginning.make_directory(directory / part);
   for (const char* log : {kFramesFile, kInputsFile}) beginning.write(directory / log, "");
-  // recording.json last: a directory that has it has the rest as well.
+  // recording.json is last: a directory that has it is complete.
   for (const auto& [name, text] : recorded_texts(info, texts, buses)) {
     beginning.write(directory / name, text);
   }

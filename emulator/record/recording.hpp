@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file The directory of a recording (docs/record.md): all it takes to run it again.
+/// @file The directory of a recording (docs/record.md): everything needed to run it again.
 
 #include <cstdint>
 #include <filesystem>
@@ -16,60 +16,59 @@
 namespace lk::emulator {
 
 inline constexpr int kRecordingFormat = 1;
-// Its files; rom/BUS-ID.toml and motors/*.toml besides.
+// Files in it, besides rom/BUS-ID.toml and motors/*.toml.
 inline constexpr const char* kRecordingFile = "recording.json";
 inline constexpr const char* kFramesFile = "frames.log";
 inline constexpr const char* kInputsFile = "directives.jsonl";
-/// The logs in the order in which a batch is written: a frame is never there without the directives
-/// before it.
+/// Order of the logs in a batch: a frame is never written before the directives that precede it.
 enum RecordedLog : std::size_t { kInputs, kFrames };
 
-/// The texts that a configuration was read from.
+/// Texts from which a configuration was read.
 struct ConfigTexts {
-  std::optional<std::string> config;  // none: the command line said it all
-  std::string config_file;            // where it was: paths in it start there
+  std::optional<std::string> config;  // absent: command line only
+  std::string config_file;            // its original path; relative paths start there
   MotorFiles motors;
 };
 
-/// recording.json.
+/// Content of recording.json.
 struct RecordingInfo {
-  std::string version;      // of the program that wrote it
-  bool replayable = true;   // begun with the simulation: what came before it is not known otherwise
-  Overrides overrides;      // what the command line said
-  std::string clock;        // "realtime", for people
-  SimTime start{0};         // simulated time of its beginning
-  std::string started_utc;  // for people
+  std::string version;      // version of the program that recorded
+  bool replayable = true;   // started with the simulation; otherwise the earlier state is unknown
+  Overrides overrides;      // options of the command line
+  std::string clock;        // "realtime", for display
+  SimTime start{0};         // simulated time at its start
+  std::string started_utc;  // for display
 };
 
-/// One line of directives.jsonl: what acted on a bus and is neither configuration nor frame.
+/// One line of directives.jsonl: an input of a bus besides configuration and frames.
 struct RecordedInput {
-  /// A directive as it was asked for, a JSON object.
+  /// A requested directive, as a JSON object.
   struct Request {
     std::string json;
   };
-  /// What Bus::restore_rom was told: all of the ROM, as a ROM file that counts every parameter.
+  /// Values for Bus::restore_rom: the whole ROM, as a ROM file that counts every parameter.
   struct RestoredRom {
     int id = 1;
     std::string rom;
     RomWear wear{};
   };
-  /// The recording ends here, in good order.
+  /// The recording ends here, without an error.
   struct End {};
 
   SimTime at{0};
-  std::uint64_t after_frames = 0;  // hosts' frames of all buses that were there before it
+  std::uint64_t after_frames = 0;  // hosts' frames on all buses before it
   std::string bus;
   std::variant<Request, RestoredRom, End> what;
 };
 
-/// Without the end of line.
+/// Returns the line without its end.
 std::string print_input(const RecordedInput& input);
 /// Throws ConfigError.
 RecordedInput parse_input(const std::string& line, const std::string& file, int number);
 
 RecordedInput::RestoredRom record_rom(const Registers& rom, const RomWear& wear,
                                       const std::string& bus, const ServoConfig& servo);
-/// The registers of `restored`; `servo` is the drive's configuration. Throws ConfigError.
+/// Returns the registers of `restored`. `servo`: the drive's configuration. Throws ConfigError.
 Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::string& bus,
                        const ServoConfig& servo);
 
@@ -80,14 +79,14 @@ void begin_recording(
     const std::filesystem::path& directory, const RecordingInfo& info, const ConfigTexts& texts,
     const std::vector<BusConfig>& buses, const std::function<void()>& go_on = [] {});
 
-/// A recording that was read; its frames are not.
+/// A recording that was read, without its frames.
 struct Recording {
   RecordingInfo info;
   std::vector<BusConfig> buses;  // as the drives started
   std::vector<RecordedInput> inputs;
 };
 
-/// Throws StartError with what is wrong with it.
+/// Throws StartError with the error in the recording.
 Recording read_recording(const std::filesystem::path& directory);
 
 }  // namespace lk::emulator

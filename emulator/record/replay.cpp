@@ -74,7 +74,7 @@ void Replay::run(std::size_t n, SimTime until) {
   advance(n, until);
   taken_.clear();
   line.bus.take_replies(taken_);
-  // Whoever kept them has taken them by now: what he could not keep is told to the bus later.
+  // Discards the writes: a write that failed in the original run is restored later.
   std::vector<RomWrite> kept;
   line.bus.take_rom_writes(kept);
   for (const TimedFrame& reply : taken_) {

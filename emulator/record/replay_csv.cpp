@@ -5,7 +5,7 @@
 namespace lk::emulator {
 namespace {
 
-/// Stops a bus for its sampler and hands the rows on.
+/// Samples a bus and passes the rows on.
 template <class Take>
 struct RowLook {
   Sampler& sampler;
@@ -19,7 +19,7 @@ struct RowLook {
   }
 };
 template <class Take>
-RowLook(Sampler&, Take) -> RowLook<Take>;  // Clang 14 cannot do without
+RowLook(Sampler&, Take) -> RowLook<Take>;  // required by Clang 14
 
 }  // namespace
 

@@ -10,17 +10,17 @@
 
 namespace lk::emulator {
 
-/// What `lk-emu replay --csv` writes.
+/// Options of `lk-emu replay --csv`.
 struct ReplayCsv {
   std::string file;
   std::vector<const Signal*> signals;
   SimTime period{0};
 };
 
-/// Signals of all drives of a replay, at equal steps of simulated time.
+/// Writes signals of all drives of a replay, at equal steps of simulated time.
 class ReplayCsvFile {
  public:
-  /// Makes `replay` stop wherever there is something to look at. Throws StartError.
+  /// Makes `replay` stop at each sample. Throws StartError.
   ReplayCsvFile(const ReplayCsv& csv, const std::vector<BusConfig>& buses, Replay& replay);
   ReplayCsvFile(const ReplayCsvFile&) = delete;
   ReplayCsvFile& operator=(const ReplayCsvFile&) = delete;
@@ -33,7 +33,7 @@ class ReplayCsvFile {
 
   OutputFile file_;
   std::vector<Sampler> samplers_;                      // by bus
-  std::vector<std::deque<std::vector<double>>> rows_;  // by bus: buses are not replayed in step
+  std::vector<std::deque<std::vector<double>>> rows_;  // by bus, as buses are not in step
   SimTime period_;
   SimTime next_row_{0};
 };

@@ -17,13 +17,13 @@
 namespace lk::emulator {
 namespace {
 
-/// Between two words about the progress.
+/// Lines between two calls of `progress`.
 constexpr int kLinesBetweenReports = 4096;
 
 /// Longer than any frame.
 constexpr std::size_t kLongestLine = 4096;
 
-/// The lines of a file as they come; it may be longer than memory.
+/// Reads a file line by line, as it may be larger than memory.
 class Lines {
  public:
   explicit Lines(const std::filesystem::path& file) : file_(file.string()), buffer_(kLongestLine) {
@@ -37,7 +37,7 @@ class Lines {
       throw StartError("cannot read " + file_ + ": " + std::generic_category().message(errno));
     }
   }
-  /// False at the end, and before a line without an end.
+  /// Returns false at the end, and at a line without an end.
   bool next(std::string& line) {
     stream_.getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
     if (stream_.bad()) throw StartError("cannot read " + file_);
@@ -62,20 +62,20 @@ class Lines {
   bool cut_ = false;
 };
 
-/// What was done to the buses besides frames, each at its turn.
+/// Performs recorded inputs other than frames, each at its time.
 class Inputs {
  public:
   Inputs(const Recording& recording, Replay& replay)
       : recording_(recording), replay_(replay), next_(recording.inputs.begin()) {}
 
-  /// Does what came before the next of the hosts' frames.
+  /// Performs the inputs before the next host frame.
   void do_before_next_frame() {
     while (next_ != recording_.inputs.end() && !replay_.difference() &&
            next_->after_frames <= replay_.host_frames()) {
       perform(*next_++);
     }
   }
-  /// Does the rest; of a recording that breaks off, what its frames still tell the effect of.
+  /// Performs the rest; in a truncated recording, only inputs followed by further frames.
   void finish() {
     const bool all = complete();
     for (; next_ != recording_.inputs.end() && !replay_.difference(); ++next_) {
@@ -85,7 +85,7 @@ class Inputs {
       }
     }
   }
-  /// All buses came to their end.
+  /// Returns true if all buses have an end.
   bool complete() const {
     const auto ends = std::ranges::count_if(recording_.inputs, [](const RecordedInput& input) {
       return std::holds_alternative<RecordedInput::End>(input.what);
@@ -114,7 +114,7 @@ class Inputs {
   }
   static void request_directive(const RecordedInput::Request& request, const BusConfig& config,
                                 Bus& bus) {
-    // A setting that is not said stays what it is in RAM.
+    // Settings that are not given keep their value in RAM.
     BusConfig now = config;
     for (ServoConfig& servo : now.servos) servo.rom = bus.servo(servo.id).ram();
     const toml::table table = to_table(parse_json(request.json));

@@ -9,16 +9,16 @@
 
 namespace lk::emulator {
 
-/// How a replay came to its end.
+/// How a replay ended.
 struct ReplayEnd {
-  bool complete = false;  // the recording was ended in good order; else it breaks off
-  bool cut_line = false;  // and in the midst of a line, which does not count
-  SimTime until{0};       // simulated time of the recording's last word
+  bool complete = false;  // the recording was ended properly, not cut off
+  bool cut_line = false;  // cut off inside a line, which is ignored
+  SimTime until{0};       // simulated time of the last entry
 };
 
-/// Runs `replay`, made of `recording.buses`, on what `directory` has, to its end or to the first
-/// difference. `progress` hears now and then where it is. Throws
-/// StartError when they cannot be read.
+/// Runs `replay`, made from `recording.buses`, with the recording in `directory`, to its end or the
+/// first difference. Calls `progress` from time to time. Throws StartError if a file cannot be
+/// read.
 ReplayEnd replay_recording(const std::filesystem::path& directory, const Recording& recording,
                            Replay& replay, const std::function<void(SimTime)>& progress = {});
 

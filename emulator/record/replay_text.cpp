@@ -15,7 +15,7 @@ std::string instant(SimTime at) {
   return fmt::format("{}.{:06} s", us / 1'000'000, us % 1'000'000);
 }
 
-/// Of a drive's frame: what it says.
+/// Returns the decoded values of a drive's frame.
 std::string meaning(const protocol::Frame& frame, const BusConfig& bus) {
   for (const ServoConfig& servo : bus.servos) {
     const std::string said = values_text(ReplyReader(servo).values(frame));

@@ -8,9 +8,9 @@
 
 namespace lk::emulator {
 
-/// What a difference looks like to a person: when and what, both frames with what they say, and
-/// what went before; first of all, of a recording that another version of the program made, that
-/// its model differs. `bus` is the configuration of its bus. Several lines.
+/// Describes a difference for the user: time, both frames decoded, and the frames before. First it
+/// warns if another version of lk-emu made the recording. `bus`: configuration of the bus. Has
+/// several lines.
 std::string difference_text(const Difference& difference, const BusConfig& bus,
                             const RecordingInfo& recording);
 
