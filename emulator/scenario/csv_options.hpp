@@ -10,17 +10,17 @@
 
 namespace lk::emulator {
 
-/// What --signals names, of drives and of the body, which may be null. Throws StartError.
+/// Finds signals of drives and of the body, which may be null. Throws StartError.
 std::vector<const Signal*> find_signals(const std::vector<std::string>& names,
                                         const BodySignals* body);
 
-/// The columns of all `buses`: of each drive among `ids` (empty: all) its signals, and once, with
-/// those of the first bus, the body's.
+/// Returns the columns by bus: signals of each drive among `ids` (empty: all). The body's signals
+/// are with the first bus.
 std::vector<std::vector<SampledColumn>> csv_columns(const std::vector<BusConfig>& buses,
                                                     const std::vector<const Signal*>& signals,
                                                     const std::vector<int>& ids);
 
-/// The time between rows at --rate. Throws StartError.
+/// Returns the time between rows at --rate. Throws StartError.
 SimTime row_period(double rate_Hz);
 
 }  // namespace lk::emulator

@@ -8,9 +8,9 @@
 
 namespace lk::emulator {
 
-/// "time_s,1.speed_dps,body.fallen,…"; with the bus before the ID when there are several.
+/// Returns "time_s,1.speed_dps,body.fallen,…"; with several buses, the bus precedes the ID.
 std::string csv_header(const std::vector<std::string>& buses, const std::vector<Sampler>& samplers);
-/// A line: the time to the nanosecond, numbers as short as they come back to the same bits.
+/// Returns a line: time in nanoseconds, and the shortest numbers that parse to the same bits.
 std::string csv_row(SimTime time, const std::vector<double>& values);
 
 }  // namespace lk::emulator

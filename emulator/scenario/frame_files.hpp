@@ -13,17 +13,17 @@
 
 namespace lk::emulator {
 
-/// Which files get the frames of a run.
+/// Files for the frames of a run.
 struct FrameOutputs {
   std::optional<std::filesystem::path> candump;
-  bool marks = false;  // T and R at the ends of its lines, which Wireshark does not read
+  bool marks = false;  // append T or R to its lines; Wireshark does not read these
   std::optional<std::filesystem::path> capture;  // pcapng
 };
 
-/// Files that get every frame, of both directions.
+/// Writes every frame, of both directions, to files.
 class FrameFiles {
  public:
-  /// Throws StartError when a place cannot be written.
+  /// Throws StartError if a file cannot be written.
   FrameFiles(const FrameOutputs& outputs, std::span<const BusConfig> buses);
   void write(std::size_t bus, SimTime at, const protocol::Frame& frame, bool from_host);
   void commit();

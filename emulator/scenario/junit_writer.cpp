@@ -60,7 +60,7 @@ std::string suite_of(const RunReport& report) {
       std::ranges::count(verdict.expectations, Status::kOpen, &ExpectationResult::status);
   const auto idle =
       std::ranges::count_if(verdict.faults, [](const auto& fault) { return !fault.took_effect(); });
-  // Some reasons have a case of their own already.
+  // Some reasons already have their own case.
   const bool reasons_apart = !verdict.invalid.empty() && open + idle == 0;
   const auto strict = report.strict ? report.advice.size() : 0;
   std::string text = fmt::format(

@@ -10,22 +10,22 @@
 
 namespace lk::emulator {
 
-/// What a host did wrong on one of the buses.
+/// A mistake of a host on one of the buses.
 struct GivenAdvice {
   std::string bus;  // interface
   Advice advice;
 };
 
-/// What else there is to know of one of the buses.
+/// Further results of one bus.
 struct BusAccount {
   std::string bus;                 // interface
-  SimTime start{0};                // of the scenario, in the time of the bus
+  SimTime start{0};                // of the scenario, in bus time
   std::vector<FirstError> errors;  // since the scenario began
-  std::uint64_t replies = 0;       // all that drives have said
-  std::uint64_t replies_hash = 0;  // of what they have said, and when; of nothing it is 0
+  std::uint64_t replies = 0;       // of all drives
+  std::uint64_t replies_hash = 0;  // of their content and time; 0: no replies
 };
 
-/// A scenario that has been run.
+/// Result of a scenario.
 struct RunReport {
   std::string name;
   std::string about;
@@ -35,20 +35,20 @@ struct RunReport {
   double wall_s = 0;
   Verdict verdict;
   std::vector<GivenAdvice> advice = {};
-  bool strict = false;                     // advice is a failure
-  std::vector<std::string> warnings = {};  // about the scenario itself
-  std::vector<BusAccount> accounts = {};   // of buses that are not the run's own
+  bool strict = false;                     // advice counts as a failure
+  std::vector<std::string> warnings = {};  // about the scenario
+  std::vector<BusAccount> accounts = {};   // of buses that already ran
 
-  /// Of the verdict and, where that is strict, the advice.
+  /// Outcome of the verdict; with `strict`, advice makes it fail.
   Outcome outcome() const {
     const bool fails = strict && !advice.empty() && verdict.outcome == Outcome::kPassed;
     return fails ? Outcome::kFailed : verdict.outcome;
   }
 };
 
-/// JUnit XML as CI systems read it: a suite for each run, a case for each expectation and each
-/// planned fault, and for each advice where that is strict; else advice is in system-out.
-/// `hostname`s and time stamps are left out: two runs give the same but `time`.
+/// JUnit XML for CI systems: one suite per run, one case per expectation and planned fault. Advice
+/// is a case if strict, otherwise in system-out. Without `hostname` and time stamps: two runs
+/// differ only in `time`.
 std::string junit_xml(const std::vector<RunReport>& reports);
 
 }  // namespace lk::emulator

@@ -74,7 +74,7 @@ SimTime LiveScenario::next_due(const Part& part) const {
   return due;
 }
 
-/// In the order in which a run of its own has it: events, the judge, frames.
+/// Same order as in `lk-emu run`: events, judge, frames.
 void LiveScenario::look(Part& part, const Bus& bus) {
   const SimTime now = bus.time();
   perform_due(part, now);
@@ -92,7 +92,7 @@ void LiveScenario::hear(Part& part, const TimedFrame& reply) {
   part.judge.hear_reply(reply);
   if (part.over || reply.echo) return;
   ++part.replies;
-  // FNV-1a, of as many bits as there are on every machine.
+  // FNV-1a with 64 bits, on every machine.
   std::uint64_t hash = part.replies_hash != 0 ? part.replies_hash : 0xCBF29CE484222325U;
   const SimTime at = reply.at - part.beginning.start;
   for (const char c : std::to_string(at.count()) + ' ' + frame_text(reply.frame) + '\n') {

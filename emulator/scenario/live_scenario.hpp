@@ -17,19 +17,18 @@
 
 namespace lk::emulator {
 
-/// Throws std::invalid_argument when a bus of `lines` has no room for the faults of `scenario`,
-/// whose robot is what runs on them, in that order.
+/// Throws std::invalid_argument if a bus of `lines` has no room for the faults of `scenario`. Pre:
+/// the scenario's robot has these buses in this order.
 void check_room(const Scenario& scenario, const std::vector<Line*>& lines);
 
-/// A scenario on buses that run already, beside whatever hosts there are: does what it has planned
-/// when its time comes, puts its frames on the buses as if a host had, and listens.
+/// A scenario on running buses, in addition to other hosts: executes its events on time, sends its
+/// frames as a host, and checks the replies.
 class LiveScenario {
  public:
-  /// Begins now. `scenario.robot` is what runs on `lines`, in that order; they outlive this.
-  /// `on_over` is called once, from a line, when the scenario has come to its end; `finish` is to
-  /// be called after that, not from there. `body_failure` says why what the body does means nothing
-  /// any more, where it does not. Throws std::invalid_argument when a bus cannot take so many
-  /// faults.
+  /// Starts now. Pre: `scenario.robot` describes `lines`, in this order; they outlive this object.
+  /// Calls `on_over` once, from a line, at the scenario's end; call `finish` later, not from there.
+  /// If the body's motion is no longer valid, `body_failure` returns why. Throws
+  /// std::invalid_argument if a bus has no room for the faults.
   LiveScenario(Scenario scenario, std::vector<Line*> lines, std::function<void()> on_over,
                std::function<std::optional<std::string>()> body_failure);
   LiveScenario(const LiveScenario&) = delete;
@@ -38,25 +37,25 @@ class LiveScenario {
 
   const Scenario& scenario() const { return scenario_; }
   bool running() const { return !final_; }
-  /// So far; at the end once it is finished.
+  /// Returns the result so far; the final one after `finish`.
   RunReport report() const;
-  /// Ends it: its faults are cleared, what it had planned is not done, the verdict stands.
+  /// Ends the scenario: clears its faults, drops its pending events, and fixes the verdict.
   void finish();
 
  private:
-  /// On one bus.
+  /// State for one bus.
   struct Part {
     Line* line;
     HostScript host;
     Judge judge;
     ErrorWatch errors;
-    std::vector<TimedDirective> events;  // by time, since the beginning
+    std::vector<TimedDirective> events;  // ordered by time since the start
     std::size_t next_event = 0;
-    std::vector<std::string> refused = {};  // events that found no room, a sentence each
+    std::vector<std::string> refused = {};  // events without room, one sentence each
     Beginning beginning;
-    std::uint64_t replies = 0;  // of drives, so far
+    std::uint64_t replies = 0;  // replies of drives so far
     std::uint64_t replies_hash = 0;
-    // How it stood when it was over; what comes later is not the scenario's.
+    // Verdict at its end; later events do not count.
     std::optional<Verdict> over = std::nullopt;
     SimTime over_at{0};
     Line::WatcherKey watcher{};
@@ -68,7 +67,7 @@ class LiveScenario {
   void perform_due(Part& part, SimTime now);
   static void hear(Part& part, const TimedFrame& reply);
   Verdict verdict_of(const Part& part) const;
-  /// Its faults are cleared, its verdict stands.
+  /// Clears the part's faults and fixes its verdict.
   void end(Part& part);
 
   Scenario scenario_;

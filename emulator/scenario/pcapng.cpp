@@ -13,13 +13,13 @@ constexpr std::uint32_t kSection = 0x0A0D0D0A;
 constexpr std::uint32_t kInterface = 1;
 constexpr std::uint32_t kPacket = 6;
 constexpr std::uint16_t kSocketCan = 227;
-constexpr std::uint16_t kUser0 = 147;  // no link type is of RS-485
+constexpr std::uint16_t kUser0 = 147;  // RS-485 has no link type
 constexpr std::uint16_t kInterfaceName = 2;
 constexpr std::uint16_t kInterfaceDescription = 3;
 constexpr std::uint16_t kTimeResolution = 9;
 constexpr std::uint16_t kPacketFlags = 2;
 
-/// Little-endian, as the byte-order magic says.
+/// Little-endian, as in the byte-order magic.
 template <typename Integer>
 void put(std::string& out, Integer value) {
   for (std::size_t n = 0; n < sizeof value; ++n) {
@@ -36,7 +36,7 @@ void put_option(std::string& out, std::uint16_t code, const std::string& value) 
   pad(out);
 }
 
-/// With its length before and behind.
+/// Adds the length before and after the body.
 std::string block(std::uint32_t type, const std::string& body) {
   const auto length = static_cast<std::uint32_t>(body.size() + 12);
   std::string out;
@@ -47,7 +47,7 @@ std::string block(std::uint32_t type, const std::string& body) {
   return out;
 }
 
-/// The identifier big-endian with the flags of Linux's can_id; length, flags of FD, data.
+/// Identifier big-endian with the flags of Linux's can_id; then length, FD flags, data.
 std::string socketcan(const protocol::Frame& frame) {
   using protocol::FrameKind;
   const bool fd = frame.kind == FrameKind::kFd;
@@ -57,7 +57,7 @@ std::string socketcan(const protocol::Frame& frame) {
   if (frame.kind == FrameKind::kError) id |= 0x20000000U;
   std::string out;
   for (int shift = 24; shift >= 0; shift -= 8) out += static_cast<char>(id >> shift & 0xFFU);
-  const std::size_t length = fd ? 0 : frame.dlc;  // what CAN FD carries is not kept
+  const std::size_t length = fd ? 0 : frame.dlc;  // CAN FD data is not stored
   out += static_cast<char>(length);
   out += static_cast<char>(fd ? 0x04 : 0x00);
   out += std::string(2, '\0');
@@ -65,7 +65,7 @@ std::string socketcan(const protocol::Frame& frame) {
   return out;
 }
 
-/// Of RS-485: the bytes on the wire.
+/// Returns the RS-485 bytes on the wire.
 std::string wire_text(const protocol::Frame& frame) {
   const protocol::WireBytes bytes = protocol::wire_bytes(frame);
   return {bytes.view().begin(), bytes.view().end()};
@@ -86,13 +86,13 @@ std::string pcapng_begin(std::span<const CapturedBus> buses) {
   put(section, std::uint32_t{0x1A2B3C4D});
   put(section, std::uint16_t{1});  // version 1.0
   put(section, std::uint16_t{0});
-  put(section, std::int64_t{-1});  // of any length
+  put(section, std::int64_t{-1});  // unknown length
   std::string out = block(kSection, section);
   for (const CapturedBus& bus : buses) {
     std::string body;
     put(body, is_serial_name(bus.name) ? kUser0 : kSocketCan);
     put(body, std::uint16_t{0});
-    put(body, std::uint32_t{0});  // frames are whole
+    put(body, std::uint32_t{0});  // frames are not truncated
     put_option(body, kInterfaceName, bus.name);
     put_option(body, kInterfaceDescription, bus.drives);
     put_option(body, kTimeResolution, "\x09");

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Captures that Wireshark reads: pcapng, with frames as SocketCAN has them (LINKTYPE 227).
+/// @file Captures for Wireshark: pcapng with frames in SocketCAN format (LINKTYPE 227).
 /// https://www.ietf.org/archive/id/draft-ietf-opsawg-pcapng-03.html,
 /// https://www.tcpdump.org/linktypes/LINKTYPE_CAN_SOCKETCAN.html
 
@@ -14,16 +14,16 @@
 
 namespace lk::emulator {
 
-/// An interface of the file.
+/// Interface in the file.
 struct CapturedBus {
   explicit CapturedBus(const BusConfig& bus);
   std::string name;
   std::string drives;  // "LK-TECH drives: 1 v235 MG, 2 legacy MF", for the dissector
 };
 
-/// What the file begins with: an interface for each bus, times in nanoseconds.
+/// Returns the start of the file: one interface for each bus, times in nanoseconds.
 std::string pcapng_begin(std::span<const CapturedBus> buses);
-/// A frame on one of them; hosts' go out, drives' come in.
+/// Returns a frame on one bus; hosts' frames are outbound, drives' frames inbound.
 std::string pcapng_frame(std::size_t bus, SimTime at, const protocol::Frame& frame, bool from_host);
 
 }  // namespace lk::emulator

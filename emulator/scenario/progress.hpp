@@ -7,13 +7,13 @@
 
 namespace lk::emulator {
 
-/// One line on standard error that says how far a run has come, from a second on.
+/// A progress line on standard error, shown after one second.
 class Progress {
  public:
   Progress(std::string name, SimTime duration, bool wanted);
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  ~Progress();  // takes the line away
+  ~Progress();  // erases the line
 
   void show(SimTime now);
   double wall_s() const;

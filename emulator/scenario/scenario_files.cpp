@@ -21,7 +21,7 @@ fs::path robot_file(const std::string& name, const fs::path& directory) {
   return is_path(name) ? directory / name : shipped_file(kRobots, name);
 }
 
-/// "; its drive 1 on vcan0 is mg8016, here it is mf7015 (and 2 more)", or nothing.
+/// Returns "; its drive 1 on vcan0 is mg8016, here it is mf7015 (and 2 more)", or "".
 std::string foreign_text(const Scenario& scenario) {
   if (scenario.foreign.empty()) return "";
   const ForeignDrive& first = scenario.foreign.front();

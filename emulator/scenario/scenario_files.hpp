@@ -12,20 +12,20 @@
 
 namespace lk::emulator {
 
-/// How much of files is read for a scenario, in bytes.
+/// Limits for files of a scenario, in bytes.
 struct FileLimits {
   std::uintmax_t each = kLongestLog;
   std::uintmax_t played = std::numeric_limits<std::uintmax_t>::max();  // of all logs together
-  bool no_logs = false;  // which files there are is not to be known
+  bool no_logs = false;  // do not reveal which files exist
 };
 
-/// What scenarios name, looked for from `directory`, the scenario file's: a robot is a path or the
-/// name of a shipped one. For one scenario, as what has been read counts.
+/// Loads the files of one scenario, relative to `directory`, that of the scenario file. A robot is
+/// a path or the name of a shipped one. Counts the bytes read.
 ScenarioFiles scenario_files(const std::filesystem::path& directory, FileLimits limits = {});
 
-// By a path or the name of a shipped one (meant_file). Throw StartError.
+// `given` is a path or a shipped name (meant_file). Throw StartError.
 Scenario load_scenario(const std::string& given, std::optional<std::uint64_t> seed);
-/// For buses that run already.
+/// For running buses.
 Scenario load_live_scenario(const std::string& given, const std::vector<BusConfig>& running,
                             FileLimits limits = {});
 

@@ -12,11 +12,11 @@ const char* outcome_word(Outcome outcome);
 int exit_status(Outcome outcome);
 double in_seconds(SimTime time);
 
-/// What a planned fault has done: "jam of drive 1 began at 1 s, took effect at 1.001 s, …".
+/// Describes a planned fault: "jam of drive 1 began at 1 s, took effect at 1.001 s, …".
 std::string fault_sentence(const PlannedFault& fault);
 
-/// For a person: the outcome, each expectation with what was measured, each fault with what it did,
-/// and advice in their language.
+/// Returns the outcome, each expectation with its measurement, each fault with its effect, and
+/// advice in `language`.
 std::string report_text(const RunReport& report, bool in_colour,
                         Language language = Language::kEnglish);
 

@@ -21,10 +21,10 @@
 namespace lk::emulator {
 namespace {
 
-/// Between two looks of the advisers, which want to know in what state a drive was spoken to.
+/// Time between two looks of the advisers, which need the drives' state at each frame.
 constexpr SimTime kChunk = Adviser::kLookStep;
 
-/// Rows of signals at equal steps.
+/// Writes rows of signals at equal steps.
 class CsvOutput {
  public:
   CsvOutput(const RunOutputs::Csv& csv, const Scenario& scenario) : file_(csv.file, "--csv") {
@@ -61,7 +61,7 @@ class CsvOutput {
   std::vector<double> values_;
 };
 
-/// Files that keep ROM; each write is on the disk before the run goes on.
+/// Saves ROM to files; each write is on the disk before the run continues.
 class RomOutput {
  public:
   RomOutput(const std::filesystem::path& directory, Scenario& scenario)
@@ -72,7 +72,7 @@ class RomOutput {
       run.take_rom_writes(n, writes_);
       for (const RomWrite& write : writes_) {
         const RomPlace& place = store_.place(n, write.id);
-        // A file is as durable as its directory: with the first one that is made sure of as well.
+        // The first write also syncs the directory, as a file is only as durable as its directory.
         int error = std::exchange(durable_, true) ? 0 : sync_entry(place.directory_fd);
         if (error == 0) {
           error = write_durably(place.directory_fd, place.name,
@@ -91,7 +91,7 @@ class RomOutput {
   std::vector<RomWrite> writes_;
 };
 
-/// An adviser on each bus. Frames are heard a little late, but with the times they had.
+/// One adviser per bus. They get frames a little late, but with the original times.
 class Advisers {
  public:
   explicit Advisers(const Scenario& scenario) {
@@ -126,9 +126,8 @@ class Advisers {
   std::vector<OfBus> advisers_;
 };
 
-/// Finds protections that trip before the first frame and before any event of the scenario: its
-/// frames then meet a drive with an error. One that trips less than kChunk before that frame is
-/// not found.
+/// Finds protections that trip before the first frame and any event: the frames then meet a drive
+/// with an error. A trip less than kChunk before that frame is not found.
 class EarlyTrips {
  public:
   explicit EarlyTrips(const Scenario& scenario) : robot_(scenario.robot) {}
@@ -136,7 +135,7 @@ class EarlyTrips {
   void hear(const std::vector<Traffic>& traffic) {
     over_ = over_ || std::ranges::any_of(traffic, &Traffic::from_host);
   }
-  /// Call it every kChunk.
+  /// Call every kChunk.
   void look(const ScenarioRun& run) {
     if (over_) return;
     for (std::size_t n = 0; n < robot_.size(); ++n) {
@@ -149,7 +148,7 @@ class EarlyTrips {
       }
     }
   }
-  /// One sentence for each protection; empty if no frame has come.
+  /// One sentence per protection; empty if no frame came.
   std::vector<std::string> warnings() const { return over_ ? found_ : std::vector<std::string>(); }
 
  private:
@@ -197,7 +196,7 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
     run.take_traffic(traffic);
     advisers.hear(traffic);
     early_trips.hear(traffic);
-    // Whatever else is written, they look at the same instants.
+    // Advisers look at the same times, whatever is written.
     const bool whole = run.time() > SimTime{0} && run.time() % kChunk == SimTime{0};
     if (whole || run.time() >= scenario.duration) {
       advisers.look(run);

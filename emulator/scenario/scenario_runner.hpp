@@ -14,7 +14,7 @@
 
 namespace lk::emulator {
 
-/// What `lk-emu run` writes besides its summary.
+/// Outputs of `lk-emu run` besides its summary.
 struct RunOutputs {
   struct Csv {
     std::filesystem::path file;
@@ -24,12 +24,12 @@ struct RunOutputs {
   };
   std::optional<Csv> csv;
   FrameOutputs frames;
-  std::optional<std::filesystem::path> rom;  // directory; absent: ROM ends with the run
+  std::optional<std::filesystem::path> rom;  // directory; absent: ROM is not saved
   bool progress = false;                     // on standard error
-  bool strict = false;                       // advice is a failure
+  bool strict = false;                       // advice counts as a failure
 };
 
-/// Runs a scenario as fast as the machine goes. Throws StartError when an output cannot be written.
+/// Runs a scenario as fast as possible. Throws StartError if an output cannot be written.
 RunReport run_scenario(Scenario scenario, const RunOutputs& outputs);
 
 }  // namespace lk::emulator
