@@ -15,7 +15,7 @@ using Direction = CandumpLine::Direction;
 constexpr std::size_t kLongestBus = 100;  // names of buses may be URIs
 constexpr std::size_t kMostFdBytes = 64;
 
-/// The next word, taken off the front of `rest`; empty at the end.
+/// Removes the next word from `rest` and returns it; empty at the end.
 std::string_view next_word(std::string_view& rest) {
   rest = trimmed(rest);
   const std::string_view word = rest.substr(0, rest.find(' '));
@@ -23,7 +23,7 @@ std::string_view next_word(std::string_view& rest) {
   return word;
 }
 
-/// Without what makes colours of it: escape, bracket, digits and semicolons, m.
+/// Removes colour codes: escape, bracket, digits and semicolons, m.
 std::string without_colours(std::string_view line) {
   std::string plain;
   for (std::size_t n = 0; n < line.size(); ++n) {
@@ -47,7 +47,7 @@ std::optional<int> number(std::string_view digits, std::size_t width) {
   return error == std::errc() && stop == end ? std::optional(value) : std::nullopt;
 }
 
-/// "(2026-11-21 23:33:28.834873)", taken for UTC.
+/// Parses "(2026-11-21 23:33:28.834873)" as UTC.
 std::optional<SimTime> parse_date(std::string_view text) {
   if (text.size() < 24 || text.front() != '(' || text[5] != '-' || text[8] != '-' ||
       text[11] != ' ' || text[14] != ':' || text[17] != ':') {
@@ -71,14 +71,14 @@ std::optional<SimTime> parse_date(std::string_view text) {
          std::chrono::minutes(*minute) + *second;
 }
 
-/// A stamp, if there is one at the front of `rest`. False: it is none that candump prints.
+/// Removes a stamp at the front of `rest`. Returns false if it is not in a form of candump.
 bool take_stamp(std::string_view& rest, ShownFrame& out) {
   if (!rest.starts_with('(')) return true;
   const std::size_t length = std::min(rest.find(')'), rest.size() - 1) + 1;
   const std::string_view text = rest.substr(0, length);
   rest.remove_prefix(length);
   auto at = parse_candump_stamp(text);
-  // "(000.041064)": the seconds of -t d and -t z have three digits, those of a date ten.
+  // "(000.041064)": seconds of -t d and -t z have three digits, those of a date ten.
   out.may_be_step = at && text.find('.') <= 8;
   if (!at) at = parse_date(text);
   out.has_stamp = at.has_value();
@@ -91,7 +91,7 @@ std::string in_quotes(std::string_view text) {
   return "\"" + std::string(text.substr(0, kMost)) + (text.size() > kMost ? "..." : "") + "\"";
 }
 
-/// "TX - -" and "RX B E": -x.
+/// Removes "TX - -" or "RX B E" (-x).
 void take_direction(std::string_view& rest, CandumpLine& line) {
   std::string_view after = rest;
   const std::string_view word = next_word(after);
@@ -104,7 +104,7 @@ void take_direction(std::string_view& rest, CandumpLine& line) {
   }
 }
 
-/// "[8]"; "[08]" of CAN FD; "{B}", eight bytes with a DLC above 8 (-8).
+/// Parses "[8]", "[08]" (CAN FD), or "{B}": eight bytes with a DLC above 8 (-8).
 std::optional<std::size_t> read_length(std::string_view word, bool& fd) {
   if (word.size() == 3 && word.front() == '{' && word.back() == '}') return 8;
   if (word.size() < 3 || word.front() != '[' || word.back() != ']') return std::nullopt;
@@ -114,7 +114,7 @@ std::optional<std::size_t> read_length(std::string_view word, bool& fd) {
   return static_cast<std::size_t>(*length);
 }
 
-/// What a terminal gets behind the stamp: "vcan0  TX - -  141   [8]  9C 00 …".
+/// Parses terminal output after the stamp: "vcan0  TX - -  141   [8]  9C 00 …".
 std::string read_shown(std::string_view rest, ShownFrame& out) {
   out.line.interface = next_word(rest);
   take_direction(rest, out.line);
@@ -147,7 +147,7 @@ std::string read_shown(std::string_view rest, ShownFrame& out) {
   return "";
 }
 
-/// "(1700000000.123456) vcan0 141#9C00000000000000 T"; whether it is one.
+/// Returns true for "(1700000000.123456) vcan0 141#9C00000000000000 T".
 bool is_log_line(std::string_view line) {
   next_word(line);
   next_word(line);

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file What candump prints, whatever its options: a log (-L, -l), or what a terminal gets, with
-/// time stamps (-t) or without, with directions (-x), with characters (-a), in colour (-c).
+/// @file Output of candump with any option: a log (-L, -l) or terminal output. The latter has time
+/// stamps (-t), directions (-x), characters (-a) or colours (-c).
 
 #include <cstdint>
 #include <map>
@@ -14,37 +14,37 @@
 
 namespace lk::emulator {
 
-/// A frame as candump shows it. `line.at` is what the stamp says, 0 without one.
+/// A frame as shown by candump. `line.at` is its stamp; 0 without one.
 struct ShownFrame {
   CandumpLine line;
   bool has_stamp = false;
-  bool may_be_step = false;  // a stamp as -t d and -t z print it
+  bool may_be_step = false;  // stamp in the form of -t d and -t z
 };
 
-/// A line that goes on about the error frame before it (-e), or is empty.
+/// An empty line, or one that continues the previous error frame (-e).
 struct NothingShown {};
 
-/// One line without its end, or what is wrong with it: safe to print, and in ASCII.
+/// Parses a line without its end. An error text is safe to print, in ASCII.
 std::variant<ShownFrame, NothingShown, std::string> parse_candump_text(std::string_view line);
 
-/// The machine that logs is the host; none where the log does not say.
+/// The logging machine counts as the host; nullopt if the log has no directions.
 std::optional<bool> from_host(CandumpLine::Direction direction);
 
-/// Turns stamps into times. `-t d` prints steps, and looks like `-t z` until a stamp is before the
-/// one that its interface had last.
+/// Converts stamps to times. `-t d` prints differences. It looks like `-t z` until a stamp is below
+/// the previous one of its interface.
 class StampReader {
  public:
-  /// None: the frame has no stamp.
+  /// Returns nullopt if the frame has no stamp.
   std::optional<SimTime> time_of(const ShownFrame& frame);
   bool steps() const { return steps_; }
 
  private:
-  std::map<std::string, SimTime> last_;  // stamp, by interface, until it is known what they are
+  std::map<std::string, SimTime> last_;  // by interface, while their kind is unknown
   SimTime sum_{0};
   bool steps_ = false;
 };
 
-/// Longer ones are none of candump's: 64 bytes of CAN FD with all options take less than 400.
+/// A longer line is not from candump: 64 bytes of CAN FD with all options take less than 400.
 inline constexpr std::size_t kLongestCandumpLine = 1024;
 
 }  // namespace lk::emulator

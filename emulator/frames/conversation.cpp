@@ -11,10 +11,10 @@ namespace {
 using protocol::Frame;
 using protocol::Opcode;
 
-/// A drive holds 16 replies, and a host waits for few of them.
+/// A drive queues 16 replies, and a host waits for few.
 constexpr std::size_t kMostPending = 64;
-/// An echo that takes longer than the drive has taken so far by this factor, and so much more, is
-/// the query again (assumed).
+/// Equal bytes are the query again, not an echo, if they are later than the slowest reply by this
+/// factor plus this time (assumed).
 constexpr int kSlower = 4;
 constexpr SimTime kSlowerBy = std::chrono::milliseconds(1);
 
@@ -23,7 +23,7 @@ bool all_zero(const Frame& frame, std::size_t from) {
                      [](std::uint8_t byte) { return byte == 0; });
 }
 
-/// Of queries that carry nothing, and replies that carry a value which is hardly ever 0.
+/// Queries without data, whose replies have a value that is rarely 0.
 bool zero_is_a_query(std::uint8_t command) {
   return command == static_cast<std::uint8_t>(protocol::ReadPid::kOpcode) ||
          command == static_cast<std::uint8_t>(protocol::ReadEncoder::kOpcode) ||
@@ -31,7 +31,7 @@ bool zero_is_a_query(std::uint8_t command) {
          command == static_cast<std::uint8_t>(protocol::ReadSingleTurnAngle::kOpcode);
 }
 
-/// Carries what a host hardly puts into it: a state's temperature, or the value that is asked for.
+/// Has data that hosts rarely send: the temperature of a state, or the requested value.
 bool looks_like_a_reply(const Frame& frame) {
   if (looks_like_a_state(frame)) return true;
   const auto command = static_cast<Opcode>(frame.data[0]);
@@ -41,7 +41,7 @@ bool looks_like_a_reply(const Frame& frame) {
          !all_zero(frame, 1);
 }
 
-/// Looks like a query, whatever came before it.
+/// Looks like a query, independent of earlier frames.
 bool looks_like_a_query(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
   if (protocol::has_state(command)) {
@@ -51,7 +51,7 @@ bool looks_like_a_query(const Frame& frame) {
   return zero_is_a_query(command) && all_zero(frame, 1);
 }
 
-/// These take as long as the memory does.
+/// Such a reply takes as long as the memory write.
 bool writes_rom(const Frame& query) {
   const auto* const command = protocol::command_of(query);
   return command != nullptr && command->writes_rom;
@@ -68,7 +68,7 @@ bool can_be_reply(const Frame& frame, const ReplyReader& reader) {
 
 }  // namespace
 
-/// The reader of a frame of the drive.
+/// Returns the reader for a frame of the drive.
 const ReplyReader& Conversation::reader_of(int id, const Frame& frame) const {
   for (const FrameReader& one : readers_) {
     const ReplyReader& reader = *one.reader_of(id);
@@ -93,7 +93,7 @@ Told Conversation::hear(const HeardFrame& heard) {
   return {.frame = frame};
 }
 
-/// A query to each drive that listens to it; which of them do is not known.
+/// A query to several drives; the ones that accept it are unknown.
 Told Conversation::hear_several(const HeardFrame& heard) {
   const ReplyReader& any = *readers_.front().reader_of(protocol::kMinId);
   const auto query = protocol::decode_query(heard.frame, any.format);
@@ -116,7 +116,7 @@ Told Conversation::hear_several(const HeardFrame& heard) {
   return {.role = Role::kQuery, .asked = heard.frame.id, .frame = heard.frame};
 }
 
-/// An identifier that replies may have. Others may have it as well, so the first has to fit.
+/// Frame with an identifier for replies. Other devices may use it, so the first one must fit.
 Told Conversation::hear_own(int id, std::uint32_t base, const HeardFrame& heard) {
   HeardFrame own = heard;
   own.frame.id = protocol::kSingleDriveId + static_cast<std::uint32_t>(id);
@@ -133,7 +133,7 @@ Told Conversation::hear_drive(int id, const HeardFrame& heard) {
   own.seen = true;
   const bool late = heard.at && first_ && *heard.at - *first_ > kLongestReply;
   own.begun = own.begun || late;
-  // It replies here after all: the frame with another identifier was not its own.
+  // The drive replies here: the frame with another identifier was not its own.
   if (looks_like_a_state(heard.frame) && !fitting(id, heard.frame).empty()) {
     own.reply_base = protocol::kSingleDriveId;
   }
@@ -150,7 +150,7 @@ Told Conversation::hear_drive(int id, const HeardFrame& heard) {
     const Fit best = reply_fit(reader_of(id, heard.frame), own.pending[fits.front()].command,
                                own.pending[fits.front()].query, heard.frame);
     if (best == Fit::kYes) return reply(id, heard, fits, true);
-    // The same bytes again: an echo, or the query again.
+    // Equal bytes: an echo, or the query again.
     const Pace pace = pace_of(id, own.pending[fits.back()], heard.at);
     if (pace == Pace::kTooLate) return asked_again(id, heard, fits.back());
     if ((own.alive || pace == Pace::kAsEver) && !zero_is_a_query(heard.frame.data[0]))
@@ -164,7 +164,7 @@ Told Conversation::hear_drive(int id, const HeardFrame& heard) {
   return unclear(id, heard);
 }
 
-/// Of the drives of this generation; states at 0 and 1 °C do not count.
+/// A state at 0 or 1 °C does not count.
 bool Conversation::could_be_reply(int id, const Frame& frame) const {
   if (!can_be_reply(frame, reader_of(id, frame))) return false;
   const bool at_zero = looks_like_a_query(frame) && !zero_is_a_query(frame.data[0]);
@@ -187,7 +187,7 @@ Told Conversation::reply(int id, const HeardFrame& heard, const std::vector<std:
     return reply(id, heard, fitting(id, heard.frame), sure);
   }
   if (fits.empty()) return told;
-  // Drives answer in order: what was asked before the first that fits stays without.
+  // Drives answer in order: earlier queries than the first match remain unanswered.
   for (std::size_t n = 0; n < fits.front(); ++n) drop_first(id, Settled::How::kUnanswered);
   told.asked = own.pending.front().asked;
   if (fits.size() == 1) {
@@ -202,7 +202,7 @@ Told Conversation::reply(int id, const HeardFrame& heard, const std::vector<std:
   return told;
 }
 
-/// Of the same bytes as a query that waits, going by how long the drive has taken so far.
+/// Judges a frame equal to a pending query by the drive's latency so far.
 Conversation::Pace Conversation::pace_of(int id, const Pending& query,
                                          const std::optional<SimTime>& now) const {
   const SimTime slowest = drive(id).slowest;
@@ -212,7 +212,7 @@ Conversation::Pace Conversation::pace_of(int id, const Pending& query,
   return age <= 2 * slowest ? Pace::kAsEver : Pace::kAny;
 }
 
-/// All up to the `last` that waits have gone unanswered.
+/// Queries up to index `last` were not answered.
 Told Conversation::asked_again(int id, const HeardFrame& heard, std::size_t last) {
   settle_run(id);
   auto& pending = drive(id).pending;
@@ -253,7 +253,7 @@ Told Conversation::query(int id, const HeardFrame& heard, bool sure) {
           .frame = heard.frame};
 }
 
-/// Directions are those of the machine that logged. They tell something when there are both.
+/// Directions are relative to the logging machine; they are useful only if both occur.
 void Conversation::note_direction(const HeardFrame& heard) {
   if (heard.from_host) (*heard.from_host ? sent_ : received_) = true;
 }
@@ -267,7 +267,7 @@ void Conversation::ask(int id, const HeardFrame& heard, bool unclear) {
   const ReplyReader& reader = reader_of(id, heard.frame);
   const auto decoded = protocol::decode_query(heard.frame, reader.format);
   const auto* known = std::get_if<protocol::Query>(&decoded);
-  if (known == nullptr) return;  // it will not be answered
+  if (known == nullptr) return;  // not answered
   const auto command = protocol::reply_command(known->command);
   if (!command) return;
   Drive& own = drive(id);
@@ -279,7 +279,7 @@ void Conversation::ask(int id, const HeardFrame& heard, bool unclear) {
                          .unclear = unclear});
 }
 
-/// The places in `pending` of the queries that the frame can answer.
+/// Returns indices in `pending` of the queries that the frame can answer.
 std::vector<std::size_t> Conversation::fitting(int id, const Frame& frame) const {
   const ReplyReader& reader = reader_of(id, frame);
   std::vector<std::size_t> places;
@@ -292,7 +292,7 @@ std::vector<std::size_t> Conversation::fitting(int id, const Frame& frame) const
   return places;
 }
 
-/// What has waited too long will not be answered; where time goes back, nobody knows.
+/// Drops queries that waited too long; if time runs backwards, their outcome stays open.
 void Conversation::expire(int id, const std::optional<SimTime>& now) {
   if (!now) return;
   const auto& pending = drive(id).pending;
@@ -308,7 +308,7 @@ void Conversation::expire(int id, const std::optional<SimTime>& now) {
   }
 }
 
-/// As many replies as followed each other belong to as many of the last queries that they fit.
+/// A run of n replies answers the last n of the matching queries.
 void Conversation::settle_run(int id) {
   Drive& own = drive(id);
   const auto replies = std::exchange(own.run, {});

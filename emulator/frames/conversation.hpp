@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Who says what on a bus, frame by frame as they come: a live bus does not tell what
-/// follows.
+/// @file Tells queries from replies on a bus, frame by frame: on a live bus later frames are
+/// unknown.
 
 #include <array>
 #include <cstdint>
@@ -16,33 +16,33 @@
 
 namespace lk::emulator {
 
-/// A frame of a bus; `at` and `from_host` if the log says so.
+/// A frame of a bus; `at` and `from_host` if the log has them.
 struct HeardFrame {
   protocol::Frame frame;
   std::optional<SimTime> at;
   std::optional<bool> from_host;
 };
 
-/// kUnclear: query or reply, nobody can know. kOther: neither, or of no drive.
+/// kUnclear: query or reply, undecidable. kOther: neither, or of no drive.
 enum class Role : std::uint8_t { kQuery, kReply, kUnclear, kOther };
 
-/// What a frame is.
+/// Interpretation of a frame.
 struct Told {
   Role role = Role::kOther;
-  bool sure = true;         // false: it could be the other thing, but hardly
-  int drive = 0;            // 0: several, or none
-  std::uint32_t asked = 0;  // the command byte, or the identifier of a command for several drives
-  protocol::Frame frame;    // with the identifier of queries
-  std::size_t choices = 0;  // of a reply: queries that it may belong to
-  std::optional<SimTime> latency{};  // of a reply to the only one
+  bool sure = true;                  // false: the other role is possible but unlikely
+  int drive = 0;                     // 0: several or none
+  std::uint32_t asked = 0;           // command byte, or identifier of a command for several drives
+  protocol::Frame frame;             // with the identifier of a query
+  std::size_t choices = 0;           // for a reply: number of matching queries
+  std::optional<SimTime> latency{};  // for a reply with one match
 };
 
-/// What has become of a query, as soon as it is known.
+/// Outcome of a query, reported as soon as it is known.
 struct Settled {
   enum class How : std::uint8_t {
     kAnswered,
     kUnanswered,
-    kOpen,  // the log ended, or something came that may have been the reply
+    kOpen,  // the log ended, or a frame may have been the reply
   };
   How how = How::kAnswered;
   int drive = 0;
@@ -50,43 +50,43 @@ struct Settled {
   protocol::Frame query{};
   std::optional<SimTime> at{};  // of the query
   std::optional<SimTime> latency{};
-  bool was_unclear = false;  // the query: since it was answered it was one
+  bool was_unclear = false;  // its role was unclear; the reply shows it was a query
 };
 
-/// Tells queries from replies on one bus (docs/decode.md has the rules).
+/// Tells queries from replies on one bus (rules: docs/decode.md).
 class Conversation {
  public:
-  /// Each reader knows all drives, 1 to 32, on the wire of the frames. The first of them that can
-  /// read a frame does. Outlived by `readers`, which are at least one.
+  /// Each reader knows all drives, 1 to 32, in one wire format. The first reader that can parse a
+  /// frame is used. Pre: `readers` is not empty and outlives this object.
   explicit Conversation(std::span<const FrameReader> readers) : readers_(readers) {}
   Told hear(const HeardFrame& heard);
-  /// Times turned out to be wrong: what waits has none.
+  /// Removes the times of pending frames, as they turned out to be wrong.
   void forget_times();
-  /// Nothing comes any more.
+  /// Ends the bus: no more frames come.
   void end();
-  /// What has been settled since this was asked last.
+  /// Returns outcomes since the last call.
   std::vector<Settled> take_settled();
 
  private:
   struct Pending {
     protocol::Frame query;
-    std::uint8_t command = 0;  // of the reply
+    std::uint8_t command = 0;  // of its reply
     std::uint32_t asked = 0;
     std::optional<SimTime> at;
     bool unclear = false;         // may have been a reply itself
-    bool required = true;         // false: for several drives, of which this one need not answer
-    bool maybe_answered = false;  // something came that may have been the reply
+    bool required = true;         // false: a query to several drives, which this one may not answer
+    bool maybe_answered = false;  // a frame came that may have been the reply
   };
   struct Drive {
-    std::deque<Pending> pending;  // in the order in which it is to answer
-    // Replies that belong to one of several queries: known when the next frame comes.
+    std::deque<Pending> pending;  // in the order of the replies
+    // Replies to one of several equal queries; resolved by the next frame.
     std::vector<std::optional<SimTime>> run;
-    protocol::Frame run_frame;  // the first of them
+    protocol::Frame run_frame;  // first of these replies
     std::uint32_t reply_base = protocol::kSingleDriveId;
     bool seen = false;   // on the bus
-    bool begun = false;  // its first query is known, so what waits for a reply is too
-    bool alive = false;  // has surely answered, and missed nothing since
-    SimTime slowest{0};  // of its sure answers; 0: none yet
+    bool begun = false;  // first query seen, so the pending list is complete
+    bool alive = false;  // a reply is certain, and none was missed since
+    SimTime slowest{0};  // longest certain latency; 0: none yet
   };
 
   const ReplyReader& reader_of(int id, const protocol::Frame& frame) const;
@@ -118,8 +118,8 @@ class Conversation {
   std::span<const FrameReader> readers_;
   std::array<Drive, protocol::kMaxDrivesPerBus> drives_;
   std::vector<Settled> settled_;
-  std::optional<SimTime> first_;  // stamp
-  bool sent_ = false;             // frames of drives went both ways
+  std::optional<SimTime> first_;  // first stamp
+  bool sent_ = false;             // frames of drives in both directions were seen
   bool received_ = false;
 };
 

@@ -13,7 +13,7 @@ namespace lk::emulator {
 namespace {
 
 constexpr Words kWords[] = {
-    // why a frame means nothing
+    // reasons why a frame is invalid
     {"error frame", "错误帧"},
     {"CAN FD", "CAN FD 帧"},
     {"remote request", "远程帧"},
@@ -23,7 +23,7 @@ constexpr Words kWords[] = {
     {"unknown command", "未知命令"},
     {"no reply of this drive", "不是该驱动器的回复"},
     {"no packet", "不是数据包"},
-    // what error frames are about
+    // topics of error frames
     {"transmission timed out", "发送超时"},
     {"arbitration lost", "仲裁失败"},
     {"controller", "控制器"},
@@ -44,7 +44,7 @@ constexpr Words kWords[] = {
     {"lost_input", "输入丢失"},
 };
 
-// By the bits CAN_ERR_TX_TIMEOUT to CAN_ERR_RESTARTED of linux/can/error.h.
+// In the order of the bits CAN_ERR_TX_TIMEOUT to CAN_ERR_RESTARTED of linux/can/error.h.
 constexpr std::string_view kErrorClasses[] = {"transmission timed out",
                                               "arbitration lost",
                                               "controller",
@@ -55,7 +55,7 @@ constexpr std::string_view kErrorClasses[] = {"transmission timed out",
                                               "bus error",
                                               "controller restarted"};
 
-/// Values that are words.
+/// Values that have a name.
 struct Choice {
   std::string_view key;
   int value;
@@ -131,7 +131,7 @@ std::string with_unit(double value, std::string_view unit) {
   return three_decimals(value) + (close ? "" : " ") + std::string(unit);
 }
 
-/// In a slot of a command for several drives: "drive 2: 1.5 A".
+/// Formats a slot of a command for several drives: "drive 2: 1.5 A".
 std::string slot_text(const ReplyValue& slot, std::uint32_t asked, Language language) {
   const std::string drive = fmt::format(
       fmt::runtime(language == Language::kChinese ? "{} 号 " : "drive {}: "), slot.name);
@@ -215,8 +215,8 @@ std::size_t display_width(std::string_view text) {
   std::size_t width = 0;
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
-    if ((byte & 0xC0U) == 0x80U) continue;  // goes on
-    // From U+3000 on, as far as these words go, characters are wide.
+    if ((byte & 0xC0U) == 0x80U) continue;  // continuation byte
+    // Among these words, characters from U+3000 on are wide.
     width += byte >= 0xE3U ? 2 : 1;
   }
   return width;

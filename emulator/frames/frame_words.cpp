@@ -51,7 +51,7 @@ bool is_reply(const protocol::Frame& frame, const ReplyReader& reader) {
   return std::holds_alternative<protocol::ReplyFrame>(protocol::decode_reply(frame, reader.format));
 }
 
-/// Of a reply of the drive; an echo says what its query said.
+/// Values of a reply; an echo has those of its query.
 Values replied(const protocol::Frame& frame, const ReplyReader& reader) {
   const auto* const command = protocol::command_of(frame);
   if (command == nullptr || !is_reply(frame, reader)) return {};
@@ -59,7 +59,7 @@ Values replied(const protocol::Frame& frame, const ReplyReader& reader) {
                        command->echoed ? ReplyReader::By::kHost : ReplyReader::By::kDrive);
 }
 
-/// A frame of a wrong length was meant for a drive all the same; 0: for none, or for several.
+/// Returns the drive of a frame with a wrong length; 0: none or several.
 int drive_meant(const protocol::Frame& frame, protocol::Reject reject) {
   return reject == protocol::Reject::kWrongLength
              ? protocol::drive_at(frame.id, protocol::kSingleDriveId)

@@ -12,43 +12,43 @@ namespace lk::emulator {
 
 class Bus;
 
-/// A frame for a person.
+/// A decoded frame for display.
 struct FrameWords {
-  int id = 0;             // the drive that it is for or from; 0: several, or none
-  std::string command;    // "9C", or the identifier of a command for several drives: "280"
-  std::string_view name;  // "read state 2"; empty: nobody knows it
+  int id = 0;             // drive; 0: several or none
+  std::string command;    // "9C"; for several drives the identifier: "280"
+  std::string_view name;  // "read state 2"; empty: unknown
   std::vector<ReplyValue> quantities;
-  std::string values;         // the same in words: "angle_deg 240, max_speed_dps 120"
-  std::string_view mark;      // empty, "error", "unknown": what catches the eye
-  std::string_view drawback;  // why it means nothing, if so: "wrong length"
+  std::string values;         // as text: "angle_deg 240, max_speed_dps 120"
+  std::string_view mark;      // highlight: empty, "error" or "unknown"
+  std::string_view drawback;  // why it is invalid: "wrong length"
 };
 
-/// The name of a command byte, or of the identifier of a command for several drives: "read state
-/// 2"; empty: nobody knows it.
+/// Returns the name of a command byte, or of an identifier for several drives: "read state 2";
+/// empty if unknown.
 std::string_view asked_name(std::uint32_t asked, protocol::Framing framing);
 /// "9C", "280".
 std::string asked_text(std::uint32_t asked);
 
-/// What is latched in an errorState, from bit 0 on: "under_voltage".
+/// Returns the bits set in errorState, from bit 0 on: "under_voltage".
 std::vector<std::string_view> error_words(unsigned errors);
 
-/// Reads the frames of one bus as its drives and hosts do.
+/// Decodes frames of one bus as its drives and hosts do.
 class FrameReader {
  public:
   explicit FrameReader(const BusConfig& bus);
   FrameWords query(const protocol::Frame& frame) const;
   FrameWords reply(const protocol::Frame& frame) const;
 
-  /// Drives of `bus`, the one it was made for, are found elsewhere.
+  /// Updates the addresses of the drives. Pre: `bus` is the bus of the constructor.
   void follow(const Bus& bus);
-  /// What is known of the drive at this ID; null: there is none.
+  /// Returns the reader of the drive at this ID; null if there is none.
   const ReplyReader* reader_of(int id) const;
 
  private:
-  /// Some drive that knows the identifier for several, or any; null: there is none.
+  /// Returns a reader that supports the identifier for several drives, or any; null if none.
   const ReplyReader* reader_of_several(std::uint32_t frame_id) const;
 
-  std::vector<int> drives_;  // their configured IDs
+  std::vector<int> drives_;  // configured IDs
   std::vector<ReplyReader> readers_;
 };
 

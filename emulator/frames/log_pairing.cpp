@@ -16,16 +16,16 @@ namespace {
 
 using protocol::Frame;
 
-/// The drive on whose identifier a frame is, of queries and of most replies; 0: none.
+/// Returns the drive of a frame with the identifier of queries and most replies; 0: none.
 int drive_of(const Frame& frame) {
   return is_data(frame) ? protocol::drive_at(frame.id, protocol::kSingleDriveId) : 0;
 }
-/// The drive that has an identifier of its own for replies; 0: none.
+/// Returns the drive of a frame with a separate reply identifier; 0: none.
 int own_reply_of(const Frame& frame) {
   return is_data(frame) && !protocol::is_serial(frame) ? protocol::drive_at_own(frame.id) : 0;
 }
 
-/// One drive and what the log has of it.
+/// One drive and its frames in the log.
 class Drive {
  public:
   Drive(const ServoConfig& servo, const std::vector<LoggedFrame>& log)
@@ -34,14 +34,14 @@ class Drive {
   int id() const { return reader_.id; }
   void add(std::size_t place) { own_.push_back(place); }
 
-  /// Goes through its frames and tells which of them are queries.
+  /// Marks which of its frames are queries, and pairs the replies.
   void pair(std::vector<bool>& is_query, PairedLog& out, bool directions_count) {
     directions_count_ = directions_count;
     own_replies_ = std::ranges::any_of(
         own_, [this](std::size_t place) { return own_reply_of(frame(place)) != 0; });
     for (std::size_t n = 0; n < own_.size(); ++n) take(n, is_query, out);
   }
-  std::vector<Exchange> exchanges;  // `query` is a place in the log
+  std::vector<Exchange> exchanges;  // `query` is an index into the log
 
  private:
   const Frame& frame(std::size_t place) const { return (*log_)[place].timed.frame; }
@@ -78,7 +78,7 @@ class Drive {
   void ask(std::size_t place, std::vector<bool>& is_query) {
     is_query[place] = true;
     const auto query = protocol::decode_query(frame(place), reader_.format);
-    if (!std::holds_alternative<protocol::Query>(query)) return;  // it will not be answered
+    if (!std::holds_alternative<protocol::Query>(query)) return;  // not answered
     const bool single = drive_of(frame(place)) != 0;
     if (single == several_) return;
     const auto own = protocol::for_drive(id(), std::get<protocol::Query>(query), reader_.format);
@@ -89,9 +89,9 @@ class Drive {
     }
   }
 
-  /// The place in `pending_` of the query that the frame, `surely` a reply or not, belongs to. Of
-  /// several that it can answer, those are answered last that got no reply: as many replies as
-  /// follow each other belong to as many of the last queries.
+  /// Returns the index in `pending_` of the query that the frame answers; `surely`: it is a reply.
+  /// If several match, the first ones got no reply: a run of n replies answers the last n of the
+  /// matching queries.
   std::optional<std::size_t> likely_answer(std::size_t n, bool surely, PairedLog& out) const {
     const std::size_t place = own_[n];
     std::vector<std::size_t> can;
@@ -120,15 +120,15 @@ class Drive {
   }
 
   ReplyReader reader_;
-  bool several_;  // answers commands for several drives only
+  bool several_;  // answers only commands for several drives
   const std::vector<LoggedFrame>* log_;
-  std::vector<std::size_t> own_;     // places of its frames in the log
-  std::deque<std::size_t> pending_;  // places in `exchanges`
+  std::vector<std::size_t> own_;     // indices of its frames in the log
+  std::deque<std::size_t> pending_;  // indices in `exchanges`
   bool own_replies_ = false;
   bool directions_count_ = false;
 };
 
-/// Directions are those of the machine that logged. They tell something when there are both.
+/// Directions are relative to the logging machine; they are useful only if both occur.
 bool directions_tell(const std::vector<LoggedFrame>& log) {
   const auto any = [&log](bool from_host) {
     return std::ranges::any_of(log, [from_host](const LoggedFrame& one) {
@@ -167,7 +167,7 @@ PairedLog pair_log(const std::vector<LoggedFrame>& log, const BusConfig& bus) {
     drive.pair(is_query, out, directions_count);
     out.exchanges.insert(out.exchanges.end(), drive.exchanges.begin(), drive.exchanges.end());
   }
-  // From places in the log to places among what is sent.
+  // Converts indices in the log to indices in `sent`.
   std::vector<std::size_t> sent_before(log.size() + 1, 0);
   for (std::size_t n = 0; n < log.size(); ++n) {
     sent_before[n + 1] = sent_before[n] + (is_query[n] ? 1 : 0);

@@ -10,7 +10,7 @@ namespace lk::emulator {
 
 namespace {
 
-/// A reply repeats which parameter or setting it is about.
+/// A reply repeats the number of its parameter or setting.
 bool is_about_the_same(const protocol::Frame& query, const protocol::Frame& reply,
                        const protocol::WireFormat& format) {
   const protocol::CommandInfo* const command = protocol::command_of(query);
@@ -23,7 +23,7 @@ bool is_about_the_same(const protocol::Frame& query, const protocol::Frame& repl
   return std::ranges::none_of(command->query, differs);
 }
 
-/// Another query may look like the reply to this one.
+/// Returns true if another query may look like the reply to this one.
 bool says_the_same(const protocol::Frame& query) {
   const protocol::CommandInfo* const command = protocol::command_of(query);
   return command != nullptr && protocol::reply_says_the_same(*command);
@@ -45,9 +45,9 @@ Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::F
   if (std::holds_alternative<protocol::Echo>(content->reply)) {
     return same ? Fit::kEither : Fit::kNo;
   }
-  if (is_serial(reply)) return same ? Fit::kEither : Fit::kYes;  // their lengths differ
+  if (is_serial(reply)) return same ? Fit::kEither : Fit::kYes;  // query and reply differ in length
   const bool state = protocol::has_state(reply.data[0]);
-  // A drive at 0 or 1 °C is taken for a host, whose DATA[1] is nothing or a direction.
+  // A state at 0 or 1 °C is taken for a query, whose DATA[1] is 0 or a direction.
   if (state) return same || reply.data[1] <= 1 ? Fit::kNo : Fit::kYes;
   return same || says_the_same(query) ? Fit::kEither : Fit::kYes;
 }

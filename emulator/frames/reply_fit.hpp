@@ -8,20 +8,20 @@
 
 namespace lk::emulator {
 
-/// Whether a frame can be the reply to a query; kEither: it could be a query just as well.
+/// Whether a frame can be the reply to a query; kEither: it can also be a query.
 enum class Fit : std::uint8_t { kNo, kEither, kYes };
 
-/// `command` is DATA[0] that the reply to `query` has. The identifier of `reply` does not matter.
+/// `command`: DATA[0] of the reply to `query`. The identifier of `reply` is ignored.
 Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::Frame& query,
               const protocol::Frame& reply);
 
-/// A frame like those that drives and their hosts send: 11-bit identifier, 8 bytes.
+/// Returns true for frames in the format of drives: 11-bit identifier, 8 bytes.
 bool is_data(const protocol::Frame& frame);
 
-/// False: a block of the tool (docs/rs485.md) with the length that it has in queries only.
+/// Returns false for a block of the tool (docs/rs485.md) with a length that only queries have.
 bool has_length_of_reply(const protocol::Frame& frame);
 
-/// Drives say such things and hosts hardly do: states, whose DATA[1] is a temperature.
+/// Returns true for a state with a temperature in DATA[1], which hosts rarely send.
 bool looks_like_a_state(const protocol::Frame& frame);
 
 }  // namespace lk::emulator

@@ -58,7 +58,7 @@ std::vector<ReplyValue> ReplyReader::values(const protocol::Frame& frame) const 
   if (reply == nullptr || reply->id != id) return {};
   const auto* const command = protocol::command_of(frame);
   if (!command->echoed) return values(command->reply, frame.data, By::kDrive);
-  // In two parts, which a double holds exactly.
+  // In two parts, each exact in a double.
   return {{"DATA[1..4]", bytes(frame.data, 1, 4)}, {"DATA[5..7]", bytes(frame.data, 5, 7)}};
 }
 
