@@ -11,7 +11,7 @@
 namespace lk::emulator {
 namespace {
 
-/// Besides stopping who answers at `id` already.
+/// Remedy other than stopping the program that answers at `id`.
 std::string remedy(const ServoConfig& servo, int id, bool at_start) {
   if (servo.id == id) return "give other --ids";
   return at_start

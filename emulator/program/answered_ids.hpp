@@ -10,16 +10,15 @@
 
 namespace lk::emulator {
 
-/// The IDs that the drives of this run answer at: locked for them, and told where they are not the
-/// configured ones.
+/// Locks the IDs at which the drives answer, and warns if they are not the configured IDs.
 class AnsweredIds {
  public:
-  /// As configured, before anything is made. `link` is what the kernel says of the interface.
-  /// Throws StartError where another program answers for one.
+  /// Locks the configured IDs before anything is created. `link`: state of the interface. Throws
+  /// StartError if another program uses an ID.
   void take(const BusConfig& bus, const LinkState& link);
-  /// As ROM has them: what is in force is locked, the rest is free. Throws StartError like `take`.
+  /// Locks the IDs in ROM and releases others. Throws StartError like `take`.
   void start(const Line& line);
-  /// Some drive has come to be found elsewhere; where another program answers already, both do.
+  /// Updates locks after an address change. If another program uses the ID, both answer.
   void follow(const Line& line);
   void hang_up() const { locks_.hang_up(); }
 
@@ -32,10 +31,10 @@ class AnsweredIds {
   IdLocks locks_;
   std::map<std::string, LinkState> links_;  // by interface
   std::map<Drive, std::string> told_;       // by configured ID
-  std::set<Drive> shared_;                  // that another program answers for too, which was told
+  std::set<Drive> shared_;                  // also used by another program; already logged
 };
 
-/// " (7 answers at ID 9)" for the drives that are not where they are configured; else empty.
+/// Returns " (7 answers at ID 9)" for drives not at their configured ID; otherwise empty.
 std::string moved_text(const Line& line);
 
 }  // namespace lk::emulator

@@ -13,7 +13,7 @@
 namespace lk::emulator {
 namespace {
 
-/// A virtual CAN interface that is up; empty: there is none.
+/// Returns a virtual CAN interface that is up; empty if none.
 std::string vcan_that_is_up() {
   const std::unique_ptr<struct if_nameindex[], decltype(&::if_freenameindex)> all(
       ::if_nameindex(), ::if_freenameindex);
@@ -23,7 +23,7 @@ std::string vcan_that_is_up() {
       const LinkState link = link_state(one->if_name);
       if (link.is_virtual() && link.up) return one->if_name;
     } catch (const std::system_error&) {
-      return "";  // the kernel cannot be asked
+      return "";  // the kernel does not answer
     }
   }
   return "";

@@ -4,9 +4,9 @@
 
 namespace lk::emulator {
 
-/// The bus that needs no CAN in the kernel, and how hosts get on it, ready to be copied.
+/// Returns a bus that needs no CAN in the kernel, with instructions to connect that can be copied.
 std::string offer_without_can();
-/// What this machine offers when no bus was given.
+/// Returns a suggestion for this machine when no bus was given.
 std::string bus_offer();
 
 }  // namespace lk::emulator

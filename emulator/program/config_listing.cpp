@@ -25,7 +25,7 @@ namespace {
 constexpr const char* kNone = "-";
 
 std::string number(double value) { return fmt::format("{:.6g}", value); }
-/// A limit of 0 is none.
+/// Formats a limit; 0 means no limit.
 std::string limit(double value) { return value == 0 ? kNone : number(value); }
 
 std::string bitrate_text(std::int64_t bitrate) {
@@ -43,7 +43,7 @@ std::string count(std::size_t n, const char* what) {
   return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
 }
 
-/// "mixed": not all switches are those of the generation.
+/// "mixed": some switches differ from the generation.
 std::string generation_text(const ServoConfig& servo) {
   const bool mixed = !(servo.quirks == quirks_of(servo.generation, servo.quirks.dialect.framing));
   return std::string(generation_name(servo.generation)) + (mixed ? " mixed" : "");
@@ -131,7 +131,7 @@ std::string print_row(const Row& row, const std::array<std::size_t, kColumns.siz
   return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
 }
 
-/// One width a column for all buses, so that they stand below each other.
+/// Column widths are equal for all buses, so that columns align.
 std::array<std::size_t, kColumns.size()> widths_of(const std::vector<Row>& rows) {
   std::array<std::size_t, kColumns.size()> widths{};
   for (const Row& row : rows) {
@@ -140,7 +140,7 @@ std::array<std::size_t, kColumns.size()> widths_of(const std::vector<Row>& rows)
   return widths;
 }
 
-/// "the position loop rings …", where one does; that of the speed is inside the other.
+/// Adds "the position loop rings …" if so; checks the speed loop first, as it is inside.
 void add_ringing(const ServoConfig& servo, std::vector<std::string>& all) {
   const model::ControlSettings settings = control_settings(servo.rom);
   for (const Loop loop : {Loop::kSpeed, Loop::kPosition}) {
@@ -154,7 +154,7 @@ void add_ringing(const ServoConfig& servo, std::vector<std::string>& all) {
   }
 }
 
-/// What runs all right and is rarely meant.
+/// Returns notes on values that are valid but rarely intended.
 std::vector<std::string> doubts(const ServoConfig& servo, const BusConfig& bus) {
   std::vector<std::string> all;
   const model::DriveParams& drive = servo.profile.drive;
@@ -182,7 +182,7 @@ std::vector<std::string> doubts(const ServoConfig& servo, const BusConfig& bus) 
   return all;
 }
 
-/// What the table has no column for.
+/// Returns properties without a column in the table.
 std::vector<std::string> remarks(const ServoConfig& servo) {
   std::vector<std::string> all;
   const auto switches = switches_beside(servo.generation, servo.quirks);
@@ -206,8 +206,8 @@ std::vector<std::string> remarks(const ServoConfig& servo) {
   return all;
 }
 
-/// "0x9A voltage 0.1 V in bytes 3-4", on RS-485 "in D[2:3]": where its reply has the first field of
-/// that unit.
+/// Returns where the reply has its first field of that unit: "0x9A voltage 0.1 V in bytes 3-4", on
+/// RS-485 "in D[2:3]".
 std::string place_text(protocol::Opcode opcode, protocol::Unit unit, const char* symbol,
                        const protocol::WireFormat& format) {
   const auto byte = static_cast<std::uint8_t>(opcode);

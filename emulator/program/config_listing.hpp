@@ -8,20 +8,20 @@
 
 namespace lk::emulator {
 
-/// Where a drive is found, if not where it is wired and configured: "answers at ID 9, as drive 2
-/// does"; else empty. `place_of` returns where a drive of `bus` is found.
+/// Describes a drive's address if it differs from the configuration: "answers at ID 9, as drive 2
+/// does"; otherwise empty. `place_of` returns the address of a drive of `bus`.
 std::string place_note(const ServoConfig& servo, const BusConfig& bus, const PlaceOf& place_of);
 
-/// What would run, as a table for a person (`lk-emu --check`): one line a drive, then what is
-/// allowed and yet looks like a mistake.
+/// Returns a table of the configuration for `lk-emu --check`: one line per drive, then notes on
+/// values that are allowed but look like mistakes.
 std::string describe_run(const std::vector<BusConfig>& buses);
 
-/// How the drives of a bus speak, a line for all that speak alike: "vcan0:1,2: legacy: 0x9A voltage
-/// 0.1 V in bytes 3-4, …".
+/// Returns the protocol variants of a bus, one line for all equal drives: "vcan0:1,2: legacy: 0x9A
+/// voltage 0.1 V in bytes 3-4, …".
 std::vector<std::string> spoken(const BusConfig& bus);
 
-/// A line for each kind of motor that speaks `legacy`, as nothing else was asked for, and was seen
-/// to speak otherwise.
+/// Returns a line for each motor that uses `legacy` by default although another generation was seen
+/// on it.
 std::vector<std::string> seen_otherwise(const std::vector<BusConfig>& buses);
 
 }  // namespace lk::emulator

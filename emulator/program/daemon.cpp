@@ -27,9 +27,9 @@
 namespace lk::emulator {
 namespace {
 
-/// How long the end waits for the disk. A write that was not acknowledged may be lost.
+/// Time-out for the disk at the end. A write that was not acknowledged may be lost.
 constexpr auto kLongestGoodbye = std::chrono::seconds(3);
-/// And then for the interfaces: as long as a full bus takes for all that a port holds.
+/// Time-out for the interfaces after it: a full bus sends all that a port queues in this time.
 constexpr auto kLongestFlush = std::chrono::milliseconds(150);
 constexpr auto kGoodbyeStep = std::chrono::milliseconds(2);
 
@@ -81,7 +81,7 @@ bool is_socketcan(const BusConfig& bus) {
   return scheme_of(bus.interface).transport == Transport::kSocketCan;
 }
 
-/// Only what happened: a column of zeros hides the one number that matters.
+/// Prints only what happened: zeros would hide the important number.
 void print_nonzero(const char* what, std::uint64_t count) {
   if (count > 0) std::printf("    %-44s %10" PRIu64 "\n", what, count);
 }
@@ -128,7 +128,7 @@ void print_port(const PortStats& port) {
   print_nonzero("clients refused: no room", port.refused);
 }
 
-/// Says of what is wrong which option it came with.
+/// Adds the option to an error of the scenario.
 void with_scenario(const std::function<void()>& act) {
   try {
     act();
@@ -137,7 +137,7 @@ void with_scenario(const std::function<void()>& act) {
   }
 }
 
-/// Where it writes, as far as a person has said so.
+/// Returns the output paths that the user has given.
 std::vector<std::filesystem::path> places_of(const RunOptions& options,
                                              const std::vector<BusConfig>& buses) {
   std::vector<std::filesystem::path> places;
@@ -173,7 +173,7 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
       }) {
   if (std::ranges::any_of(buses, is_socketcan)) check_can_support();
   const auto allowed = options.real_bus ? Interfaces::kAll : Interfaces::kVirtualOnly;
-  // Nothing is made or brought up before all that exists has been looked at.
+  // Checks everything that exists before anything is created or brought up.
   for (const BusConfig& bus : buses) {
     LinkState link;
     if (is_socketcan(bus)) {
@@ -189,11 +189,11 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   if (keeps_rom) rom_store_.emplace(options.rom, buses);
   if (options.junit) junit_.emplace(*options.junit, "--junit");
   for (std::size_t i = 0; i < buses.size(); ++i) {
-    Line& line = world_.add(buses[i]);  // with what its drives have in ROM
+    Line& line = world_.add(buses[i]);  // with the ROM contents of its drives
     answered_ids_.start(line);
     line.on_move = [this, &line] { answered_ids_.follow(line); };
     line.on_advice = [this, &line](const Advice& advice) {
-      // A host may ask once, to find out what it has to do with.
+      // A host may probe a command once.
       const bool may_be_right = advice.found.kind == AdviceKind::kUnknownCommand;
       spdlog::log(may_be_right ? spdlog::level::info : spdlog::level::warn, "{}",
                   advice_line(line.name(), advice, language_));
@@ -220,23 +220,23 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
     world_.lines()[i]->connect(loop_, allowed, [this, i] { world_.serve(i); });
     world_.lines()[i]->port()->check_link();  // opens an interface
   }
-  // Their receive buffers were the last that takes a capability.
+  // The receive buffers above were the last step that needs a capability.
   give_up_privileges(places_of(options, buses));
-  // Late, as a directory that has been begun will not do for the next start.
+  // Late, as a failed start would leave a directory that is not empty.
   if (options.record) recording_.start(*options.record, RunRecording::From::kBeginning);
-  // Last, as nobody can undo it.
+  // Last, as it cannot be undone.
   if (keeps_rom && options.rom.wipe) rom_store_->wipe();
   for (const BusConfig& bus : buses) {
     for (const std::string& line : spoken(bus)) spdlog::info("{}", line);
   }
   for (const std::string& line : seen_otherwise(buses)) spdlog::info("{}", line);
   control_->api().scenario = scenario_.for_clients();
-  // What a simulator does is in no recording.
+  // The actions of a simulator are not recorded.
   if (!shafts_) control_->api().recording = recording_.for_clients();
 }
 
 int Daemon::run() {
-  // The first has the patience of the end, whoever began that; another one does not wait.
+  // The first signal ends the program with time-outs; the second one ends it at once.
   signals_.async_wait([this](const auto& /*error*/, int /*signal*/) {
     signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { loop_.stop(); });
     begin_stop();
@@ -251,8 +251,8 @@ int Daemon::run() {
   if (!judged_) print_advice();
   const int status = conclude_scenario();
   if (!disk_is_done()) {
-    // The writer's thread may stand in a system call for as long as the disk likes. Ending the
-    // process is cutting the power, and a file that is not done yet is as it was.
+    // The writer's thread may block in a system call for any time. Ending the process acts like a
+    // power cut: an unfinished file keeps its old content.
     control_.reset();
     shafts_.reset();
     spdlog::default_logger()->flush();
@@ -286,7 +286,7 @@ int Daemon::conclude_scenario() {
     junit_->write(junit_xml({report}));
     junit_->commit();
   } catch (const StartError& problem) {
-    // Said here: on its way out it would meet the writers' threads, and wait for their disk.
+    // Printed here: an exception would join the writers' threads and wait for their disk.
     std::fprintf(stderr, "lk-emu: %s\n", problem.what());
     return 2;
   }
@@ -301,7 +301,7 @@ std::vector<GivenAdvice> Daemon::advice() const {
   return all;
 }
 
-/// Apart from the summary, which programs read. A scenario's report has it.
+/// On standard error, as programs read the summary. A scenario's report already has it.
 void Daemon::print_advice() const {
   const std::vector<GivenAdvice> all = advice();
   if (all.empty()) return;
@@ -337,7 +337,7 @@ bool Daemon::replies_have_left() const {
                              [](const auto& line) { return line->port()->stats().pending == 0; });
 }
 
-/// What was written is acknowledged before the power goes, if the disk answers in time.
+/// Writes are acknowledged before the power is cut, if the disk answers in time.
 void Daemon::begin_stop() {
   if (std::exchange(stopping_, true)) return;
   tell_service_manager("STOPPING=1");
@@ -379,7 +379,7 @@ void Daemon::say_ready_once() {
   std::fflush(stdout);
   tell_service_manager("READY=1\nSTATUS=" + text);
   if (!planned_) return;
-  // Again, as clients may have broken much while an interface was down.
+  // Checked again, as clients may have added faults while an interface was down.
   with_scenario([this] { scenario_.start(std::move(*planned_), [this] { begin_stop(); }); });
   planned_.reset();
 }

@@ -24,42 +24,41 @@
 
 namespace lk::emulator {
 
-/// How to run them, whatever they are.
+/// Options of a run.
 struct RunOptions {
   bool create_buses = false;
-  bool real_bus = false;  // interfaces need not be virtual
+  bool real_bus = false;  // allow interfaces that are not virtual
   RomOptions rom;
   ClockMode clock;
   ControlOptions control;
-  std::optional<ShaftOptions> shafts;  // where a simulator finds them
+  std::optional<ShaftOptions> shafts;  // address for an external simulator
   std::optional<Scenario> scenario;    // the run ends with it
   std::optional<std::filesystem::path> junit;
-  std::optional<std::filesystem::path> record;  // a recording from the beginning
+  std::optional<std::filesystem::path> record;  // recording from the beginning
   Language language = Language::kEnglish;       // of advice
-  bool strict = false;                          // advice is a failure
-  bool end_with_input = false;                  // standard input, as of the parent process
-  // What the buses were made of.
+  bool strict = false;                          // advice counts as a failure
+  bool end_with_input = false;                  // end when standard input ends
+  // Sources of the buses.
   Overrides overrides;
   ConfigTexts texts;
 };
 
-/// The running program: buses on their interfaces, paced by the clock, on one thread and one loop.
-/// Only the disk is another thread's.
+/// The running program: buses on their interfaces, paced by the clock, in one thread and one loop.
+/// Only disk access uses other threads.
 class Daemon {
  public:
-  /// Throws StartError when an interface, an ID on it, the ROM or a place to be controlled at
-  /// cannot be had.
+  /// Throws StartError if an interface, an ID, the ROM or a control address is not available.
   Daemon(std::vector<BusConfig> buses, const RunOptions& options);
 
-  /// Until SIGINT, SIGTERM or the end of a watched standard input; then waits for the disk, not for
-  /// long, and prints the summary. Does not return when the disk still has not answered: it ends
-  /// the process. Gives the exit status: 0, or that of the scenario's verdict; 1 after advice,
-  /// where that is a failure.
+  /// Runs until SIGINT, SIGTERM or the end of a watched standard input. Then waits briefly for the
+  /// disk and prints the summary. Returns the exit status: 0, or that of the scenario's verdict; 1
+  /// after advice if strict. If the disk still has not answered, ends the process instead of
+  /// returning.
   int run();
 
  private:
   void keep_rom(std::size_t line, const RomWrite& write);
-  /// From any thread.
+  /// Called from any thread.
   void tell_written(const RomPlace& place, const RomWrite& write, int error);
   void begin_stop();
   void wait_to_end();
@@ -71,9 +70,9 @@ class Daemon {
   void print_summary() const;
   std::vector<GivenAdvice> advice() const;
   void print_advice() const;
-  /// Of the scenario that the run is for.
+  /// Report of the scenario of this run.
   RunReport judged_report() const;
-  /// The verdict, where it is wanted; gives the exit status.
+  /// Prints the verdict, if any; returns the exit status.
   int conclude_scenario();
 
   AnsweredIds answered_ids_;
@@ -81,7 +80,7 @@ class Daemon {
   World world_;
   ScenarioActivity scenario_;
   RunRecording recording_;
-  std::optional<Scenario> planned_;  // begins when the interfaces are up
+  std::optional<Scenario> planned_;  // starts when the interfaces are up
   bool judged_ = false;              // the run is for a scenario
   Language language_;
   bool strict_;
@@ -89,16 +88,16 @@ class Daemon {
   LinkMonitor links_;
   boost::asio::signal_set signals_;
   std::optional<InputWatch> input_;
-  boost::asio::steady_timer patience_;  // at the end: with the disk, then with the interfaces
+  boost::asio::steady_timer patience_;  // at the end: for the disk, then the interfaces
   bool stopping_ = false;
   MonoTime give_up_disk_{};
   MonoTime give_up_{};
   MonoTime started_;
   bool ready_ = false;
-  std::optional<RomStore> rom_store_;  // none: ROM ends with the process
+  std::optional<RomStore> rom_store_;  // absent: ROM ends with the process
   std::optional<ControlServer> control_;
   std::optional<ShaftServer> shafts_;
-  RomWriter rom_writer_;  // last: its thread ends before what it reports to
+  RomWriter rom_writer_;  // last: its thread ends before the members that it calls
 };
 
 }  // namespace lk::emulator

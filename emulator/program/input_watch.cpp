@@ -15,7 +15,7 @@ namespace lk::emulator {
 InputWatch::InputWatch(boost::asio::io_context& loop, std::function<void()> on_end)
     : input_(loop), on_end_(std::move(on_end)) {
   struct stat input {};
-  // A terminal is refused: Asio would make it non-blocking for the shell as well.
+  // Rejects a terminal: Asio would make it non-blocking for the shell too.
   if (::fstat(STDIN_FILENO, &input) != 0 || !(S_ISFIFO(input.st_mode) || S_ISSOCK(input.st_mode))) {
     throw StartError("--end-with-stdin: standard input is not a pipe; start lk-emu with one");
   }

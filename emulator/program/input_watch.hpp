@@ -7,12 +7,12 @@
 
 namespace lk::emulator {
 
-/// Watches standard input, a pipe that the parent process holds open: the kernel closes it however
-/// the parent ends, by SIGKILL too.
+/// Watches standard input, a pipe from the parent process: the kernel closes it however the parent
+/// ends, also by SIGKILL.
 class InputWatch {
  public:
-  /// `on_end` is called once, from the loop, when the input has ended. Throws StartError unless
-  /// standard input is a pipe or a socket.
+  /// Calls `on_end` once, from the loop, when the input ends. Throws StartError if standard input
+  /// is no pipe or socket.
   InputWatch(boost::asio::io_context& loop, std::function<void()> on_end);
 
  private:

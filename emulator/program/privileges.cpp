@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether `path` or a directory on the way to it belongs to another user.
+/// Returns true if `path` or a parent directory belongs to another user.
 bool is_below_another(fs::path path) {
   for (;; path = path.parent_path()) {
     struct stat found {};
@@ -29,8 +29,8 @@ bool is_below_another(fs::path path) {
   }
 }
 
-/// The place may be a link, such as that of a terminal: removing it takes rights in its own
-/// directory, writing below it takes rights where it leads.
+/// The path may be a link, for example to a terminal. Removing it needs rights in its directory,
+/// writing needs rights at its target.
 bool belongs_to_another(const fs::path& place) {
   const fs::path path = fs::absolute(place);
   std::error_code ignored;
@@ -49,14 +49,14 @@ void give_up_privileges(const std::vector<fs::path>& places) {
   const unsigned kept = keeps_files ? 1U << CAP_DAC_OVERRIDE : 0;
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) fail();
   ::prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0);
-  // Who may not do this has none that nothing could bring back: no new privileges, from here on.
+  // A failure is harmless: after PR_SET_NO_NEW_PRIVS nothing can restore these capabilities.
   for (int capability = 0; ::prctl(PR_CAPBSET_READ, capability, 0, 0, 0) >= 0; ++capability) {
     ::prctl(PR_CAPBSET_DROP, capability, 0, 0, 0);
   }
   __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
   std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> held{};
   if (::syscall(SYS_capget, &header, held.data()) != 0) fail();
-  // The filter of the systemd unit refuses capset, and leaves nothing to give up.
+  // The filter of the systemd unit blocks capset, but then nothing is left to give up.
   const auto is_empty = [](const __user_cap_data_struct& set) {
     return (set.effective | set.permitted | set.inheritable) == 0;
   };

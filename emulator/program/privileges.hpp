@@ -5,9 +5,9 @@
 
 namespace lk::emulator {
 
-/// For good: whatever root, or a capability of the file, allows this process beyond what its user
-/// may do. To write at `places` that belong to somebody else root keeps CAP_DAC_OVERRIDE alone.
-/// Before there are threads: each has capabilities of its own. Throws StartError.
+/// Gives up all capabilities for good. Root keeps CAP_DAC_OVERRIDE if it writes to `places` of
+/// other users. Call before threads start, as each thread has its own capabilities. Throws
+/// StartError.
 void give_up_privileges(const std::vector<std::filesystem::path>& places);
 
 }  // namespace lk::emulator

@@ -8,8 +8,7 @@
 namespace lk::emulator {
 namespace {
 
-/// As the drives start, or as they are: what was written to ROM meanwhile is there at the next
-/// start.
+/// Configurations with the present ROM, which the drives have at their next start.
 std::vector<BusConfig> buses_of(const World& world) {
   std::vector<BusConfig> buses;
   for (const auto& line : world.lines()) {
@@ -27,7 +26,7 @@ std::vector<BusConfig> buses_of(const World& world) {
 void RunRecording::start(const std::filesystem::path& directory, From from) {
   const RecordRequest request{directory, overrides_, texts_, to_string(world_.clock().mode())};
   RecordingInfo info = recording_info(request, world_.time());
-  // What a body does to its drives is in no file.
+  // Effects of a body on its drives are not recorded.
   const bool body = std::ranges::any_of(
       world_.lines(), [](const auto& line) { return line->config().body != nullptr; });
   info.replayable = replayable_ = from == From::kBeginning && !body;
@@ -69,7 +68,7 @@ Json RunRecording::state() const {
 Activity RunRecording::for_clients() {
   const auto start_for_client = [this](const Json& request, bool /*same_user*/) {
     if (running()) throw ApiError(409, "recording", "one is running; stop it first");
-    // Its end would wait for the disk, and the buses with it.
+    // Ending it again would wait for the disk and delay the buses.
     if (previous_ && !previous_->done()) {
       throw ApiError(409, "recording",
                      "an earlier recording is still being written; wait, or check the disk");

@@ -65,7 +65,7 @@ Json errors_json(const BusAccount& account) {
   return json;
 }
 
-/// A number of 64 bits is more than JSON's are in many a program.
+/// The hash is text, as many JSON readers cannot hold 64-bit numbers.
 Json account_json(const BusAccount& account) {
   return {{"bus", account.bus},
           {"started_s", in_seconds(account.start)},
@@ -79,7 +79,7 @@ std::vector<BusConfig> running(const World& world) {
   return buses;
 }
 
-/// Whether any other file is there, and what is in it, is not for everybody who can connect.
+/// Only shipped files: a client must not learn which other files exist, or their content.
 void check_shipped(const std::string& file) {
   for (const std::string& name : known_files(kScenarios)) {
     if (file == name || file == shipped_file(kScenarios, name)) return;
@@ -100,13 +100,13 @@ void ScenarioActivity::check_room(const Scenario& scenario) const {
 }
 
 void ScenarioActivity::start(Scenario scenario, std::function<void()> on_over) {
-  check_room(scenario);  // the verdict of the last one stays otherwise
+  check_room(scenario);  // before `finish`: otherwise the last verdict would be lost
   finish();
   live_.reset();
   const unsigned number = ++number_;
   planned_ = static_cast<bool>(on_over);
   const auto end = [this, number, over = std::move(on_over)] {
-    // Not from within a line, and only if it is still this one.
+    // From the loop, not from a line, and only if this scenario still runs.
     boost::asio::post(loop_, [this, number, over] {
       if (number != number_ || !live_->running()) return;
       finish();
@@ -169,7 +169,7 @@ Json ScenarioActivity::start_for_client(const Json& request, bool same_user) {
   }
   try {
     const std::vector<BusConfig> buses = running(world_);
-    // A log is one line of the scenario, and there is room for many lines.
+    // Limits the logs too, as one line of a scenario plays a whole log.
     const FileLimits limits{
         .each = kLongestFile, .played = kLongestFile, .no_logs = !same_user && toml};
     start(file ? load_live_scenario(*file, buses, limits)

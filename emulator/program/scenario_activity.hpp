@@ -10,22 +10,22 @@
 
 namespace lk::emulator {
 
-/// The scenario of a running program, one at a time: of its command line, or of a client.
+/// The scenario of a running program, from the command line or a client; one at a time.
 class ScenarioActivity {
  public:
   ScenarioActivity(boost::asio::io_context& loop, World& world) : loop_(loop), world_(world) {}
 
-  /// Throws std::invalid_argument when a bus has no room for its faults. Begins nothing.
+  /// Throws std::invalid_argument if a bus has no room for its faults. Starts nothing.
   void check_room(const Scenario& scenario) const;
-  /// `on_over` is called from the loop when it has come to its end. Throws std::invalid_argument.
+  /// Starts a scenario; calls `on_over` from the loop at its end. Throws std::invalid_argument.
   void start(Scenario scenario, std::function<void()> on_over);
   void finish();
-  /// Of the one that runs, or ran last; none before the first.
+  /// Report of the present or last scenario; nullopt before the first.
   std::optional<RunReport> report() const;
 
-  /// A client's file is read on the loop of the drives: as much as a request may have.
+  /// Size limit of a client's file, as for a request: it is read on the loop of the drives.
   static constexpr std::uintmax_t kLongestFile = 65'536;
-  /// What clients can do: start one that they name ("file") or send ("toml"), look, and stop it.
+  /// Functions for clients: start a scenario by name ("file") or text ("toml"), query and stop it.
   Activity for_clients();
 
  private:
@@ -37,8 +37,8 @@ class ScenarioActivity {
   boost::asio::io_context& loop_;
   World& world_;
   std::optional<LiveScenario> live_;
-  unsigned number_ = 0;   // of the present one
-  bool planned_ = false;  // the present one is what the program runs for
+  unsigned number_ = 0;   // of the present scenario
+  bool planned_ = false;  // the present scenario is that of --scenario
 };
 
 }  // namespace lk::emulator

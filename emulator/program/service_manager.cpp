@@ -16,8 +16,8 @@ void tell_service_manager(const std::string& state) {
   address.sun_family = AF_UNIX;
   if (path.size() < 2 || path.size() > sizeof address.sun_path) return;
   path.copy(address.sun_path, path.size());
-  if (path.front() == '@') address.sun_path[0] = '\0';  // abstract: no file
-  // Waits, should the manager have much to read: what it does not hear it waits for for ever.
+  if (path.front() == '@') address.sun_path[0] = '\0';  // abstract name, without a file
+  // Blocks if the manager's queue is full, as it would wait for a lost message for ever.
   const int fd = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return;
   const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + path.size());

@@ -4,8 +4,8 @@
 
 namespace lk::emulator {
 
-/// Tells the service manager that started this process how it goes (sd_notify(3)): "READY=1".
-/// Without one, and where it does not listen, nothing happens.
+/// Reports the state to the service manager (sd_notify(3)): "READY=1". Does nothing without a
+/// service manager.
 void tell_service_manager(const std::string& state);
 
 }  // namespace lk::emulator
