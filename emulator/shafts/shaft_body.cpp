@@ -10,24 +10,24 @@
 namespace lk::emulator {
 namespace {
 
-// Beyond what any joint does, and far within what the model can compute with.
+// More than any joint reaches, and far below the numeric limits of the model.
 constexpr double kMostAngle_rad = 1e5;
 constexpr double kMostSpeed_rad_s = 1e4;
 constexpr double kMostInertia_kg_m2 = 1e6;
 constexpr double kMostTorque_Nm = 1e6;
-/// An armature that holds a joint whose inertia is not known: of less nothing can be concluded.
+/// Minimum armature for a joint of unknown inertia: with less, nothing can be concluded.
 constexpr double kLeastArmature_kg_m2 = 1e-9;
-/// How far a simulator may round the armature that it adds.
+/// Relative rounding error allowed for the armature that a simulator adds.
 constexpr double kRounding = 1e-6;
 
-bool within(double value, double most) { return std::abs(value) <= most; }  // a NaN is not
+bool within(double value, double most) { return std::abs(value) <= most; }  // false for NaN
 
 bool is_untold(const lk_shafts_accept& terms, const lk_shafts_state& state) {
   return terms.owner == LK_SHAFTS_SIMULATOR &&
          (state.inertia_kg_m2 == 0 || (terms.flags & LK_SHAFTS_TORQUE_UNTOLD) != 0);
 }
 
-/// Of those numbers that mean something.
+/// Checks only numbers that are used.
 std::string problem_of_numbers(const lk_shafts_state& state, const lk_shafts_accept& terms) {
   const bool moved_by_simulator = terms.owner == LK_SHAFTS_SIMULATOR;
   const auto is = [](const char* what, double value) {
@@ -64,7 +64,7 @@ ShaftBody::ShaftBody(std::vector<ShaftJoint> joints, SimTime step) : step_(step)
   }
 }
 
-/// Not known: at least the armature is there, and less than there is is stable (docs/shafts.md).
+/// Unknown inertia: uses the armature, as too small a value is stable (docs/shafts.md).
 double ShaftBody::inertia_of(const Joint& joint) {
   const double told = joint.state.inertia_kg_m2;
   if (joint.terms.owner == LK_SHAFTS_DRIVE) return told + joint.armature_kg_m2;

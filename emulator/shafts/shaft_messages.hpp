@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Messages of the shaft port (lk_shafts.h) as bytes. What is read comes from anybody.
+/// @file Messages of the shaft port (lk_shafts.h) as bytes. Received bytes are not trusted.
 
 #include <cstdint>
 #include <span>
@@ -18,10 +18,10 @@ using ShaftBytes = std::vector<unsigned char>;
 ShaftBytes offer_message(std::span<const lk_shafts_offer> offers, std::uint64_t step_ns);
 ShaftBytes torques_message(std::span<const lk_shafts_torque> torques, std::uint32_t steps,
                            std::uint64_t number);
-/// `why` is cut where it is longer than a message of this kind may be.
+/// Truncates `why` to the longest text of such a message.
 ShaftBytes end_message(std::string_view why);
 
-/// A simulator's message, with the records of its kind.
+/// Message of a simulator, with its records.
 struct ShaftAccept {
   lk_shafts_head head;
   std::vector<lk_shafts_accept> records;
@@ -31,22 +31,22 @@ struct ShaftStates {
   std::vector<lk_shafts_state> records;
 };
 
-/// Cuts what a simulator sends into messages of so many joints.
+/// Splits the bytes of a simulator into messages for this number of joints.
 class ShaftReader {
  public:
   explicit ShaftReader(std::uint32_t joints) : joints_(joints) {}
 
-  struct More {};  // a message is not whole yet
+  struct More {};  // the message is incomplete
   using Message = std::variant<More, ShaftAccept, ShaftStates, std::string>;
-  /// The most that is worth reading now: what is missing of a message. Above 0.
+  /// Number of bytes missing of the message; above 0.
   std::size_t wants() const;
-  /// Takes no more bytes than it `wants`. A text says what is wrong; nothing more is read then.
+  /// Pre: at most `wants()` bytes. A string is an error, after which nothing more is read.
   Message take(std::span<const unsigned char> bytes);
 
  private:
   std::uint32_t joints_;
-  ShaftBytes bytes_;       // of the message that is not whole
-  lk_shafts_head head_{};  // of it, where it has come
+  ShaftBytes bytes_;       // of the incomplete message
+  lk_shafts_head head_{};  // its head, if complete
   std::string wrong_;
 };
 

@@ -7,23 +7,23 @@
 
 namespace lk::emulator {
 
-/// What becomes of the drives when their simulator stops, vanishes or says what makes no sense.
+/// Behaviour of the drives when their simulator stops, vanishes or sends invalid data.
 enum class ShaftsLost : std::uint8_t {
-  kFree,  // they go on: their shafts keep the inertia that they felt last, and nothing pushes them
-  kStop,  // time stands until a simulator comes
+  kFree,  // they keep running: shafts keep their last inertia, without external torque
+  kStop,  // time stands still until a simulator connects
 };
 
-/// Where simulators find the shafts of the drives (--shafts).
+/// Address for simulators (--shafts).
 struct ShaftOptions {
-  std::string path = {};     // of a Unix socket; empty: TCP
-  std::string address = {};  // as numbers
-  std::uint16_t port = 0;    // 0: any
+  std::string path = {};     // Unix socket path; empty: TCP
+  std::string address = {};  // an IP address
+  std::uint16_t port = 0;    // 0: any free port
   ShaftsLost lost = ShaftsLost::kFree;
 };
 
-/// "unix:PATH", "tcp:[ADDR:]PORT"; or why it is neither.
+/// Parses "unix:PATH" or "tcp:[ADDR:]PORT"; returns the error otherwise.
 std::variant<ShaftOptions, std::string> parse_shafts_place(const std::string& text);
-/// "free", "stop"
+/// Parses "free" or "stop".
 std::optional<ShaftsLost> parse_shafts_lost(const std::string& text);
 
 }  // namespace lk::emulator

@@ -21,12 +21,11 @@ namespace {
 
 using boost::system::error_code;
 
-/// From connecting to the first STATES: time for a model to be read.
+/// Time-out from connecting to the first STATES: a simulator may have to load its model.
 constexpr auto kManners = std::chrono::seconds(10);
-constexpr SimTime kShortestStep = std::chrono::microseconds(50);  // as of a [body]
+constexpr SimTime kShortestStep = std::chrono::microseconds(50);  // as for a [body]
 constexpr SimTime kLongestStep = std::chrono::milliseconds(10);
-/// A step and its answer that take no longer than this find the program awake: waking up takes as
-/// long as an exchange.
+/// Time of busy polling after a step or an answer: waking from sleep takes as long as an exchange.
 constexpr auto kPolling = std::chrono::microseconds(100);
 constexpr const char* kClockIsHeld = "time is the simulator's that is at --shafts";
 
@@ -85,7 +84,7 @@ bool ShaftServer::is_stiff(const Shaft& shaft) const {
   return is_one_shaft(shaft.servo->profile.drive.mechanics, step_);
 }
 
-/// As the joint has to have it; of a gear that is stiff, rotor and output are one to that.
+/// State as the joint needs it: with a stiff gear, rotor and output are one.
 model::MountedShaft ShaftServer::now(const Shaft& shaft) const {
   model::MountedShaft is = world_.lines()[shaft.bus]->bus_on_body().mounted_shaft(shaft.id);
   const model::MechanicsParams& m = shaft.servo->profile.drive.mechanics;
@@ -105,7 +104,7 @@ void ShaftServer::meet(int fd) {
   }
   simulator_.emplace(loop_, fd, static_cast<std::uint32_t>(shafts_.size()), ++simulators_);
   simulator_->is_told = told_.may_tell("shafts");
-  world_.serve_all();  // to the present
+  world_.serve_all();  // up to now
   std::vector<lk_shafts_offer> offers;
   for (const Shaft& shaft : shafts_) {
     const model::MountedShaft is = now(shaft);
@@ -131,8 +130,7 @@ void ShaftServer::hear() {
                                 });
 }
 
-/// What there is; then waits for more, at first without going to sleep where time is the
-/// simulator's.
+/// Reads what is there, then waits for more; polls at first if the simulator owns the time.
 void ShaftServer::hear_all() {
   const unsigned mine = simulator_->number;
   while (hear_some()) {
@@ -141,7 +139,7 @@ void ShaftServer::hear_all() {
   if (!has_time() || monotonic_now() >= poll_until_) return hear();
   boost::asio::post(loop_, [this, mine] {
     if (!is_here(mine)) return;
-    std::this_thread::yield();  // on a lone processor the simulator needs it
+    std::this_thread::yield();  // on a single processor the simulator needs it
     hear_all();
   });
 }
@@ -223,14 +221,14 @@ void ShaftServer::hear_states(const ShaftStates& states) {
   }
   simulator_->owes = false;
   poll_until_ = monotonic_now() + kPolling;
-  // Else it was late, and the drives have gone on: what it says is of the past.
+  // Otherwise it was late and the drives have continued: its states are outdated.
   if (simulator_->answers != simulator_->steps_done) return;
   simulator_->body->take(taken);
   world_.body_is_ready();
   if (has_time()) step_clock();
 }
 
-/// One step. The one before may still wait for replies that have to leave.
+/// Advances one step. The previous one may still wait for replies to be sent.
 void ShaftServer::step_clock() {
   if (world_.advancing()) {
     step_is_due_ = true;
@@ -245,7 +243,7 @@ void ShaftServer::step_clock() {
                  });
 }
 
-/// The first states: the drives are put on the joints.
+/// Handles the first states: couples the drives to the joints.
 void ShaftServer::begin(const ShaftStates& states) {
   std::vector<ShaftJoint> joints;
   std::vector<CoupledDrive> drives;
@@ -291,7 +289,7 @@ void ShaftServer::take_clock() {
 bool ShaftServer::end_step() {
   if (!simulator_) return true;
   ++simulator_->steps_done;
-  if (simulator_->owes) return true;  // it gets the mean of all these steps when it has answered
+  if (simulator_->owes) return true;  // it gets the mean of these steps after its answer
   simulator_->answers = simulator_->steps_done;
   simulator_->owes = true;
   send_torques();
@@ -324,7 +322,7 @@ void ShaftServer::go_on_without_answer() {
   world_.body_is_ready();
 }
 
-/// What does not fit is more than a simulator that reads leaves unread: `hear` finds it gone.
+/// A full buffer means that the simulator does not read; `hear` then finds it disconnected.
 void ShaftServer::send(const ShaftBytes& bytes) {
   const int fd = simulator_->socket.native_handle();
   const ssize_t size = ::send(fd, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
@@ -333,7 +331,7 @@ void ShaftServer::send(const ShaftBytes& bytes) {
   ::shutdown(fd, SHUT_RDWR);
 }
 
-/// The simulator has closed the connection, unless this program has, as it does not read.
+/// The connection was closed by the simulator, or by `send` because it does not read.
 void ShaftServer::leave() {
   if (simulator_->unread) return part("", false);
   release(lost_ == ShaftsLost::kFree ? spdlog::level::info : spdlog::level::warn, "has gone");

@@ -21,18 +21,18 @@
 
 namespace lk::emulator {
 
-/// Gives the shafts of all drives to a simulator: docs/shafts.md. One at a time; on the loop of the
-/// world, which no simulator can stop or make wait. As long as there is none, the drives have the
+/// Connects the shafts of all drives to one simulator at a time (docs/shafts.md). Runs on the loop
+/// of the world, which no simulator can stop or delay. Without a simulator the drives have the
 /// loads of their robot file.
 class ShaftServer {
  public:
-  /// Throws StartError when it cannot listen there.
+  /// Throws StartError if it cannot listen there.
   ShaftServer(boost::asio::io_context& loop, World& world, const ShaftOptions& options);
   ShaftServer(const ShaftServer&) = delete;
   ShaftServer& operator=(const ShaftServer&) = delete;
   ~ShaftServer();
 
-  /// The world has started: without a simulator it stands, where it is to.
+  /// Call after the start of the world. With ShaftsLost::kStop, time then waits for a simulator.
   void start();
   /// "unix:/tmp/shafts", "tcp:127.0.0.1:29600"
   const std::string& place() const { return place_; }
@@ -44,7 +44,7 @@ class ShaftServer {
     std::string name;
     const ServoConfig* servo;
   };
-  /// Who is connected.
+  /// The connected simulator.
   struct Simulator {
     Simulator(boost::asio::io_context& loop, int fd, std::uint32_t joints, unsigned its_number)
         : socket(loop, fd), reader(joints), number(its_number) {}
@@ -52,14 +52,14 @@ class ShaftServer {
     ShaftReader reader;
     unsigned number;
     std::optional<ShaftAccept> accepted;
-    std::vector<std::size_t> taken;  // of the shafts: those that it takes
-    ShaftBody* body = nullptr;       // the world's coupling has it; null: no states have come
+    std::vector<std::size_t> taken;  // indices of the shafts that it has accepted
+    ShaftBody* body = nullptr;       // owned by the world's coupling; null before the first STATES
     std::uint64_t steps_done = 0;
-    std::uint64_t answers = 0;  // what STATES have to be numbered
-    bool owes = true;           // STATES
-    bool late = false;          // has been, and that was said
-    bool unread = false;        // it does not read
-    bool is_told = true;        // in the log
+    std::uint64_t answers = 0;  // number that the next STATES must have
+    bool owes = true;           // STATES are pending
+    bool late = false;          // was late; logged
+    bool unread = false;        // does not read
+    bool is_told = true;        // may be logged
   };
 
   model::MountedShaft now(const Shaft& shaft) const;
@@ -69,25 +69,25 @@ class ShaftServer {
   void hear();
   void hear_all();
   bool is_here(unsigned number) const { return simulator_ && simulator_->number == number; }
-  /// False: nothing more of it now.
+  /// Returns false if there is no more to read now.
   bool hear_some();
   void hear_message(ShaftReader::Message message);
   void hear_accept(ShaftAccept accept);
   void hear_states(const ShaftStates& states);
   void begin(const ShaftStates& states);
-  /// The drives have done a step; whether they can go on.
+  /// Called when the drives have done a step; returns whether they may continue.
   bool end_step();
   void go_on_without_answer();
   void send_torques();
   void step_clock();
   void take_clock();
   void send(const ShaftBytes& bytes);
-  /// The simulator is let go; it is told why where it was at fault.
+  /// Disconnects the simulator; sends it the reason if `at_fault`.
   void part(const std::string& why, bool at_fault);
   void leave();
-  /// Logs that the simulator `why`, and lets go of it.
+  /// Logs "the simulator `why`" and disconnects it.
   void release(spdlog::level::level_enum level, const std::string& why);
-  /// What the drives are left with.
+  /// Gives the drives their loads without a simulator.
   void leave_drives();
   bool has_time() const {
     return simulator_ && simulator_->accepted &&
@@ -101,17 +101,17 @@ class ShaftServer {
   std::optional<SocketListener> listener_;
   std::vector<Shaft> shafts_;
   std::optional<Simulator> simulator_;
-  boost::asio::steady_timer manners_;  // how long one may say nothing at first
-  WakeTimer patience_;                 // how long a step of the clock's waits
+  boost::asio::steady_timer manners_;  // time-out before the first STATES
+  WakeTimer patience_;                 // time-out of a step in real time
   MonoTime give_up_{0};
   MonoTime poll_until_{0};
   ClockMode clock_before_;
-  bool clock_is_stopped_ = false;  // as a simulator was lost
-  bool step_is_due_ = false;       // of a clock that is still being moved
+  bool clock_is_stopped_ = false;  // because the simulator was lost
+  bool step_is_due_ = false;       // while the clock is still advancing
   SimTime step_{std::chrono::milliseconds(1)};
   unsigned simulators_ = 0;
-  TellLimit told_;        // simulators
-  bool refused_ = false;  // another one, and that was said
+  TellLimit told_;        // limits messages about simulators
+  bool refused_ = false;  // a second simulator; logged
 };
 
 }  // namespace lk::emulator
