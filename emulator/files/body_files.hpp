@@ -8,11 +8,11 @@
 
 namespace lk::emulator {
 
-/// Makes a body of a model file. Throws std::invalid_argument with file and reason.
+/// Makes a body from a model file. Throws std::invalid_argument with file and reason.
 using BodyMaker = std::shared_ptr<const Mechanism> (*)(const std::filesystem::path& file,
                                                        SimTime step);
 
-/// What makes the bodies of robots from now on, in a program that can; null: none does.
+/// Sets the maker of bodies for robots; null if the program does not support bodies.
 void use_bodies(BodyMaker maker);
 
 /// The file of the model that a robot file names. Throws std::invalid_argument: there is none.

@@ -19,7 +19,7 @@ int sync_directory(const std::filesystem::path& path) {
   return directory ? sync(directory.get()) : errno;
 }
 
-/// A new file: what was there under that name, and whatever that led to, is not written.
+/// Creates a new file; a file or link of that name is removed, not written.
 int write_file(int directory_fd, const std::string& name, const std::string& text) {
   ::unlinkat(directory_fd, name.c_str(), 0);
   const Descriptor file(::openat(directory_fd, name.c_str(),
@@ -29,10 +29,10 @@ int write_file(int directory_fd, const std::string& name, const std::string& tex
   return error != 0 ? error : sync(file.get());
 }
 
-/// What became of a file whose name another one has taken.
+/// State of the file that was replaced.
 enum class Replaced { kKept, kLost, kNone };
 
-/// Gives `fresh` the name of `name`, which gets that of `fresh` where the file system can do so.
+/// Renames `fresh` to `name`; if the file system can, `fresh` gets the old file in exchange.
 int take_place(int directory_fd, const std::string& fresh, const std::string& name,
                Replaced& replaced) {
   const auto rename = [&](unsigned how) {
@@ -44,7 +44,7 @@ int take_place(int directory_fd, const std::string& fresh, const std::string& na
   return rename(0) ? 0 : errno;
 }
 
-/// What nobody is told of is not to be found by the next start either.
+/// Restores the old file: a write that was reported as failed must not appear at the next start.
 void take_back(int directory_fd, const std::string& fresh, const std::string& name,
                Replaced replaced) {
   if (replaced == Replaced::kKept) {
@@ -52,7 +52,7 @@ void take_back(int directory_fd, const std::string& fresh, const std::string& na
   } else if (replaced == Replaced::kNone) {
     ::unlinkat(directory_fd, name.c_str(), 0);
   }
-  sync(directory_fd);  // it may work by now
+  sync(directory_fd);  // may succeed now
 }
 
 }  // namespace
@@ -96,23 +96,23 @@ int write_durably(int directory_fd, const std::string& name, const std::string& 
 int sync_entry(int directory_fd) {
   const Descriptor above(::openat(directory_fd, "..", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!above) {
-    // Above may be somebody else's and closed to us. The file system as a whole is not.
+    // The parent may be closed to this user; the file system as a whole is not.
     return errno == EACCES ? (::syncfs(directory_fd) == 0 ? 0 : errno) : errno;
   }
   const int error = sync(above.get());
-  // Read-only, or not on a disk: nothing there can be taken back.
+  // A read-only parent, or one not on a disk, cannot lose anything.
   return error == EROFS || error == EINVAL ? 0 : error;
 }
 
 int make_directories(const std::filesystem::path& path) {
   if (::mkdir(path.c_str(), 0700) != 0) {
-    if (errno == EEXIST) return 0;  // opening it will tell whether it is a directory
+    if (errno == EEXIST) return 0;  // opening it shows whether it is a directory
     if (errno != ENOENT || !path.has_relative_path()) return errno;
     const int error = make_directories(path.parent_path());
     if (error != 0) return error;
     if (::mkdir(path.c_str(), 0700) != 0) return errno == EEXIST ? 0 : errno;
   }
-  // A file in a directory that a power cut takes back would be gone as well.
+  // If a power cut removes the directory, it removes its files too.
   return sync_directory(path.has_parent_path() ? path.parent_path() : ".");
 }
 

@@ -23,23 +23,22 @@ class Descriptor {
   int fd_;
 };
 
-/// Appends all of `text`, however many writes that takes. Returns 0 or errno.
+/// Appends all of `text`, in as many writes as needed. Returns 0 or errno.
 int write_all(int fd, std::string_view text);
 
-/// Puts `text` into the file `name` of the directory `directory_fd`, all of it or nothing: whatever
-/// happens, the file holds what it held before or `text`. Returns 0 once that is durable, else
-/// errno; then it holds what it held before, but for a power cut, and for file systems that cannot
-/// exchange two names.
+/// Replaces the file `name` in `directory_fd` by `text` atomically: it holds the old or the new
+/// text at any time. Returns 0 when the new text is durable. Otherwise returns errno and restores
+/// the old file, except after a power cut, or on file systems without exchange of names.
 int write_durably(int directory_fd, const std::string& name, const std::string& text);
 
-/// Makes the entry of the directory itself durable, whoever made it. Returns 0 or errno.
+/// Makes the entry of the directory itself durable, whoever created it. Returns 0 or errno.
 int sync_entry(int directory_fd);
 
-/// What a write that was cut short leaves behind; nobody reads it.
+/// Returns the name that an interrupted write leaves behind; such a file is never read.
 std::string unfinished(const std::string& name);
 
-/// Makes `path` and what is missing above it, for this user alone, durably. Returns 0 or errno.
-/// What was there before may have been made by somebody who did not sync it: see `sync_entry`.
+/// Creates `path` and its missing parents, for this user only, durably. Returns 0 or errno.
+/// Existing directories may not be synced: see `sync_entry`.
 int make_directories(const std::filesystem::path& path);
 
 }  // namespace lk::emulator

@@ -16,8 +16,8 @@ std::string inside(const std::string& path, const std::string& key) {
   return path.empty() ? key : path + "." + key;
 }
 
-/// "at byte 12: …" out of the library's "[json.exception.parse_error.101] parse error at line 1,
-/// column 13: …".
+/// Shortens "[json.exception.parse_error.101] parse error at line 1, column 13: …" of the library
+/// to the part after the first colon.
 std::string short_reason(const std::string& text) {
   const std::size_t colon = text.find(": ");
   return colon == std::string::npos ? text : text.substr(colon + 2);

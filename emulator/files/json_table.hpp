@@ -10,24 +10,24 @@
 
 namespace lk::emulator {
 
-/// Ordered: answers list things in the order in which people read them.
+/// Ordered, so that answers keep the order of their documentation.
 using Json = nlohmann::ordered_json;
 
-/// Text that is no JSON, or more of it than anybody needs; `where` is a key or a place.
+/// Text that is invalid or too large as JSON; `where` is a key or a position.
 struct JsonError : std::runtime_error {
   JsonError(std::string at, const std::string& why)
       : std::runtime_error(why), where(std::move(at)) {}
   std::string where;
 };
 
-/// Objects and lists in each other, at most.
+/// Limit for nested objects and lists.
 inline constexpr int kDeepestJson = 16;
 
 /// Throws JsonError.
 Json parse_json(std::string_view text);
 
-/// The same as a TOML table, for those who read such. `json` must be an object; null has no
-/// counterpart and is refused. Throws JsonError.
+/// Converts to a TOML table. Pre: `json` is an object. Rejects null, which TOML does not have.
+/// Throws JsonError.
 toml::table to_table(const Json& json);
 
 }  // namespace lk::emulator

@@ -25,17 +25,17 @@ bool is_link(const fs::path& path) {
   return fs::is_symlink(fs::symlink_status(path, ignored));
 }
 
-/// The kernel's links in /proc stand for something open, and not for its name.
+/// Links in /proc refer to an open file, not to its name.
 bool is_in_proc(const fs::path& link) {
   struct statfs system {};
   const fs::path directory = link.has_parent_path() ? link.parent_path() : ".";
   return ::statfs(directory.c_str(), &system) == 0 && system.f_type == PROC_SUPER_MAGIC;
 }
 
-/// As many as the kernel follows.
+/// Limit of the kernel.
 constexpr int kMostLinks = 40;
 
-/// What `path` leads to: no link, or one of the kernel's.
+/// Follows links, except those in /proc.
 fs::path follow(fs::path path) {
   std::error_code ignored;
   for (int n = 0; n < kMostLinks && is_link(path) && !is_in_proc(path); ++n) {
@@ -44,7 +44,7 @@ fs::path follow(fs::path path) {
   return path;
 }
 
-/// The descriptor of this process that `link` stands for, if it is one.
+/// Returns the descriptor of this process to which `link` refers, if any.
 std::optional<int> own_descriptor(const fs::path& link) {
   std::error_code error;
   if (!is_link(link) || !fs::equivalent(link.parent_path(), "/proc/self/fd", error)) return {};
@@ -77,13 +77,13 @@ OutputFile::OutputFile(const fs::path& path, const std::string& option)
   }
 }
 
-/// What is open here already goes on where it is: opened anew, it would begin at its beginning, and
-/// a socket cannot be.
+/// A file that is already open continues at its position. Reopening would start at its beginning,
+/// and is impossible for a socket.
 std::FILE* OutputFile::open() {
   const auto own = own_descriptor(unfinished_);
   if (!own && unfinished_ == place_) return std::fopen(place_.c_str(), "w");
   if (!own) {
-    ::unlink(unfinished_.c_str());  // of a killed program that had this number
+    ::unlink(unfinished_.c_str());  // from a killed program with the same PID
     return std::fopen(unfinished_.c_str(), "wx");
   }
   const int copy = ::fcntl(*own, F_DUPFD_CLOEXEC, 0);

@@ -6,21 +6,20 @@
 
 namespace lk::emulator {
 
-/// A file that appears when it is complete: written beside its place and renamed. Links are
-/// followed and stay. What is not a regular file (a pipe) is written as it is, and so is what is
-/// open already (/dev/stdout, whatever that leads to). A signal that would end the program removes
-/// what is unfinished first.
+/// A file that appears when complete: written beside its place, then renamed. Links are followed
+/// and kept. Other file types (a pipe) and files that are already open (/dev/stdout) are written
+/// directly. A signal that ends the program removes the unfinished file first.
 class OutputFile {
  public:
-  /// Throws StartError: `option` says what for.
+  /// Throws StartError, which names `option`.
   OutputFile(const std::filesystem::path& path, const std::string& option);
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
-  /// What was not committed is gone.
+  /// Removes the file unless it was committed.
   ~OutputFile();
 
   void write(const std::string& text);
-  /// Throws StartError when anything of it could not be written.
+  /// Throws StartError if a write has failed.
   void commit();
 
  private:
@@ -28,15 +27,15 @@ class OutputFile {
   std::FILE* open();
   void forget_unfinished() const;
 
-  std::filesystem::path path_;        // as it was given
-  std::filesystem::path place_;       // where links have led
-  std::filesystem::path unfinished_;  // the same for what is written as it is
+  std::filesystem::path path_;        // as given
+  std::filesystem::path place_;       // after following links
+  std::filesystem::path unfinished_;  // equals `place_` if written directly
   std::string option_;
   std::FILE* stream_ = nullptr;
   int error_ = 0;
 };
 
-/// All of `text` as such a file. Throws StartError.
+/// Writes `text` as an OutputFile. Throws StartError.
 void write_output(const std::filesystem::path& path, const std::string& option,
                   const std::string& text);
 

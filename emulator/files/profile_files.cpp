@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What the TOML files there are called, sorted.
+/// Names of the TOML files there, sorted.
 std::vector<std::string> names_in(const char* folder) {
   std::vector<std::string> names;
   std::error_code none_there;
@@ -34,7 +34,7 @@ std::vector<std::string> labels_of(const std::string& name) {
   return motor_labels(read_regular_file(file, kLongestText), file.string());
 }
 
-/// A shipped motor and what it can be called, in small letters.
+/// A shipped motor and its words in lower case.
 struct Called {
   std::string name;
   std::vector<std::string> words;
@@ -51,7 +51,7 @@ std::vector<Called> called_motors() {
   return motors;
 }
 
-/// The names of those that have a word of which `fits` is true.
+/// Returns the names of motors with a word that `fits` accepts.
 template <typename Fits>
 std::vector<std::string> names_with(const std::vector<Called>& motors, Fits fits) {
   std::vector<std::string> names;
@@ -61,14 +61,14 @@ std::vector<std::string> names_with(const std::vector<Called>& motors, Fits fits
   return names;
 }
 
-/// A label without what tells versions of one motor apart: "mg4005e-i10v3" is "mg4005-i10".
+/// Removes the version of a motor from its label: "mg4005e-i10v3" becomes "mg4005-i10".
 std::string without_version(const std::string& label) {
   static const std::regex encoder("^([a-z]+[0-9]{4})e");
   static const std::regex version("-?v[0-9]+(?=-|$)");
   return std::regex_replace(std::regex_replace(label, encoder, "$1"), version, "");
 }
 
-/// The shipped motor of that name or label, or the only one of which it is another version.
+/// Finds a shipped motor by name or label, or the only one that differs just in version.
 std::optional<std::string> shipped_name(const std::string& motor) {
   const std::string wanted = small_letters(motor);
   const auto motors = called_motors();
@@ -81,8 +81,8 @@ std::optional<std::string> shipped_name(const std::string& motor) {
   return found.size() == 1 ? std::optional(found.front()) : std::nullopt;
 }
 
-/// Series and size: letters and four digits, "mg4005". The digits in any order: 4050 is a slip of
-/// the fingers, 4010 another motor. Empty when `word` begins otherwise.
+/// Returns series and size, "mg4005", with sorted digits: 4050 is a typing error, 4010 another
+/// motor. Empty if `word` starts differently.
 std::string size_of(const std::string& word) {
   static const std::regex size("^[a-z]+[0-9]{4}");
   std::smatch found;
@@ -92,7 +92,7 @@ std::string size_of(const std::string& word) {
   return text;
 }
 
-/// The motors that a person may have meant.
+/// Returns motors with a similar name.
 std::vector<std::string> motors_meant(const std::string& given) {
   constexpr std::size_t kShortest = 3;
   const std::string wanted = small_letters(given);
@@ -126,7 +126,7 @@ std::string unknown(const char* what, const std::string& where, const std::strin
          " there are: " + comma_list(known) + "; or give a path to a .toml file)";
 }
 
-/// Of `file`, which is not there, what a person may know better.
+/// Message for a missing `file`; names the shipped one if there is one.
 std::string not_there(const fs::path& file, const std::optional<std::string>& shipped) {
   return "cannot read " + file.string() + ": " + std::strerror(ENOENT) +
          (shipped ? "; the shipped one is called " + *shipped : "");
@@ -137,7 +137,7 @@ bool is_missing(const fs::path& file) {
   return fs::status(file, error).type() == fs::file_type::not_found;
 }
 
-/// The text of a motor file that a person names. Throws UnknownMotor.
+/// Reads a motor file given by the user. Throws UnknownMotor.
 std::string read_motor_file(const std::string& path) {
   if (on_one_line(path) != path) {
     throw UnknownMotor("\"" + on_one_line(path) +
@@ -154,9 +154,8 @@ std::string read_motor_file(const std::string& path) {
 }  // namespace
 
 fs::path config_directory() {
-  // LKEMU_CONFIG_DIR leads from the program's directory to its files; the build tree has the same
-  // shape. Whether the program still stands there does not count: an upgrade has put another one in
-  // its place.
+  // LKEMU_CONFIG_DIR is relative to the program's directory; the build tree has the same layout. It
+  // works even if an upgrade has replaced the program.
   return (fs::read_symlink("/proc/self/exe").parent_path() / LKEMU_CONFIG_DIR).lexically_normal();
 }
 

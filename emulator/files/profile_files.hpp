@@ -10,39 +10,38 @@
 
 namespace lk::emulator {
 
-/// Where the shipped files are: beside the program, as installed or as built.
+/// Returns the directory of shipped files, relative to the program, installed or built.
 std::filesystem::path config_directory();
 
-/// What is shipped besides motors, and where: `folder` of the shipped files.
+/// A kind of shipped file besides motors, and its `folder`.
 struct Shelf {
   const char* folder;
-  const char* what;  // is there
+  const char* what;  // word for messages
 };
 inline constexpr Shelf kRobots{"buses", "robot"};
 inline constexpr Shelf kScenarios{"scenarios", "scenario"};
 inline constexpr Shelf kCampaigns{"campaigns", "campaign"};
 
-/// Names of what is there, sorted.
+/// Returns the names of these files, sorted.
 std::vector<std::string> known_files(const Shelf& shelf);
-/// The shipped file of that name. Throws std::invalid_argument that says which there are.
+/// Returns the shipped file of that name. Throws std::invalid_argument with the known names.
 std::filesystem::path shipped_file(const Shelf& shelf, const std::string& name);
-/// What a person means on the command line: a path, or a bare name, which is a file of the working
-/// directory or a shipped one. Throws std::invalid_argument.
+/// Finds the file for a command-line argument: a path, or a plain name of a file in the working
+/// directory or of a shipped one. Throws std::invalid_argument.
 std::filesystem::path meant_file(const Shelf& shelf, const std::string& given);
 
-/// Names of the shipped motor profiles, sorted.
+/// Returns the names of shipped motor profiles, sorted.
 std::vector<std::string> known_motors();
 
-/// All that the shipped profiles can be called: their names, then what they are sold as.
+/// Returns all words for shipped motors: names, then trade names.
 std::vector<std::string> motor_words();
 
-/// Finds a motor by its name or label, in capital or small letters, or by the path of its file.
-/// Throws UnknownMotor.
+/// Finds a motor by name or label, ignoring case, or by path. Throws UnknownMotor.
 MotorFile find_motor_file(const std::string& motor);
 
-/// The motor files that were read, by what they were asked for as.
+/// Motor files that were read, by requested name.
 using MotorFiles = std::map<std::string, MotorFile>;
-/// Reads each motor file once, and puts it into `read`, which has to live as long.
+/// Reads each motor file once and adds it to `read`, which must outlive the finder.
 FindProfile profile_finder(MotorFiles& read);
 
 /// Reads one profile. Throws UnknownMotor, ConfigError.

@@ -33,8 +33,8 @@ void check(const fs::path& file, const struct stat& found) {
 }  // namespace
 
 Descriptor open_regular_file(const fs::path& file) {
-  // By its name first, as opening a device may do something already; then what was opened, as the
-  // name may be another's by now.
+  // Checks the name first, as opening a device may have an effect. Then checks the open file, as
+  // the name may have changed.
   struct stat found {};
   if (::stat(file.c_str(), &found) != 0) fail_to_read(file);
   check(file, found);
@@ -46,7 +46,7 @@ Descriptor open_regular_file(const fs::path& file) {
 
 std::string read_regular_file(const fs::path& file, std::uintmax_t longest) {
   const Descriptor open = open_regular_file(file);
-  // The size says nothing about a file of the kernel's, nor about one that grows.
+  // The size is unreliable for kernel files and for files that grow.
   std::string text;
   std::array<char, 8192> piece{};
   while (text.size() <= longest) {

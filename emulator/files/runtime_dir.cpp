@@ -18,8 +18,8 @@
 namespace lk::emulator {
 namespace {
 
-/// Whom a file belongs to that this process makes there. Mostly its own user; under user-mode Linux
-/// everybody is root, and files belong to whoever started it.
+/// Owner of files that this process creates there. Mostly its own user. Under user-mode Linux every
+/// user is root, and files belong to the user who started it.
 uid_t owner_of_new_files(const std::filesystem::path& directory) {
   const std::string probe = (directory / (".lk-emu-" + std::to_string(::getpid()))).string();
   const int fd = ::open(probe.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_WRONLY | O_CLOEXEC, 0600);
@@ -35,7 +35,7 @@ bool is_ours(uid_t owner, const std::filesystem::path& directory) {
   return owner == ::geteuid() || owner == owner_of_new_files(directory);
 }
 
-/// Throws StartError when somebody else has a hand in it.
+/// Throws StartError if another user controls the directory.
 void check_directory(const std::filesystem::path& directory) {
   const std::string name = directory.string();
   struct stat found {};
@@ -75,11 +75,10 @@ bool is_live_socket(const std::filesystem::path& path) {
   if (name.size() >= sizeof address.sun_path) return false;
   std::copy(name.begin(), name.end(), std::begin(address.sun_path));
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  // Whoever cannot ask does not know, and takes it away from nobody.
+  // Unknown is not dead: never remove a socket that may be in use.
   if (fd < 0) throw StartError("cannot see whether " + name + " is in use: " + reason_of(errno));
   const int result = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address);
-  // Only who refuses has died: a full queue of connections, and a socket of another kind, are signs
-  // of life.
+  // Only a refused connection shows a dead socket: a full queue or another socket type is alive.
   const bool live = result == 0 || errno != ECONNREFUSED;
   ::close(fd);
   return live;
@@ -106,7 +105,7 @@ void remove_dead_sockets() {
     pid_t pid = 0;
     if (dash == std::string::npos || entry.path().extension() != ".sock") continue;
     std::from_chars(name.data() + dash + 1, name.data() + name.size(), pid);
-    // Its owner may be about to listen: a socket alone says nothing.
+    // Its process may be about to listen, so also check that the process has ended.
     const bool gone = pid > 0 && ::kill(pid, 0) != 0 && errno == ESRCH;
     if (gone && entry.is_socket(none) && !is_live_socket(entry.path())) {
       ::unlink(entry.path().c_str());

@@ -4,8 +4,8 @@
 
 namespace lk::emulator {
 
-/// While a thread is made: signals are for the loop's thread, and threads inherit what their maker
-/// blocks. Whether the thread comes to be or not, the maker hears signals again.
+/// Blocks signals while a thread is created: threads inherit the mask, and only the loop's thread
+/// handles signals. The destructor restores the mask.
 class SignalsBlocked {
  public:
   SignalsBlocked() {

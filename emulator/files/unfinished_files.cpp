@@ -9,7 +9,7 @@
 namespace lk::emulator {
 namespace {
 
-/// Names of unfinished files, where a signal handler can read them; null: a free place.
+/// Names of unfinished files for the signal handler; null: a free entry.
 std::array<std::atomic<const char*>, 8> unfinished_files{};
 static_assert(std::atomic<const char*>::is_always_lock_free);
 
@@ -21,7 +21,7 @@ extern "C" void remove_unfinished_and_end(int signal) {
   ::raise(signal);
 }
 
-/// Only where nobody has said yet what a signal does.
+/// Only signals with the default action.
 void watch_signals() {
   for (const int signal : {SIGHUP, SIGINT, SIGTERM}) {
     struct sigaction present {};

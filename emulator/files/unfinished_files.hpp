@@ -2,9 +2,9 @@
 
 namespace lk::emulator {
 
-/// From now on, a signal that would end the program removes the file first: SIGHUP, SIGINT and
-/// SIGTERM, where nobody has said what they do. `path` has to stay where it is in memory until
-/// `keep_if_ended` gets it. Of more than eight at a time, some are not removed.
+/// Makes SIGHUP, SIGINT and SIGTERM remove the file before they end the program, unless they have
+/// another handler. `path` must stay valid until `keep_if_ended`. At most eight files; others are
+/// not removed.
 void remove_if_ended(const char* path);
 void keep_if_ended(const char* path);
 
