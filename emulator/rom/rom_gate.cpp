@@ -5,7 +5,7 @@
 namespace lk::emulator {
 namespace {
 
-/// All identifiers that drives answer on are a multiple of 64 plus the ID.
+/// Identifiers of drives' replies are a multiple of 64 plus the ID.
 int drive_of(const TimedFrame& reply) {
   return reply.said_by != 0 ? reply.said_by : static_cast<int>(reply.frame.id & 0x3FU);
 }
@@ -18,7 +18,7 @@ RomGate::RomGate(const BusConfig& bus) {
 
 void RomGate::pass(const TimedFrame& reply, std::vector<protocol::Frame>& out) {
   if (reply.frame.kind == protocol::FrameKind::kError || reply.echo) {
-    out.push_back(reply.frame);  // no drive's
+    out.push_back(reply.frame);  // not a reply
     return;
   }
   Drive& drive = drives_.at(drive_of(reply));
@@ -37,7 +37,7 @@ const RomGate::Kept* RomGate::settle(const RomWrite& write, bool durable,
   if (durable) {
     drive.kept = {write.rom, write.wear};
   } else {
-    // One after the other they are one: settings, which no reply acknowledges, may fail for ever.
+    // Merges consecutive failures: settings, which no reply acknowledges, may fail without limit.
     if (!drive.failed.empty() && drive.failed.back().last == drive.settled) {
       drive.failed.back().last = write.number;
     } else {
@@ -50,7 +50,7 @@ const RomGate::Kept* RomGate::settle(const RomWrite& write, bool durable,
     release(drive, drive.held.front(), out);
     drive.held.pop_front();
   }
-  // A later write that is still on its way brings with it what this one brought.
+  // A later pending write includes the values of this one.
   return !durable && drive.begun == write.number ? &drive.kept : nullptr;
 }
 

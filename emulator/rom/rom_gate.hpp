@@ -12,15 +12,15 @@
 
 namespace lk::emulator {
 
-/// Where the replies of one bus wait for the disk: one that acknowledges a ROM write leaves when
-/// that is durable, and whatever the same drive says after it leaves behind it. Other drives are
-/// not kept waiting. What a reply says and when it is due is decided before it comes here.
+/// Holds replies of a bus for the disk. A reply that acknowledges a ROM write leaves when the write
+/// is durable. Later replies of the same drive wait behind it; other drives do not wait. Content
+/// and time of a reply are decided before.
 class RomGate {
  public:
-  /// Replies held for one drive; later ones are of no use to a host.
+  /// Limit of held replies per drive; later ones are useless to a host.
   static constexpr std::size_t kMostHeld = 1024;
 
-  /// What a drive's ROM is known to hold.
+  /// Known ROM content of a drive.
   struct Kept {
     Registers rom;
     RomWear wear{};
@@ -28,19 +28,19 @@ class RomGate {
 
   explicit RomGate(const BusConfig& bus);
 
-  /// A write is on its way to the disk.
+  /// Notes that a write is pending.
   void begin(const RomWrite& write) { drives_.at(write.id).begun = write.number; }
-  /// A reply is due; appended to `out` unless it has to wait.
+  /// Passes a reply that is due: appends it to `out` unless it must wait.
   void pass(const TimedFrame& reply, std::vector<protocol::Frame>& out);
-  /// `write` and all before it from that drive are durable, or lost. Appends what may leave now.
-  /// Gives what the drive's ROM has to go back to, if it has to.
+  /// Notes that `write` and earlier writes of that drive are durable, or lost. Appends released
+  /// replies. Returns the content that the ROM must be restored to, or null.
   const Kept* settle(const RomWrite& write, bool durable, std::vector<protocol::Frame>& out);
 
-  /// Drives that have a write on its way.
+  /// Number of drives with a pending write.
   std::size_t waiting() const;
   bool idle() const { return waiting() == 0; }
   std::uint64_t failed_writes() const { return failed_writes_; }
-  /// Replies dropped because what they acknowledge failed, or because too many waited.
+  /// Replies dropped because their write failed or too many waited.
   std::uint64_t lost_replies() const { return lost_replies_; }
 
  private:
@@ -53,7 +53,7 @@ class RomGate {
     Kept kept;
     std::uint64_t begun = 0;
     std::uint64_t settled = 0;
-    std::deque<Range> failed;  // not yet acknowledged by a reply
+    std::deque<Range> failed;  // not yet reported by a dropped reply
     std::deque<TimedFrame> held;
   };
 

@@ -5,10 +5,10 @@
 
 namespace lk::emulator {
 
-/// Where ROM is kept.
+/// Storage of ROM.
 struct RomOptions {
   std::optional<std::filesystem::path> directory;  // absent: the user's state directory, by bus
-  bool in_memory = false;                          // nowhere
+  bool in_memory = false;                          // do not save
   bool wipe = false;                               // start from factory state
 };
 

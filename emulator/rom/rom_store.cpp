@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// "lk-emu (pid 1234)"; whoever has just taken the lock may not have said so yet.
+/// Returns "lk-emu (pid 1234)"; a process that has just locked may not have written it yet.
 std::string holder(int lock_fd) {
   std::array<char, 64> text{};
   const ssize_t size = ::pread(lock_fd, text.data(), text.size(), 0);
@@ -29,7 +29,7 @@ std::string holder(int lock_fd) {
   return line.empty() ? "another process" : line;
 }
 
-/// Throws StartError when somebody else has a hand in it. Root may look after anybody's.
+/// Throws StartError if another user controls it. Root may use files of others.
 void check(const Descriptor& opened, const fs::path& path) {
   const std::string name = path.string();
   struct stat found {};
@@ -60,7 +60,7 @@ void remove(const RomPlace& place, const fs::path& file) {
 }  // namespace
 
 fs::path state_directory(const char* xdg_state_home, const char* home) {
-  // Relative ones are to be ignored.
+  // The specification ignores relative paths.
   if (xdg_state_home != nullptr && *xdg_state_home == '/') {
     return fs::path(xdg_state_home) / "lk-emu";
   }
@@ -68,7 +68,7 @@ fs::path state_directory(const char* xdg_state_home, const char* home) {
   return {};
 }
 
-// --- the directory
+// --- directory
 
 RomDirectory::RomDirectory(const fs::path& path, const std::string& advice) : path_(path) {
   int error = make_directories(path);
@@ -84,7 +84,7 @@ RomDirectory::RomDirectory(const fs::path& path, const std::string& advice) : pa
       throw StartError((path / "lock").string() + " is a link: remove it");
     if (!lock_) error = errno;
   }
-  // The lock may be there from before, when the directory could still be written.
+  // The lock file may exist from a time when the directory was writable.
   if (error == 0 && ::faccessat(descriptor(), ".", W_OK | X_OK, AT_EACCESS) != 0) error = errno;
   if (error != 0) {
     throw StartError("cannot keep ROM in " + path.string() + ": " + reason_of(error) + advice);
@@ -101,18 +101,18 @@ void RomDirectory::lock() {
     }
     throw StartError("cannot lock " + path_.string() + ": " + reason_of(errno));
   }
-  // Only for the message above: what counts is the lock, so a full disk does no harm here.
+  // Text for the message above only: a full disk does no harm here.
   const std::string self = "lk-emu (pid " + std::to_string(::getpid()) + ")\n";
   if (::ftruncate(lock_.get(), 0) != 0 || ::pwrite(lock_.get(), self.data(), self.size(), 0) < 0) {
     spdlog::debug("{}: lock: {}", path_.string(), reason_of(errno));
   }
 }
 
-// --- the files
+// --- files
 
 namespace {
 
-/// What the file holds goes over `servo`.
+/// Loads the file into `servo`.
 void load(const fs::path& file, const std::string& bus, ServoConfig& servo) {
   try {
     read_rom(read_regular_file(file, kLongestRom), file.string(), bus, servo);

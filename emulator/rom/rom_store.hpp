@@ -15,11 +15,11 @@
 
 namespace lk::emulator {
 
-/// A directory of ROM files, for this process alone as long as this lives.
+/// A directory of ROM files, locked by this process during the object's life.
 class RomDirectory {
  public:
-  /// Makes `path` if need be and locks it. Throws StartError, which ends in `advice` where the
-  /// directory cannot be used at all.
+  /// Creates `path` if missing, and locks it. Throws StartError, with `advice` appended if the
+  /// directory is unusable.
   RomDirectory(const std::filesystem::path& path, const std::string& advice);
 
   const std::filesystem::path& path() const { return path_; }
@@ -30,19 +30,19 @@ class RomDirectory {
 
   std::filesystem::path path_;
   Descriptor directory_;
-  Descriptor lock_;  // the kernel lets go of it when the process ends, however it does
+  Descriptor lock_;  // the kernel releases it whenever the process ends
 };
 
-/// The ROM files of all drives of this run.
+/// ROM files of all drives of this run.
 class RomStore {
  public:
-  /// Takes the directories and puts what their files hold over `buses`, unless they are to be
-  /// wiped. Throws StartError.
+  /// Locks the directories and loads the files into `buses`, unless they will be wiped. Throws
+  /// StartError.
   RomStore(const RomOptions& options, std::vector<BusConfig>& buses);
-  /// Removes the files of the drives of this run, for good. Throws StartError.
+  /// Removes the ROM files of all drives of this run. Throws StartError.
   void wipe();
 
-  /// Where the ROM of the drive `id` on the bus with index `bus` goes.
+  /// Returns the ROM file of drive `id` on the bus with index `bus`.
   const RomPlace& place(std::size_t bus, int id) const { return places_.at({bus, id}); }
 
  private:
@@ -55,12 +55,12 @@ class RomStore {
   std::map<std::pair<std::size_t, int>, RomPlace> places_;  // by bus and id
 };
 
-/// Puts what their files hold over `buses`, as RomStore does, and leaves the disk as it is: for
-/// those who only want to see. Throws StartError.
+/// Loads the files into `buses` as RomStore does, but changes nothing on the disk. Throws
+/// StartError.
 void peek_rom(const RomOptions& options, std::vector<BusConfig>& buses);
 
-/// The user's directory for ROM, without the bus; empty when there is none. From what the
-/// environment says, see the XDG Base Directory Specification.
+/// Returns the user's ROM directory without the bus; empty if none. Follows the XDG Base Directory
+/// Specification.
 std::filesystem::path state_directory(const char* xdg_state_home, const char* home);
 
 }  // namespace lk::emulator

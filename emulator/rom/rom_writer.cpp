@@ -8,7 +8,7 @@
 #include "emulator/files/signals_blocked.hpp"
 
 namespace lk::emulator {
-/// A file is as durable as its directory: with the first one that is made sure of as well.
+/// The first write also syncs the directory, as a file is only as durable as its directory.
 RomWriter::WriteFile RomWriter::write_to_disk() {
   return [durable = std::set<int>()](int directory_fd, const std::string& name,
                                      const std::string& text) mutable {

@@ -14,7 +14,7 @@
 
 namespace lk::emulator {
 
-/// The file that keeps the ROM of one drive.
+/// ROM file of one drive.
 struct RomPlace {
   int directory_fd = -1;
   std::string name;
@@ -22,25 +22,25 @@ struct RomPlace {
   RomOwner owner;
 };
 
-/// Writes ROM files on a thread of its own, so that nobody waits for the disk. Writes of one drive
-/// that pile up meanwhile become one: the last. The thread begins with the first write, as most
-/// runs have none; a system that has no thread to give is a disk that refuses.
+/// Writes ROM files on its own thread, so that no caller waits for the disk. Pending writes of one
+/// drive are merged: the last one counts. The first write starts the thread, as most runs have
+/// none. If that fails, it counts as a disk error.
 class RomWriter {
  public:
-  /// Returns 0 or errno; write_durably, or what a test has instead.
+  /// Returns 0 or errno. Default: write_durably; tests replace it.
   using WriteFile =
       std::function<int(int directory_fd, const std::string& name, const std::string& text)>;
-  /// Called on the writer's thread when `write`, and all that came before it from that drive, has
-  /// become durable, or has failed with `error`. Where there is no thread, from `write`.
+  /// Called on the writer's thread when `write` and earlier ones of that drive are durable or have
+  /// failed with `error`. Without a thread, called from `write`.
   using OnWritten = std::function<void(const RomPlace& place, const RomWrite& write, int error)>;
 
   explicit RomWriter(OnWritten on_written, WriteFile write_file = write_to_disk());
   RomWriter(const RomWriter&) = delete;
   RomWriter& operator=(const RomWriter&) = delete;
-  /// Waits for the write that is on its way, and forgets those that are not.
+  /// Waits for the write in progress; drops pending ones.
   ~RomWriter();
 
-  /// `place` must outlive the writer, and stands for the drive.
+  /// `place` identifies the drive and must outlive the writer.
   void write(const RomPlace& place, const RomWrite& write);
 
  private:
@@ -51,10 +51,10 @@ class RomWriter {
 
   OnWritten on_written_;
   WriteFile write_file_;
-  std::mutex mutex_;  // of all below
+  std::mutex mutex_;  // protects all members below
   std::condition_variable changed_;
   std::map<const RomPlace*, RomWrite> waiting_;
-  std::deque<const RomPlace*> order_;  // whose turn it is
+  std::deque<const RomPlace*> order_;  // pending drives, in order
   bool stop_ = false;
   std::thread thread_;
 };
