@@ -13,7 +13,7 @@ namespace {
 
 double seconds(SimTime time) { return static_cast<double>(time.count()) * 1e-9; }
 
-/// Of a joint of a body that stands still: no drive turns it by a count in a day.
+/// Inertia of a joint of a frozen body: no drive turns it by one count in a day.
 constexpr double kImmovable_kg_m2 = 1e12;
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
@@ -23,7 +23,7 @@ std::string name_of(const mjModel& model, mjtObj kind, int index) {
   return name != nullptr ? on_one_line(name) : "";
 }
 
-/// The joint or body that the degree of freedom `dof` moves.
+/// Returns the joint or body that the degree of freedom `dof` moves.
 std::string mover(const mjModel& model, int dof) {
   if (dof < 0 || dof >= model.nv) return "";
   const std::string joint = name_of(model, mjOBJ_JOINT, model.dof_jntid[dof]);
@@ -32,7 +32,7 @@ std::string mover(const mjModel& model, int dof) {
   return body.empty() ? "" : "body " + body;
 }
 
-/// That moves the coordinate `place` of qpos; of a joint with several, by its first.
+/// Returns the joint of the coordinate `place` in qpos; for several coordinates, by its first.
 std::string mover_of_coordinate(const mjModel& model, int place) {
   const int* const places = model.jnt_qposadr;
   const auto joint = std::upper_bound(places, places + model.njnt, place) - places - 1;
@@ -119,7 +119,7 @@ void MujocoBody::update() {
   if (failure_) return;
   try {
     if (constants_changed_) {
-      // How soft constraints are is scaled by what moves; found at the model's own zero.
+      // Scales the softness of constraints by the moving masses, at the model's zero pose.
       const std::unique_ptr<mjData, FreeMujoco> scratch(mj_makeData(model_.get()));
       mj_setConst(model_.get(), scratch.get());
       constants_changed_ = false;
@@ -164,7 +164,7 @@ void MujocoBody::find_response() {
   }
 }
 
-/// The entry of A⁻¹ = L⁻ᵀ·L⁻¹ on the diagonal: the square of a column of L⁻¹, which begins there.
+/// Diagonal entry of A⁻¹ = L⁻ᵀ·L⁻¹: the squared norm of column `dof` of L⁻¹, zero above that row.
 double MujocoBody::own_response(std::size_t dof) {
   const std::size_t nv = work_.size();
   double sum = 0;
@@ -206,14 +206,14 @@ void MujocoBody::advance(std::span<const JointTorque> torques) {
   } catch (const MujocoError& problem) {
     failure_ = mujoco_words(problem.what());
   }
-  // What the others are taken to do in the next step, until they are heard.
+  // Torques assumed for the next step until `advance` gets new ones.
   for (std::size_t joint = 0; joint < torques.size(); ++joint) {
     data_->qfrc_applied[model_->jnt_dofadr[hinges_[joint]]] = torques[joint].mean_Nm;
   }
 }
 
-/// Under torques that do not change; then each joint is put to where those that do would have
-/// brought it, which the middle of the step tells apart: −slope·dt³/12 over its inertia.
+/// Steps with constant torques. Then moves each joint by the effect of linearly changing torques
+/// about the middle of the step: −slope·dt³/12 over its inertia.
 void MujocoBody::substep(std::span<const JointTorque> torques, double from_middle_s) {
   mjData* const d = data_.get();
   const double dt = model_->opt.timestep;
@@ -228,7 +228,7 @@ void MujocoBody::substep(std::span<const JointTorque> torques, double from_middl
   if (model_->opt.integrator == mjINT_RK4) {
     mj_step(model_.get(), d);
   } else {
-    mj_step2(model_.get(), d);  // positions and speeds are known
+    mj_step2(model_.get(), d);  // positions and speeds are already computed
   }
   if (changes) {
     mju_cholSolve(slopes_.data(), response_.data(), slopes_.data(), model_->nv);
@@ -239,12 +239,12 @@ void MujocoBody::substep(std::span<const JointTorque> torques, double from_middl
   look_for_trouble();
 }
 
-/// MuJoCo starts anew where it finds a number that is none, and counts that.
+/// MuJoCo resets the state when it finds an invalid number, and counts that.
 void MujocoBody::look_for_trouble() {
   struct Trouble {
     mjtWarning kind;
     const char* words;
-    std::string (*where)(const mjModel&, int info);  // null: nowhere
+    std::string (*where)(const mjModel&, int info);  // null: no place
   };
   static constexpr std::array<Trouble, 5> kTroubles{{
       {mjWARN_BADQPOS, "a position has run out of all bounds", mover_of_coordinate},

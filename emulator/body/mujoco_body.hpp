@@ -16,12 +16,12 @@
 
 namespace lk::emulator {
 
-/// A body that MuJoCo computes. Its hinges are the joints that drives can turn; actuators of the
-/// model do nothing, and the armature that it gives such a joint is replaced by the drive's own.
+/// A body simulated by MuJoCo. Drives can turn its hinges. Actuators of the model are disabled, and
+/// the drive's armature replaces the model's.
 class MujocoBody : public Mechanism, public BodyLooks {
  public:
-  /// From an MJCF or URDF file, in its first keyframe where it has one. `step` is divided where the
-  /// model asks for shorter ones. Throws std::invalid_argument with MuJoCo's words.
+  /// Loads an MJCF or URDF file and starts in its first keyframe, if any. Divides `step` if the
+  /// model needs shorter ones. Throws std::invalid_argument with MuJoCo's message.
   MujocoBody(const std::string& file, SimTime step);
   MujocoBody(const MujocoBody& other);
   MujocoBody(MujocoBody&&) = delete;
@@ -49,7 +49,7 @@ class MujocoBody : public Mechanism, public BodyLooks {
   void pose(const Pose& pose) override;
   void look(BodyState& state) const override;
   std::optional<std::string> failure() const override { return failure_; }
-  /// Of the groups that MuJoCo's own viewer shows, 0 to 2. Meshes as the boxes around them; height
+  /// Shows groups 0 to 2, as MuJoCo's viewer does. Meshes are shown as bounding boxes, height
   /// fields not at all.
   BodyShape shape() const override;
   unsigned shape_changes() const override { return shape_changes_; }
@@ -65,7 +65,7 @@ class MujocoBody : public Mechanism, public BodyLooks {
   void set_floor_friction(double friction);
   void raise_step(const FloorStep& step);
   void look_at_contacts(BodyState& state) const;
-  /// A with A·acceleration = torque + …, of the constraints too that are active now; factored.
+  /// Computes and factors A, with A·acceleration = torque + …, including active constraints.
   void find_response();
   double own_response(std::size_t dof);
   void substep(std::span<const JointTorque> torques, double from_s);
@@ -76,21 +76,21 @@ class MujocoBody : public Mechanism, public BodyLooks {
   SimTime step_;
   int substeps_ = 1;
   std::vector<std::string> names_;
-  std::vector<int> hinges_;         // of the model's joints
-  std::vector<std::string> parts_;  // the model's bodies
-  std::vector<double> own_kg_;      // of these
+  std::vector<int> hinges_;         // indices of the model's joints
+  std::vector<std::string> parts_;  // names of the model's bodies
+  std::vector<double> own_kg_;      // masses of these bodies
   std::vector<std::string> keyframes_;
   std::vector<std::size_t> free_parts_;
-  std::vector<bool> falls_on_;  // by parts_: it has fallen when this touches the world
-  std::vector<int> planes_;     // the floor: geoms of what does not move
+  std::vector<bool> falls_on_;  // by parts_: contact of this part with the world counts as a fall
+  std::vector<int> planes_;     // floor: fixed geoms
   int step_geom_ = -1;          // -1: the model has none
   unsigned shape_changes_ = 0;
-  Triple level_gravity_{};  // the model's own
+  Triple level_gravity_{};  // gravity of the model
   bool frozen_ = false;
-  bool constants_changed_ = true;  // those that others are derived from
+  bool constants_changed_ = true;  // derived constants must be recomputed
   std::vector<double> response_;   // nv x nv: its Cholesky factor
   std::vector<double> inertia_;    // by names_
-  std::vector<double> slopes_;     // nv, kept for its memory, as the next
+  std::vector<double> slopes_;     // nv; this and the next are kept to reuse memory
   std::vector<double> work_;
   std::optional<std::string> failure_;
 };

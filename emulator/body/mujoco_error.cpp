@@ -7,7 +7,7 @@
 namespace lk::emulator {
 
 void tame_mujoco() {
-  // Whoever calls does not expect it to return.
+  // MuJoCo does not expect the handler to return.
   mju_user_error = [](const char* text) { throw MujocoError(text); };
   mju_user_warning = [](const char* /*text*/) {};
 }

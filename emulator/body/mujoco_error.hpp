@@ -6,16 +6,16 @@
 
 namespace lk::emulator {
 
-/// What MuJoCo would have ended the process for.
+/// An error for which MuJoCo would end the process.
 struct MujocoError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// From now on MuJoCo neither ends the process nor prints: its errors are MujocoError, its warnings
-/// are found in the data.
+/// Stops MuJoCo from ending the process or printing: errors become MujocoError, warnings stay in
+/// the data.
 void tame_mujoco();
 
-/// Its words on one line.
+/// Returns MuJoCo's message on one line.
 std::string mujoco_words(std::string_view text);
 
 }  // namespace lk::emulator

@@ -1,4 +1,4 @@
-// What a MujocoBody stands on.
+// Floor of a MujocoBody.
 
 #include <algorithm>
 #include <cmath>
@@ -8,9 +8,9 @@
 namespace lk::emulator {
 namespace {
 
-constexpr double kStepReach_m = 10;  // half of its length and of its width; assumed
+constexpr double kStepReach_m = 10;  // half of its length and width; assumed
 
-/// All of what the geometry is made of.
+/// Copies all contact and colour properties of a geom.
 void copy_material(mjModel& m, int from, int to) {
   const auto copy = [&](auto* values, int size) {
     std::copy_n(values + size * from, size, values + size * to);
@@ -31,7 +31,7 @@ void copy_material(mjModel& m, int from, int to) {
 
 }  // namespace
 
-/// Gravity tilts, and not the planes: these would come through what stands on them.
+/// Tilts gravity instead of the planes, which would penetrate objects on them.
 void MujocoBody::set_floor(const Floor& floor) {
   if (floor.friction) set_floor_friction(*floor.friction);
   if (floor.slope_rad) {
@@ -44,8 +44,8 @@ void MujocoBody::set_floor(const Floor& floor) {
   if (floor.step) raise_step(*floor.step);
 }
 
-/// MuJoCo takes the larger friction of the two that touch, unless one has the higher priority: that
-/// one's contact parameters count alone then.
+/// MuJoCo uses the larger friction of two geoms, unless one has a higher priority: then only that
+/// one's contact parameters count.
 void MujocoBody::set_floor_friction(double friction) {
   int priority = 0;
   int condim = 3;
@@ -62,7 +62,7 @@ void MujocoBody::set_floor_friction(double friction) {
   set(step_geom_);
 }
 
-/// A box on the first plane, and of what that is made of.
+/// Puts a box on the first plane, with the same material.
 void MujocoBody::raise_step(const FloorStep& step) {
   mjModel& m = *model_;
   const int plane = planes_.front();
@@ -73,7 +73,7 @@ void MujocoBody::raise_step(const FloorStep& step) {
   const Triple halves = {kStepReach_m, kStepReach_m, std::max(step.height_m, mjMINVAL)};
   std::ranges::copy(halves, m.geom_size + 3 * step_geom_);
   m.geom_rbound[step_geom_] = mju_norm3(halves.data());
-  // Its axes: the world's x as it lies in the plane, across it, and the plane's normal.
+  // Axes: the world's x projected on the plane, the direction across, and the plane's normal.
   mjtNum turned[9];
   mju_quat2Mat(turned, m.geom_quat + 4 * plane);
   const Triple normal = {turned[2], turned[5], turned[8]};
@@ -84,12 +84,12 @@ void MujocoBody::raise_step(const FloorStep& step) {
   const mjtNum axes[9] = {along[0],  across[0], normal[0], along[1], across[1],
                           normal[1], along[2],  across[2], normal[2]};
   mju_mat2Quat(m.geom_quat + 4 * step_geom_, axes);
-  // Its middle, half of it in the ground: from the point of the plane that is next to the origin.
+  // Centre, half in the ground, measured from the point of the plane closest to the origin.
   const double above = mju_dot3(m.geom_pos + 3 * plane, normal.data());
   const double ahead = (step.from_x_m - above * normal[0]) / along[0] + kStepReach_m;
   mjtNum* const place = m.geom_pos + 3 * step_geom_;
   for (std::size_t n = 0; n < 3; ++n) place[n] = above * normal[n] + ahead * along[n];
-  m.geom_sameframe[step_geom_] = 0;  // it was made where the world begins
+  m.geom_sameframe[step_geom_] = 0;  // its frame was that of the world
   ++shape_changes_;
 }
 

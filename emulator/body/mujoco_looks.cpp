@@ -1,4 +1,4 @@
-// What is to be seen of a MujocoBody.
+// Visible shape of a MujocoBody.
 
 #include <algorithm>
 
@@ -16,7 +16,7 @@ Quaternion quaternion(const mjtNum* numbers) {
   return {numbers[0], numbers[1], numbers[2], numbers[3]};
 }
 
-/// Of shape().bodies, which leaves out the world.
+/// Index in shape().bodies, which omits the world.
 std::size_t place_of(int body) { return static_cast<std::size_t>(body - 1); }
 
 std::optional<GeomKind> kind_of(int type) {
@@ -102,7 +102,7 @@ std::vector<BodyContact> MujocoBody::contacts() const {
     mj_contactForce(model_.get(), data_.get(), n, along_frame);
     mjtNum force[3];
     mju_rotVecMatT(force, along_frame, contact.frame);
-    // MuJoCo's is on the second.
+    // MuJoCo's force acts on the second geom.
     const int second = model_->geom_bodyid[contact.geom2];
     if (model_->body_weldid[second] == 0) mju_scl3(force, force, -1.0);
     contacts.push_back({triple(contact.pos), triple(force)});

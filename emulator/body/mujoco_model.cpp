@@ -12,11 +12,11 @@
 namespace lk::emulator {
 namespace {
 
-constexpr double kFloorCosine = 0.5;  // 60 degrees; assumed: what is steeper is a wall
+constexpr double kFloorCosine = 0.5;  // 60 degrees; assumed: a steeper plane is a wall
 
 using Model = std::unique_ptr<mjModel, FreeMujoco>;
 
-/// What is at `path`; `files` are looked at before the disk. For people it is `file`.
+/// Parses the model at `path`; `files` are searched before the disk. `file` is for messages.
 Model parse(const std::string& path, const mjVFS* files, const std::string& file) {
   std::array<char, 1000> text{};
   try {
@@ -33,7 +33,7 @@ void check(const std::string& file) {
   check_model_numbers(*parse(file, nullptr, file), file);
 }
 
-/// Every other byte as it is, for it is a file's name: xml_escaped replaces what is no text.
+/// Escapes a file name; keeps all other bytes, unlike xml_escaped, which replaces invalid text.
 std::string xml_text(const std::string& plain) {
   std::string text;
   for (const char one : plain) {
@@ -45,8 +45,8 @@ std::string xml_text(const std::string& plain) {
   return text;
 }
 
-/// Beside `file`, so that its meshes are found. What touches nothing a compiler may leave out, so
-/// that comes later.
+/// Parses in the directory of `file`, so that meshes are found. Contacts are removed afterwards, as
+/// the compiler may drop a geom without contacts.
 Model parse_with_step(const std::string& file) {
   const std::filesystem::path path(file);
   const std::string name = "lk-emu with step.xml";

@@ -13,17 +13,17 @@ struct FreeMujoco {
   void operator()(mjData* data) const { mj_deleteData(data); }
 };
 
-/// The name of the box that a floor brings along, which touches nothing and is not shown at first.
+/// Name of the box for a floor step; at first it has no contacts and is hidden.
 inline constexpr const char* kStepGeom = "lk-emu step";
 
-/// From an MJCF or URDF file. A model with a floor has a kStepGeom as well, for no geometry can be
-/// added later. Throws std::invalid_argument with MuJoCo's words.
+/// Loads an MJCF or URDF file. Adds a kStepGeom to a model with a floor, as geoms cannot be added
+/// later. Throws std::invalid_argument with MuJoCo's message.
 std::unique_ptr<mjModel, FreeMujoco> load_mujoco_model(const std::string& file);
 
-/// Whether it can move in the world.
+/// Returns whether the geom can move in the world.
 bool geom_moves(const mjModel& model, int geom);
 
-/// What can be stood on: planes of the world itself, unless they are steeper than 60°.
+/// Returns the planes of the world body that are not steeper than 60°.
 std::vector<int> floor_planes(const mjModel& model);
 
 }  // namespace lk::emulator

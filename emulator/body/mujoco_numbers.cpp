@@ -24,7 +24,7 @@ struct Attribute {
 
 constexpr auto npos = std::string_view::npos;
 
-/// All of a text of XML that is well-formed; of another, MuJoCo says what is wrong.
+/// Returns all attributes of well-formed XML; MuJoCo reports errors in other text.
 std::vector<Attribute> attributes_of(std::string_view text) {
   std::vector<Attribute> all;
   std::string_view element;
@@ -49,7 +49,7 @@ std::vector<Attribute> attributes_of(std::string_view text) {
   return all;
 }
 
-/// Words that are all numbers, as a name is not, and not all finite.
+/// Returns true if all words are numbers, unlike a name, and one is not finite.
 bool has_odd_number(std::string_view value) {
   std::istringstream words{std::string(value)};
   bool odd = false;

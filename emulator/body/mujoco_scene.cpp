@@ -1,4 +1,4 @@
-// Where a MujocoBody is put, and what is watched of it.
+// Poses and observed state of a MujocoBody.
 
 #include <algorithm>
 #include <cmath>
@@ -15,13 +15,13 @@ bool is_free(const mjModel& model, int body) {
   return joint >= 0 && model.jnt_type[joint] == mjJNT_FREE;
 }
 
-/// Of a limb: no part hangs on it.
+/// Returns true for the end of a limb: no body is attached to it.
 bool is_end(const mjModel& model, int body) {
   const int* const parents = model.body_parentid;
   return std::find(parents + 1, parents + model.nbody, body) == parents + model.nbody;
 }
 
-/// Of angles about x, then y, then z of the world.
+/// Converts rotations about x, then y, then z of the world to a quaternion.
 Quaternion quaternion_of(const Triple& rpy_rad) {
   Triple c;
   Triple s;
@@ -33,7 +33,7 @@ Quaternion quaternion_of(const Triple& rpy_rad) {
           c[0] * s[1] * c[2] + s[0] * c[1] * s[2], c[0] * c[1] * s[2] - s[0] * s[1] * c[2]};
 }
 
-/// The way back.
+/// Converts a quaternion back to these angles.
 Triple rpy_rad_of(const mjtNum* quaternion) {
   const double w = quaternion[0], x = quaternion[1], y = quaternion[2], z = quaternion[3];
   return {std::atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
@@ -87,7 +87,7 @@ void MujocoBody::pose(const Pose& pose) {
     data_->qpos[m.jnt_qposadr[hinges_[one.joint]]] = one.angle_rad;
   }
   std::fill_n(data_->qvel, m.nv, 0.0);
-  std::fill_n(data_->qfrc_applied, m.nv, 0.0);  // of where it was
+  std::fill_n(data_->qfrc_applied, m.nv, 0.0);  // from the old pose
   std::fill_n(data_->qacc_warmstart, m.nv, 0.0);
 }
 
@@ -98,7 +98,7 @@ void MujocoBody::look(BodyState& state) const {
     PartState& part = state.parts[static_cast<std::size_t>(body)];
     std::copy_n(data_->xpos + 3 * body, 3, part.position_m.begin());
     part.rpy_rad = rpy_rad_of(data_->xquat + 4 * body);
-    mjtNum speed[6];  // turning, then going
+    mjtNum speed[6];  // angular, then linear
     mj_objectVelocity(&m, data_.get(), mjOBJ_XBODY, body, speed, 0);
     std::copy_n(speed + 3, 3, part.speed_m_s.begin());
     part.contact_N = 0;
@@ -107,7 +107,7 @@ void MujocoBody::look(BodyState& state) const {
   state.fallen = false;
   if (!free_parts_.empty()) {
     const mjtNum* const q = data_->xquat + 4 * free_parts_.front();
-    const double upright = 1 - 2 * (q[1] * q[1] + q[2] * q[2]);  // of its z, along the world's
+    const double upright = 1 - 2 * (q[1] * q[1] + q[2] * q[2]);  // z axis along the world's
     state.fallen = upright < std::cos(kFallen_deg * kRadPerDeg);
   }
   look_at_contacts(state);
@@ -117,7 +117,7 @@ void MujocoBody::look_at_contacts(BodyState& state) const {
   for (int n = 0; n < data_->ncon; ++n) {
     const mjContact& contact = data_->contact[n];
     if (contact.efc_address < 0) continue;
-    mjtNum force[6];  // along the normal first
+    mjtNum force[6];  // normal component first
     mj_contactForce(model_.get(), data_.get(), n, force);
     const int geoms[2] = {contact.geom1, contact.geom2};
     for (const int geom : geoms) {

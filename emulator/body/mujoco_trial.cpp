@@ -20,20 +20,20 @@
 namespace lk::emulator {
 namespace {
 
-// Assumed: the models of real robots take a hundredth of both.
+// Assumed: models of real robots need a hundredth of both.
 constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30U;
 constexpr int kMost_s = 60;
 constexpr int kTooLong = 2;  // exit status
 
 volatile std::sig_atomic_t seconds_left = kMost_s;
 
-/// Without SA_RESTART a system call that waits, for the writer of a pipe, fails.
+/// Without SA_RESTART a blocking system call, e.g. on a pipe without writer, fails.
 void on_second(int /*signal*/) {
   seconds_left = seconds_left - 1;
   if (seconds_left <= 0) ::_exit(kTooLong);
 }
 
-/// The addresses in use now, and so many more.
+/// Limits the address space to that in use now plus kMostBytes.
 void bound_memory() {
   std::uint64_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;
@@ -67,7 +67,7 @@ std::string problem_of(const std::string& file, void (*load)(const std::string&)
   bound_memory();
   bound_time();
   const std::string problem = problem_of(file, load);
-  // One line fits into a pipe at once; the parent reads no more.
+  // One line fits into a pipe without blocking; the parent reads only that.
   if (!problem.empty() && ::write(report, problem.data(), problem.size()) < 0) ::_exit(kTooLong);
   ::_exit(problem.empty() ? 0 : 1);
 }
