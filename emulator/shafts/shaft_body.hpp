@@ -12,9 +12,9 @@
 
 namespace lk::emulator {
 
-/// Returns whether a simulator has rotor and output of a gear as one shaft, as for a stiff gear
-/// (Coupling). The load behind the spring may be absent or unknown. So the drive keeps a spring
-/// that a bare output follows within a step.
+/// Returns whether rotor and output of a gear are one shaft for a simulator, as with a stiff gear
+/// (Coupling). Assumes no load behind the spring, as the load may be absent or unknown. A spring
+/// that is slow enough for the step stays in the drive's model.
 bool is_one_shaft(const model::MechanicsParams& gear, SimTime step);
 
 /// A joint that a simulator has accepted.
