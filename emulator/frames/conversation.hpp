@@ -119,7 +119,7 @@ class Conversation {
   std::array<Drive, protocol::kMaxDrivesPerBus> drives_;
   std::vector<Settled> settled_;
   std::optional<SimTime> first_;  // first stamp
-  bool sent_ = false;             // frames of drives in both directions were seen
+  bool sent_ = false;             // directions seen for frames of drives
   bool received_ = false;
 };
 

@@ -53,7 +53,7 @@ class RomGate {
     Kept kept;
     std::uint64_t begun = 0;
     std::uint64_t settled = 0;
-    std::deque<Range> failed;  // not yet reported by a dropped reply
+    std::deque<Range> failed;  // until a reply acknowledges a later write
     std::deque<TimedFrame> held;
   };
 

@@ -37,7 +37,7 @@ struct RunReport {
   std::vector<GivenAdvice> advice = {};
   bool strict = false;                     // advice counts as a failure
   std::vector<std::string> warnings = {};  // about the scenario
-  std::vector<BusAccount> accounts = {};   // of buses that already ran
+  std::vector<BusAccount> accounts = {};   // of a live scenario's buses
 
   /// Outcome of the verdict; with `strict`, advice makes it fail.
   Outcome outcome() const {

@@ -98,7 +98,7 @@ class ClientSet {
   std::string name_;
   TellLimit trouble_;
   Descriptor epoll_;
-  Descriptor alarm_;  // next due time of protocols and removals
+  Descriptor alarm_;  // timer: due frames, removals
   std::optional<ClientProtocol::Time> alarm_at_;
   Clients clients_;  // by number, which is `sender` in frames
   std::uint32_t last_number_ = 0;

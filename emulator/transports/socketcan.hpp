@@ -49,7 +49,7 @@ class CanSocket {
     int error = 0;                          // errno of the link: ENETDOWN, ENODEV, …
   };
   enum class Wait : std::uint8_t { kNot, kForOne };
-  /// Returns waiting frames, up to a few dozen. `kForOne` waits for a first frame: about
+  /// Returns waiting frames, up to a few dozen. With `kForOne`, waits for a first frame: about
   /// `kPatience`, rounded up to the kernel's tick of 1 to 10 ms.
   Batch receive(Wait wait = Wait::kNot);
   /// Restores blocking mode, which an event loop may have changed; `kForOne` needs it. Throws

@@ -27,7 +27,7 @@ class Socketcand final : public ClientProtocol {
   void take_due(Time now, std::vector<protocol::Frame>& out) override;
 
  private:
-  static constexpr std::size_t kLongestMessage = 200;  // a long `add` is below 100
+  static constexpr std::size_t kLongestMessage = 200;  // longest `add`: below 100
 
   enum class Mode : std::uint8_t { kNoBus, kBroadcastManager, kRaw };
   /// Standard and extended identifiers with the same number differ.
