@@ -53,7 +53,7 @@ bool is_of_myactuator(const protocol::Frame& frame) {
   const auto within = [command](int first, int last) {
     return command >= first && command <= last;
   };
-  if (protocol::is_serial(frame)) return false;  // other packets
+  if (protocol::is_serial(frame)) return false;  // RS-485: other packets
   if (command == 0x42) return frame.data[1] <= 3;
   return command == 0x43 || within(0x60, 0x64) || within(0x70, 0x71) || within(0x76, 0x79) ||
          within(0xB1, 0xB6);
@@ -85,7 +85,7 @@ Finding unknown_command(const protocol::Frame& frame, const KnownDrive& drive) {
 }
 
 bool has_wide_target(const Heard& heard, const KnownDrive& drive) {
-  if (drive.format.dialect.framing != protocol::Framing::kCan) return false;  // other bytes
+  if (drive.format.dialect.framing != protocol::Framing::kCan) return false;  // RS-485: other bytes
   if (!heard.is<protocol::Position3>() && !heard.is<protocol::Position4>()) return false;
   const auto target = get_le<std::uint32_t>(heard.data, 4);
   // The limit is a turn of the output: 36000 times the gear ratio.
@@ -96,7 +96,7 @@ bool has_wide_target(const Heard& heard, const KnownDrive& drive) {
 std::optional<Finding> GenerationWatch::hear(const Heard& heard, const KnownDrive& drive) {
   const protocol::Payload& data = heard.data;
   const protocol::Dialect& dialect = drive.format.dialect;
-  if (dialect.framing != protocol::Framing::kCan) return std::nullopt;  // other bytes
+  if (dialect.framing != protocol::Framing::kCan) return std::nullopt;  // RS-485: other bytes
   if (has_wide_target(heard, drive)) {
     return Finding{
         AdviceKind::kOtherGeneration,

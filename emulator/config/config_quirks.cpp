@@ -17,7 +17,7 @@ namespace {
 
 using protocol::Dialect;
 
-// One row a line.
+// One row per line.
 // clang-format off
 const Field<Quirks> kQuirkSwitches[] = {
     {"manual_reply_bytes", &Quirks::manual_reply_bytes},

@@ -17,7 +17,7 @@ inline constexpr double kDeg = pi / 180;
 inline constexpr double kArcmin = kDeg / 60;
 inline constexpr double kGramCm2 = 1e-7;
 
-// One row a line.
+// One row per line.
 // clang-format off
 using Ra = Rating;
 inline const Field<Ra> kRating[] = {

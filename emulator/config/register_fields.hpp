@@ -9,7 +9,7 @@
 
 namespace lk::emulator::profile_fields {
 
-// One row a line.
+// One row per line.
 // clang-format off
 inline constexpr double kGainMax = 255;        // a byte of 0x31, 0x32
 inline constexpr double kWideGainMax = 65535;  // 16 bits of 0xC1

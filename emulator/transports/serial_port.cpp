@@ -46,7 +46,7 @@ SerialPort::SerialPort(boost::asio::io_context& loop, std::string name, std::str
 }
 
 SerialPort::~SerialPort() {
-  if (readiness_.is_open()) readiness_.release();  // the descriptor closes itself
+  if (readiness_.is_open()) readiness_.release();  // its owner closes the descriptor
 }
 
 void SerialPort::open_device() {

@@ -32,7 +32,7 @@ StreamPort::StreamPort(boost::asio::io_context& loop, const std::string& name, S
 }
 
 StreamPort::~StreamPort() {
-  if (readiness_.is_open()) readiness_.release();  // the descriptor closes itself
+  if (readiness_.is_open()) readiness_.release();  // its owner closes the descriptor
 }
 
 void StreamPort::listen(boost::asio::io_context& loop) {
