@@ -140,8 +140,7 @@ std::string read_shown(std::string_view rest, ShownFrame& out) {
   }
   rest = trimmed(rest);
   if (rest.starts_with("ERRORFRAME")) rest = trimmed(rest.substr(10));
-  if (!rest.empty() && !rest.starts_with('\''))
-    return "has something after its frame";  // a quote: -a
+  if (!rest.empty() && !rest.starts_with('\'')) return "has something after its frame";  // -a: '
   auto parsed = parse_frame(text);
   if (auto* problem = std::get_if<std::string>(&parsed)) return std::move(*problem);
   out.line.frame = std::get<protocol::Frame>(parsed);
