@@ -27,7 +27,7 @@ Parts split(std::string_view text, char by) {
   }
 }
 
-/// Returns whether `path` matches `pattern`; appends the parts that match its {…} to `parts`.
+/// Returns whether `path` matches `pattern`; stores the parts that match its {…} in `parts`.
 bool matches(std::string_view pattern, const Parts& path, Parts& parts) {
   const Parts wanted = split(pattern, '/');
   if (wanted.size() != path.size()) return false;

@@ -49,7 +49,7 @@ class SimClock {
   SimTime shows(MonoTime mono) const;
   /// Returns when simulated time will be `time`; MonoTime::max() if the clock is stepped.
   MonoTime to_mono(SimTime time) const;
-  /// Converts a duration on the wall to simulated time.
+  /// Converts a duration of monotonic time to simulated time.
   SimTime span(MonoTime wall) const;
 
   const ClockMode& mode() const { return mode_; }
