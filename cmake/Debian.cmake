@@ -1,4 +1,4 @@
-# cpack in a build directory makes lk-emu, lk-emu-dev for those who link the libraries, and, where there is MuJoCo, lk-emu-body.
+# cpack in a build directory makes lk-emu, lk-emu-dev (libraries) and, if MuJoCo is installed, lk-emu-body.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "lk-emu maintainers <maintainers@lk-emu.invalid>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "virtual LK-TECH servo drives for SocketCAN")
@@ -25,12 +25,12 @@ set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
 byte for byte, with a modelled motor behind each. Faults can be injected,
 scenarios judged, and runs recorded and replayed.")
 
-# Its files are lk-emu's, and of the same version.
+# lk-emu-body uses the files of lk-emu, hence the exact version.
 set(CPACK_DEBIAN_BODY_PACKAGE_NAME lk-emu-body)
 set(CPACK_DEBIAN_BODY_PACKAGE_SECTION electronics)
 set(CPACK_DEBIAN_BODY_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_BODY_PACKAGE_DEPENDS "lk-emu (= ${PROJECT_VERSION})")
-set(CPACK_DEBIAN_BODY_PACKAGE_RECOMMENDS "python3, python3-can")  # of lk-emu demo
+set(CPACK_DEBIAN_BODY_PACKAGE_RECOMMENDS "python3, python3-can")  # for lk-emu demo
 set(CPACK_DEBIAN_BODY_PACKAGE_SUGGESTS xdg-utils)
 set(CPACK_COMPONENT_BODY_DESCRIPTION
   "lk-emu with the bodies of robots: its drives turn the joints of a model

@@ -1,9 +1,9 @@
-# Every dependency comes from the distribution; docs/decisions/0001-dependencies.md gives the reasons.
-# LKEMU_PROGRAM, LKEMU_TESTS and LKEMU_BENCH alone decide what is looked for: the core needs nothing, lk_config toml++.
+# Finds the dependencies, all from the distribution; docs/decisions/0001-dependencies.md gives the reasons.
+# LKEMU_PROGRAM, LKEMU_TESTS and LKEMU_BENCH select them. The core needs none, lk_config needs toml++.
 set(LKEMU_MISSING "")
 
-# lkemu_require(NAME [ARGUMENT...]): find_package(NAME ARGUMENT...), a macro because packages set variables. What is not
-# there is collected, and named by the distribution's package (scripts/lib/packages.txt).
+# lkemu_require(NAME [ARGUMENT...]): find_package(NAME ARGUMENT...). It is a macro because packages set variables.
+# lkemu_report_missing names the distribution packages of those not found (scripts/lib/packages.txt).
 macro(lkemu_require name)
   find_package(${name} ${ARGN} QUIET)
   if(NOT ${name}_FOUND)
@@ -11,7 +11,7 @@ macro(lkemu_require name)
   endif()
 endmacro()
 
-# One line for all that is missing, and the end.
+# Fails with one line that names all missing packages, if there are any.
 function(lkemu_report_missing)
   if(NOT LKEMU_MISSING)
     return()
@@ -33,11 +33,11 @@ function(lkemu_report_missing)
     string(APPEND hint "; -DLKEMU_TESTS=OFF -DLKEMU_BENCH=OFF builds lk-emu alone")
   endif()
   message(NOTICE "lk-emu: not installed: ${packages} (${hint})")
-  message(FATAL_ERROR "packages are missing")  # CMake wraps this one
+  message(FATAL_ERROR "packages are missing")  # CMake would wrap the line above
 endfunction()
 
-# lkemu_require_headers(NAME HEADER DEFINITION...): a library that the distribution has to share only, but whose headers
-# can do all of it; as the target NAME::NAME that find_package would have made.
+# lkemu_require_headers(NAME HEADER DEFINITION...): makes the target NAME::NAME of a library as header-only. For
+# libraries that the distribution has as shared libraries only.
 macro(lkemu_require_headers name header)
   find_path(${name}_DIR ${header})
   if(${name}_DIR)
@@ -50,8 +50,8 @@ macro(lkemu_require_headers name header)
   endif()
 endmacro()
 
-# lkemu_require_foreign_headers(NAME DIRECTORY DEFINITION...): the same for another processor or system: a directory of this
-# one's headers, which are of no processor, without those beside it, which are.
+# lkemu_require_foreign_headers(NAME DIRECTORY DEFINITION...): as lkemu_require_headers, but when cross-compiling. Uses
+# one directory of this system's headers: these suit every processor, their neighbours do not.
 macro(lkemu_require_foreign_headers name directory)
   find_path(${name}_DIR ${directory} PATHS /usr/include NO_DEFAULT_PATH NO_CMAKE_FIND_ROOT_PATH)
   if(${name}_DIR)
@@ -103,7 +103,7 @@ endif()
 if(LKEMU_TESTS)
   lkemu_require(GTest)
   if(LKEMU_ALL_TESTS)
-    # With Clang, SUNDIALS' own file requires OpenMP and ends the configuration without it.
+    # With Clang, the CMake file of SUNDIALS requires OpenMP and stops the configuration without it.
     lkemu_require(OpenMP)
     if(OpenMP_FOUND)
       lkemu_require(SUNDIALS COMPONENTS cvode)

@@ -1,7 +1,7 @@
-# Makes a C++ file that carries files: cmake -DOUT=… -DROOT=… -DDIR=… "-DFILES=a;b" -DNAME=… -DHEADER=… -P EmbedFiles.cmake
-# It defines find_NAME, which HEADER declares; lk_embed_files (Rooms.cmake) calls it.
-# The assembler takes them in as they are (.incbin), from ROOT/DIR; ROOT is on its include path, so that what comes out
-# does not depend on where it was built.
+# Embeds files in a C++ file: cmake -DOUT=… -DROOT=… -DDIR=… "-DFILES=a;b" -DNAME=… -DHEADER=… -P EmbedFiles.cmake
+# The C++ file defines find_NAME, which HEADER declares; lk_embed_files (Rooms.cmake) calls this script.
+# The assembler includes the files by .incbin from DIR below ROOT. ROOT is on its include path, so the output does not
+# depend on the build directory.
 function(type_of extension result)
   if(extension STREQUAL ".html")
     set(${result} "text/html; charset=utf-8" PARENT_SCOPE)

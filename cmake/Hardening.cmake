@@ -1,5 +1,5 @@
-# What Debian's and Ubuntu's compilers harden programs with, whatever the defaults of the compiler at hand are;
-# tests/package/hardening_test.py holds the installed program against it. Sanitizers watch for themselves.
+# Sets the hardening flags of Debian's and Ubuntu's compilers, independent of the compiler's defaults.
+# tests/package/hardening_test.py checks the installed program. Builds with sanitizers need none.
 if(LKEMU_SANITIZE OR NOT LKEMU_PROGRAM)
   return()
 endif()
@@ -9,7 +9,7 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
 elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64")
   add_compile_options(-mbranch-protection=standard)
 endif()
-# Reads a buffer's size off the optimiser; distributions that set it themselves are not warned of a second time.
+# Bounds checks in libc calls; needs optimisation. -U avoids a warning where the distribution already sets it.
 add_compile_options($<$<CONFIG:Release,RelWithDebInfo>:-U_FORTIFY_SOURCE> $<$<CONFIG:Release,RelWithDebInfo>:-D_FORTIFY_SOURCE=2>)
 add_compile_options(-D_GLIBCXX_ASSERTIONS)
 add_link_options(-Wl,-z,relro,-z,now)

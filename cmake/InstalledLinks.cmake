@@ -1,5 +1,5 @@
-# cmake -DDOCUMENTS=DIR -DDATA=DIR -P: links of installed documents. What lies elsewhere once it is installed, in
-# share/lk-emu, is linked there; a link to what is not installed becomes plain text.
+# cmake -DDOCUMENTS=DIR -DDATA=DIR -P: adapts the links of installed documents. Links to files that are installed in
+# share/lk-emu point there; links to files that are not installed become plain text.
 file(GLOB_RECURSE pages ${DOCUMENTS}/*.md)
 foreach(page ${pages})
   cmake_path(GET page PARENT_PATH here)
@@ -8,7 +8,7 @@ foreach(page ${pages})
   string(REGEX REPLACE "\\]\\((\\.\\./)*configs/" "](${data}/" text "${text}")
   string(REGEX REPLACE "\\]\\((\\.\\./)*python/" "](${data}/python/" text "${text}")
   string(REGEX REPLACE "\\]\\((\\.\\./)*examples/" "](${data}/examples/" text "${text}")
-  # Brackets would not survive in a list.
+  # CMake lists cannot hold unbalanced brackets.
   string(REPLACE "](" "\n\n(" marked "${text}")
   string(REGEX MATCHALL "\n\n\\([^) \n]+\\)" links "${marked}")
   list(REMOVE_DUPLICATES links)

@@ -1,9 +1,9 @@
-# find_package(lk-emu): lk::emulator, and with COMPONENTS config, which wants toml++, lk::config. The same names
-# in a build tree, for add_subdirectory and FetchContent. docs/cpp.md is for those who use it.
+# find_package(lk-emu) gives lk::emulator; COMPONENTS config (needs toml++) adds lk::config. add_subdirectory and
+# FetchContent give the same names. For users: docs/cpp.md.
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/lk-emu)
 
-# The targets lk_NAME become lk::NAME, and the core lk::emulator; from an install by way of the file lk-emu-EXPORT.cmake.
+# Exports targets lk_NAME as lk::NAME, and lk_core as lk::emulator, in the file lk-emu-EXPORT.cmake.
 function(lk_package export)
   foreach(name ${ARGN})
     string(REGEX REPLACE "^core$" "emulator" public ${name})
@@ -19,8 +19,8 @@ if(TARGET lk_config)
   lk_package(config-targets config)
 endif()
 
-# What a user includes, as <lk/...>, and what that includes in turn. All else stays at home: how the tick stores a drive
-# in vector registers, how TOML is taken apart, and the shell, which is no library.
+# Public headers (<lk/...>) and those that they include. Not installed: the tick's vector storage, the TOML parser, and
+# the shell, which is not a library.
 file(GLOB_RECURSE headers RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS
   protocol/*.hpp emulator/ground/*.hpp emulator/core/*.hpp)
 list(APPEND headers
@@ -32,7 +32,7 @@ foreach(header ${headers})
   cmake_path(GET header PARENT_PATH directory)
   install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lk/${directory} COMPONENT development)
 endforeach()
-# At home they include each other from the root of the project, which users do not have.
+# The sources include each other relative to the project root; installed headers use <lk/...>.
 install(CODE "
   file(GLOB_RECURSE headers \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}/lk/*.hpp\")
   foreach(header \${headers})
@@ -41,7 +41,7 @@ install(CODE "
     file(WRITE \${header} \"\${text}\")
   endforeach()" COMPONENT development)
 
-# A project that uses it, to copy from.
+# An example project for users to copy.
 install(DIRECTORY examples/robot DESTINATION ${CMAKE_INSTALL_DATADIR}/lk-emu/examples COMPONENT development)
 
 set(configs_dir ${CMAKE_INSTALL_DATADIR}/lk-emu)

@@ -1,6 +1,6 @@
-# lk_room(DIRECTORY [IF OPTION] [USES DIRECTORY...] [LIBRARIES TARGET...]): a directory of the source is one library, lk_
-# and its name, made of all it holds. It may include what is in the rooms that it uses, and what is in those that they
-# use; tests/rooms_test.py holds every include against this. With IF the library exists only where the option is on.
+# lk_room(DIRECTORY [IF OPTION] [USES DIRECTORY...] [LIBRARIES TARGET...]): makes the library lk_NAME of all sources in
+# DIRECTORY, whose last part is NAME. A room may include the rooms that it uses, directly or through others;
+# tests/rooms_test.py checks this. With IF the library exists only if the option is on.
 function(lk_room directory)
   cmake_parse_arguments(PARSE_ARGV 1 room "" "IF" "USES;LIBRARIES")
   cmake_path(GET directory FILENAME name)
@@ -27,14 +27,14 @@ function(lk_room directory)
   target_link_libraries(lk_${name} ${scope} ${room_LIBRARIES})
 endfunction()
 
-# What tests/rooms_test.py reads: "emulator/config: emulator/core".
+# Adds a line such as "emulator/config: emulator/core", which tests/rooms_test.py reads.
 function(lk_note_room directory)
   list(JOIN ARGN " " uses)
   set_property(GLOBAL APPEND_STRING PROPERTY LK_ROOMS "${directory}: ${uses}\n")
 endfunction()
 
-# A room of the program itself, which waits for the kernel and for people: most of it are templates of libraries, and
-# half of its build would go into optimising them. One unit of compilation.
+# A room of the program itself, as one compilation unit. -O1, because most of the code is library templates and none is
+# time-critical; full optimisation would double the build time.
 function(lk_program_room directory)
   lk_room(${directory} ${ARGN})
   cmake_path(GET directory FILENAME name)
@@ -43,13 +43,13 @@ function(lk_program_room directory)
   endif()
   set_target_properties(lk_${name} PROPERTIES UNITY_BUILD_BATCH_SIZE 0)
   target_compile_options(lk_${name} PRIVATE
-    -Wno-null-dereference  # GCC 12 sees null pointers in Asio's lists where there are none
+    -Wno-null-dereference  # GCC 12 warns falsely in Asio's lists
     $<$<CONFIG:Release>:-O1>)
   target_compile_definitions(lk_${name} PRIVATE LKEMU_VERSION="${PROJECT_VERSION}")
 endfunction()
 
-# lk_embed_files(TARGET NAME name HEADER file DIRECTORY dir FILES file...): the files go into the room's library as they
-# are; find_NAME, which HEADER declares, finds them by their path from DIRECTORY.
+# lk_embed_files(TARGET NAME name HEADER file DIRECTORY dir FILES file...): embeds the files unchanged in the room's
+# library. find_NAME, which HEADER declares, finds them by their path below DIRECTORY.
 function(lk_embed_files target)
   cmake_parse_arguments(PARSE_ARGV 1 embed "" "NAME;HEADER;DIRECTORY" "FILES")
   list(TRANSFORM embed_FILES PREPEND ${PROJECT_SOURCE_DIR}/${embed_DIRECTORY}/ OUTPUT_VARIABLE paths)
@@ -59,6 +59,6 @@ function(lk_embed_files target)
       -DNAME=${embed_NAME} -DHEADER=${embed_HEADER} -P ${PROJECT_SOURCE_DIR}/cmake/EmbedFiles.cmake
     DEPENDS ${paths} ${PROJECT_SOURCE_DIR}/cmake/EmbedFiles.cmake VERBATIM)
   target_sources(${target} PRIVATE ${out})
-  # The linker's optimiser would assemble it elsewhere, where the files are not found.
+  # With LTO the assembler runs in another directory and does not find the files.
   set_source_files_properties(${out} PROPERTIES COMPILE_OPTIONS -fno-lto)
 endfunction()

@@ -1,6 +1,6 @@
-# What a package holds besides our own code: its list in SPDX 2.3, share/doc/PACKAGE/PACKAGE.spdx.json, and the licences
-# of these parts beside it, each as the distribution brings it. Configured, not built: nothing here takes time.
-#   in: core (lk-emu-dev and lk-emu), program (lk-emu), static (lk-emu, where LKEMU_STATIC links all of it)
+# Lists the third-party parts of a package in SPDX 2.3, share/doc/PACKAGE/PACKAGE.spdx.json, next to their licences as
+# the distribution ships them. Runs at configuration; it needs no build.
+#   in: core (lk-emu-dev and lk-emu), program (lk-emu), static (lk-emu, if LKEMU_STATIC links all of it)
 set(sbom_parts
   #name          | licence                                 | in      | a file of it
   "Boost         | BSL-1.0                                 | program | boost/version.hpp"
@@ -16,7 +16,7 @@ set(sbom_parts
   "three.js      | MIT                                     | program | web/vendor/three.module.min.js"
   "uPlot         | MIT                                     | program | web/vendor/uPlot.min.js")
 
-# sbom_entry(ID NAME LICENCE MEMBER...): one package of the document, appended to `entries` of the caller.
+# sbom_entry(ID NAME LICENCE MEMBER...): appends one SPDX package to `entries` of the caller.
 function(sbom_entry id name licence)
   set(members "\"SPDXID\": \"SPDXRef-${id}\"" "\"name\": \"${name}\"" ${ARGN}
     "\"filesAnalyzed\": false" "\"licenseConcluded\": \"${licence}\"" "\"licenseDeclared\": \"${licence}\""
@@ -26,8 +26,8 @@ function(sbom_entry id name licence)
   set(entries "${entries}" PARENT_SCOPE)
 endfunction()
 
-# The part of a file of the distribution: `members` of its entry, and `copyright`, the file with its licence. Where dpkg
-# does not know the file, version and licence stay out.
+# Returns `members`, the SPDX fields of the distribution package that owns the file, and `copyright`, its licence file.
+# Both lack version and licence if dpkg does not know the file.
 function(sbom_of_distribution file)
   set(members "\"downloadLocation\": \"NOASSERTION\"")
   execute_process(COMMAND dpkg-query -S ${file} OUTPUT_VARIABLE owner ERROR_QUIET)
@@ -46,7 +46,7 @@ function(sbom_of_distribution file)
   return(PROPAGATE members copyright)
 endfunction()
 
-# The same of files that came with their licence in web/vendor, whose SOURCES says whence; `file` is the one that is named.
+# As sbom_of_distribution, for a file of web/vendor, which has its own licence; web/vendor/SOURCES gives its origin.
 function(sbom_of_vendor file)
   cmake_path(GET file PARENT_PATH vendor)
   cmake_path(GET file FILENAME file_name)
@@ -62,7 +62,7 @@ function(sbom_of_vendor file)
   return(PROPAGATE members copyright)
 endfunction()
 
-# lkemu_sbom(PACKAGE COMPONENT IN...): the list of a package, installed with the component.
+# lkemu_sbom(PACKAGE COMPONENT IN...): writes the list of a package and installs it with the component.
 function(lkemu_sbom package component)
   set(doc ${CMAKE_INSTALL_DATAROOTDIR}/doc/${package})
   set(entries "")
@@ -98,7 +98,7 @@ function(lkemu_sbom package component)
     "    {\"spdxElementId\": \"\\1\", \"relationshipType\": \"\\2\", \"relatedSpdxElement\": \"\\3\"}")
   list(JOIN relations ",\n" relations)
   list(JOIN entries ",\n" entries)
-  string(TIMESTAMP created %Y-%m-%dT%H:%M:%SZ UTC)  # of SOURCE_DATE_EPOCH, where that is set
+  string(TIMESTAMP created %Y-%m-%dT%H:%M:%SZ UTC)  # SOURCE_DATE_EPOCH if set
   string(UUID uuid NAMESPACE 6ba7b811-9dad-11d1-80b4-00c04fd430c8 NAME "${created}${entries}" TYPE SHA1)
   set(list ${PROJECT_BINARY_DIR}/sbom/${package}.spdx.json)
   file(WRITE ${list} "{
@@ -122,5 +122,5 @@ else()
 endif()
 lkemu_sbom(lk-emu-dev development core)
 if(LKEMU_BODY)
-  lkemu_sbom(lk-emu-body body core program)  # MuJoCo stays outside, a shared library
+  lkemu_sbom(lk-emu-body body core program)  # MuJoCo is a shared library, not part of the package
 endif()

@@ -1,6 +1,6 @@
-# cpack in a build directory with LKEMU_STATIC makes lk-emu-VERSION-SYSTEM-PROCESSOR.tar.gz, to be unpacked anywhere.
+# cpack in a build directory with LKEMU_STATIC makes lk-emu-VERSION-SYSTEM-PROCESSOR.tar.gz, to unpack anywhere.
 string(TOLOWER ${PROJECT_NAME}-${PROJECT_VERSION}-${CMAKE_SYSTEM_NAME}-${CMAKE_SYSTEM_PROCESSOR} CPACK_PACKAGE_FILE_NAME)
-# Not TGZ: its archives tell who made them, and under which umask.
+# Not TGZ: its archives record the user and the umask of the build.
 set(CPACK_GENERATOR External)
 set(CPACK_EXTERNAL_ENABLE_STAGING ON)
 set(CPACK_EXTERNAL_PACKAGE_SCRIPT ${PROJECT_SOURCE_DIR}/packaging/tarball.cmake)

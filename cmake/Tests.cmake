@@ -1,9 +1,9 @@
-# Every test has two labels, by which scripts/test selects it: its kind, one of these, and its room, the folder whose behaviour
-# it shows. The label `sanitized` marks the tests that scripts/test --sanitized runs.
+# Every test has two labels for scripts/test: its kind (one of these) and its room, the folder that it tests. A third
+# label, `sanitized`, marks the tests of scripts/test --sanitized.
 include(GoogleTest)
 set(LK_TEST_KINDS unit host vcan web body campaign docs fidelity package bare elsewhere fuzz slow)
 
-# lk_build_for_labels(LABELS KIND ROOM [sanitized] [TARGETS TARGET...]): the targets test_KIND, test_ROOM and test_sanitized
+# lk_build_for_labels(LABELS KIND ROOM [sanitized] [TARGETS TARGET...]): makes test_KIND, test_ROOM and test_sanitized
 # build these targets.
 function(lk_build_for_labels)
   cmake_parse_arguments(PARSE_ARGV 0 test "" "" "LABELS;TARGETS")
@@ -23,8 +23,8 @@ function(lk_build_for_labels)
   endforeach()
 endfunction()
 
-# lk_add_test(NAME NAME LABELS KIND ROOM [sanitized] [TIMEOUT SECONDS] [SKIP STATUS] [COST SECONDS] COMMAND COMMAND...): a
-# test that is a command. The targets whose files the command names are built for it. COST: long tests start first.
+# lk_add_test(NAME NAME LABELS KIND ROOM [sanitized] [TIMEOUT SECONDS] [SKIP STATUS] [COST SECONDS] COMMAND COMMAND...):
+# adds a command as a test; it depends on the targets whose files it names. COST: CTest starts long tests first.
 function(lk_add_test)
   cmake_parse_arguments(PARSE_ARGV 0 test "" "NAME;TIMEOUT;SKIP;COST" "LABELS;COMMAND")
   string(REGEX MATCHALL "\\$<TARGET_FILE(_DIR)?:[^>]+" targets "${test_COMMAND}")
@@ -47,7 +47,7 @@ function(lk_add_test)
   endif()
 endfunction()
 
-# lk_discover_tests(PROGRAM LABELS KIND ROOM [sanitized]): each test of a GoogleTest program is one of ours.
+# lk_discover_tests(PROGRAM LABELS KIND ROOM [sanitized]): adds each test of a GoogleTest program.
 function(lk_discover_tests program)
   cmake_parse_arguments(PARSE_ARGV 1 test "" "" "LABELS")
   lk_build_for_labels(LABELS ${test_LABELS} TARGETS ${program})
@@ -62,7 +62,7 @@ endforeach()
   set_property(GLOBAL APPEND PROPERTY LK_LABELLED_TESTS ${program} ${program}_labels)
 endfunction()
 
-# lk_test(PROGRAM LABELS KIND ROOM [sanitized] LIBRARIES TARGET... SOURCES FILE...): a GoogleTest program.
+# lk_test(PROGRAM LABELS KIND ROOM [sanitized] LIBRARIES TARGET... SOURCES FILE...): adds a GoogleTest program.
 function(lk_test name)
   cmake_parse_arguments(PARSE_ARGV 1 test "" "" "LABELS;LIBRARIES;SOURCES")
   add_executable(${name} ${test_SOURCES})
@@ -72,8 +72,8 @@ function(lk_test name)
   lk_discover_tests(${name} LABELS ${test_LABELS})
 endfunction()
 
-# lk_room_test(DIRECTORY [KIND KIND] [SANITIZED] LIBRARIES TARGET... [EXCEPT FILE...]): the program ROOM_test of all *_test.cpp
-# below DIRECTORY; ROOM is the last part of DIRECTORY. KIND: unit by default.
+# lk_room_test(DIRECTORY [KIND KIND] [SANITIZED] LIBRARIES TARGET... [EXCEPT FILE...]): makes the program ROOM_test of
+# all *_test.cpp below DIRECTORY; ROOM is the last part of DIRECTORY. KIND: unit by default.
 function(lk_room_test directory)
   cmake_parse_arguments(PARSE_ARGV 1 test "SANITIZED" "KIND" "LIBRARIES;EXCEPT")
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${directory}/*_test.cpp)
@@ -91,8 +91,8 @@ function(lk_room_test directory)
   lk_test(${name}_test LABELS ${labels} LIBRARIES ${test_LIBRARIES} SOURCES ${sources})
 endfunction()
 
-# lk_require_labels(DIRECTORY): an error for each test below DIRECTORY that was added without the functions above. Writes
-# labels.txt, which scripts/test compares its arguments with.
+# lk_require_labels(DIRECTORY): fails for each test below DIRECTORY that was added without the functions above. Writes
+# labels.txt, which scripts/test reads to check its arguments.
 function(lk_require_labels directory)
   get_property(labelled GLOBAL PROPERTY LK_LABELLED_TESTS)
   get_property(tests DIRECTORY ${directory} PROPERTY TESTS)

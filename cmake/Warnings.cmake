@@ -1,18 +1,18 @@
-# What this project asks of its own code. By directory, not by target: who links the libraries, from an
-# install or with add_subdirectory, keeps warnings of their own.
+# Warnings for this project's own code. Set by directory, not by target, so that projects that link the libraries keep
+# their own warnings.
 add_compile_options(
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast -Wnon-virtual-dtor
   -Wnull-dereference -Wdouble-promotion -Wcast-align -Wimplicit-fallthrough -Wswitch-enum
   $<$<BOOL:${LKEMU_WERROR}>:-Werror>)
-# GCC 12 takes `"text" + std::string` for overlapping memory when it optimises (its bug 105329, fixed in 13).
+# GCC 12 reports overlapping memory for `"text" + std::string` when optimising (GCC bug 105329, fixed in 13).
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   add_compile_options(-Wno-restrict)
 endif()
 
-# The same program from any directory: __FILE__ says where below the project a line stands.
+# __FILE__ is relative to the project, so builds from different directories are identical.
 add_compile_options(-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=)
 
-# What every user of the libraries needs as well, outside this project too; exported as lk::options.
+# lk::options: flags and include paths that all users of the libraries need.
 add_library(lk_options INTERFACE)
 target_compile_features(lk_options INTERFACE cxx_std_20)
 target_include_directories(lk_options INTERFACE
@@ -23,6 +23,6 @@ file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/include/lk)
 foreach(directory protocol model emulator)
   file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${directory} ${PROJECT_BINARY_DIR}/include/lk/${directory} SYMBOLIC)
 endforeach()
-# Same input, same bits: no fused multiply-add behind our back. The headers hold inline physics, of which the
-# linker keeps one copy, and that may be the user's: on ARM, or with -march=native, theirs would be fused.
+# Equal input gives equal bits: no fused multiply-add. The linker keeps one copy of inline physics in the headers,
+# perhaps the user's; on ARM or with -march=native that copy would otherwise be fused.
 target_compile_options(lk_options INTERFACE -ffp-contract=off)

@@ -1,9 +1,9 @@
-# Run by CPack on what is installed below CPACK_TEMPORARY_DIRECTORY/program: the same bytes whoever packs it, and when.
+# CPack runs this on the files below CPACK_TEMPORARY_DIRECTORY/program. The archive is reproducible.
 set(name ${CPACK_PACKAGE_FILE_NAME})
 set(root ${CPACK_TEMPORARY_DIRECTORY}/program)
 set(archive ${CPACK_PACKAGE_DIRECTORY}/${name}.tar)
-string(TIMESTAMP date %s UTC)  # of SOURCE_DATE_EPOCH, where that is set
-# What is read first lies on top.
+string(TIMESTAMP date %s UTC)  # SOURCE_DATE_EPOCH if set
+# Links at the top of the tree to the documents that users read first.
 foreach(file README.md LICENSE)
   file(CREATE_LINK share/doc/lk-emu/${file} ${root}/${name}/${file} SYMBOLIC)
 endforeach()

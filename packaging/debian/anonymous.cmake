@@ -1,4 +1,4 @@
-# Runs once a .deb is made: its archive names user and mode of the files that it was put together of.
+# CPack runs this after making a .deb: removes user and mode of the build from the archive.
 find_program(AR ar REQUIRED)
 foreach(deb ${CPACK_PACKAGE_FILES})
   set(parts ${deb}.parts)

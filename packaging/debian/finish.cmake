@@ -1,5 +1,5 @@
-# Run by CPack on the files of the packages before it packs them: what Debian wants in places and formats of its own.
-string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)  # of SOURCE_DATE_EPOCH, where that is set
+# CPack runs this on the files before packing: adds the files that Debian requires, in its places and formats.
+string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)  # SOURCE_DATE_EPOCH if set
 
 function(compress file)
   execute_process(COMMAND gzip -9nf ${file} COMMAND_ERROR_IS_FATAL ANY)
@@ -20,12 +20,12 @@ function(finish root package)
   foreach(page ${pages})
     compress(${page})
   endforeach()
-  # Whatever the umask of who builds it.
+  # Independent of the umask of the build.
   execute_process(COMMAND chmod -R u=rwX,go=rX ${root} COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
 set(program ${CPACK_TEMPORARY_DIRECTORY}/program)
-file(REMOVE ${program}/usr/share/doc/lk-emu/LICENSE)  # that is in copyright
+file(REMOVE ${program}/usr/share/doc/lk-emu/LICENSE)  # Debian puts it in copyright
 foreach(page README.md README.zh-CN.md)
   file(READ ${program}/usr/share/doc/lk-emu/${page} text)
   string(REPLACE "](LICENSE)" "](copyright)" text "${text}")

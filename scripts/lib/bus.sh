@@ -1,8 +1,8 @@
 # shellcheck shell=bash
 # Sourced by scripts/demo.
 
-# may_use_bus ROOT COMMAND...: run a command that calls with-vcan. Through sudo only where it must be:
-# where user-mode Linux is missing (Ubuntu has none) and the running kernel's vcan is for root alone.
+# may_use_bus ROOT COMMAND...: runs a command that calls with-vcan. Uses sudo only if needed: without user-mode Linux
+# (Ubuntu has none) and if only root may use the kernel's vcan.
 may_use_bus() {
   local status=0 root=$1
   shift
