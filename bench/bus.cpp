@@ -1,5 +1,5 @@
-// A whole bus: queries per second without the motors' time, and how much faster than real time a
-// bus with all its motors runs.
+// A whole bus: queries per second without motor computation, and the real-time factor of a bus with
+// all its motors.
 #include "emulator/core/bus/bus.hpp"
 
 #include <benchmark/benchmark.h>
@@ -23,7 +23,7 @@ BusConfig config(int drives, std::int64_t bitrate) {
   return result;
 }
 
-/// The way of a frame alone: in, executed, out; no time passes, so no motor moves.
+/// The path of a frame alone: received, executed, replied to. Time stands still, so no motor moves.
 void BM_BusQuery(benchmark::State& state) {
   Bus bus(config(static_cast<int>(state.range(0)), 0));
   const auto query = protocol::encode_query(1, protocol::ReadState2{}, protocol::kLegacyFormat);
@@ -40,7 +40,7 @@ void BM_BusQuery(benchmark::State& state) {
 BENCHMARK(BM_BusQuery)->Arg(1)->Arg(32);
 
 /// A bus at 1 Mbit/s: one query every `period` to the drives in turn, 100 ms at a time. `bring`
-/// takes the bus from one query to the next.
+/// advances the bus to the next query.
 template <class Bring>
 void run_talking(benchmark::State& state, SimTime period, Bring bring) {
   const int drives = static_cast<int>(state.range(0));
@@ -62,25 +62,25 @@ void run_talking(benchmark::State& state, SimTime period, Bring bring) {
       0.1 * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
 }
 
-/// As much as the wire carries, for a host that talks to its drives.
+/// Full bus load, by a host that queries its drives.
 void BM_BusLoaded(benchmark::State& state) {
   run_talking(state, 250us, [](Bus& bus, SimTime until) { bus.deliver_to(until); });
 }
 BENCHMARK(BM_BusLoaded)->Arg(1)->Arg(4)->Arg(32)->Unit(benchmark::kMillisecond);
 
-/// For somebody who looks at all drives with each query.
+/// For an observer that reads the state of all drives with each query.
 void BM_BusWatched(benchmark::State& state) {
   run_talking(state, 250us, [](Bus& bus, SimTime until) { bus.advance_to(until); });
 }
 BENCHMARK(BM_BusWatched)->Arg(1)->Arg(4)->Arg(32)->Unit(benchmark::kMillisecond);
 
-/// One drive in a control loop of 1 kHz, as most hosts have.
+/// One drive in a control loop of 1 kHz, typical of most hosts.
 void BM_BusControlled(benchmark::State& state) {
   run_talking(state, 1ms, [](Bus& bus, SimTime until) { bus.deliver_to(until); });
 }
 BENCHMARK(BM_BusControlled)->Arg(1)->Unit(benchmark::kMillisecond);
 
-/// Nobody says anything; 1 ms at a time, as the program goes. Items are drive-ticks.
+/// No traffic; 1 ms at a time, as in the program. Items are drive-ticks.
 void BM_BusIdle(benchmark::State& state) {
   const int drives = static_cast<int>(state.range(0));
   Bus bus(config(drives, 1'000'000));

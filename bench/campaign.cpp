@@ -1,5 +1,5 @@
-// Cases of a fault campaign a second: the scenario jammed_joint with another fault, of another
-// kind at another time, in each.
+// Cases per second of a fault campaign: scenario jammed_joint plus one fault per case, of varying
+// kind and time.
 #include <benchmark/benchmark.h>
 
 #include <chrono>
@@ -35,7 +35,7 @@ Scenario jammed_joint() {
                         {.robot = robot, .text = {}});
 }
 
-/// Eight kinds by turns, half a second each, from 0.5 s to 4.5 s; ascending times.
+/// Eight kinds in turn, half a second each, from 0.5 s to 4.5 s, in ascending order of time.
 TimedDirective fault_of(std::size_t number) {
   const Fault kinds[] = {test::fault_of("jam", {100.0}),
                          test::fault_of("encoder_stuck"),

@@ -1,7 +1,6 @@
-// Round trips over the byte protocols of docs/buses.md: `clients ask KIND PORT` asks drive 1 and
-// tells how long answers take and how many come in a second; `clients echo KIND PORT` is what it is
-// compared with, a server that answers each query at once with bytes of the same length.
-// bench/transports runs both.
+// Round trips over the byte protocols of docs/buses.md. `clients ask KIND PORT` queries drive 1 and
+// prints reply times and replies per second. `clients echo KIND PORT` is the reference: a server
+// that answers each query at once with bytes of equal length. bench/transports runs both.
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -22,13 +21,13 @@ namespace {
 
 struct Protocol {
   std::string_view name;
-  std::string_view begin;     // what a host says first
-  std::string_view begun;     // and is told then
+  std::string_view begin;     // first bytes of the host
+  std::string_view begun;     // reply to them
   std::string_view query;     // read state 1, of drive 1
   char end;                   // of a query
-  std::string_view answer;    // of the same length as a drive's
-  std::string_view answered;  // how an answer is known
-  char last;                  // and its last byte
+  std::string_view answer;    // as long as a drive's
+  std::string_view answered;  // prefix of an answer
+  char last;                  // last byte of an answer
 };
 constexpr Protocol kProtocols[] = {
     {"slcan", "O\r", "\r", "t14189A00000000000000\r", '\r', "z\rt14189A1900F000000000\r", "t141",
@@ -68,7 +67,7 @@ std::string hear(int fd) {
   return {bytes, static_cast<std::size_t>(size)};
 }
 
-/// Answers that are whole; what is left of the next stays in `text`.
+/// Counts complete answers and removes them; an incomplete rest stays in `text`.
 std::size_t take_answers(const Protocol& protocol, std::string& text) {
   std::size_t count = 0;
   std::size_t done = 0;
@@ -124,7 +123,7 @@ void echo(const Protocol& protocol, const sockaddr_in& address) {
   std::fflush(stdout);
   const int fd = ::accept(server, nullptr, nullptr);
   ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &now, sizeof now);
-  hear(fd);  // how it begins, which comes at once
+  hear(fd);  // the opening bytes, which come at once
   say(fd, protocol.begun);
   char bytes[65536];
   for (;;) {

@@ -1,4 +1,4 @@
-// The codec: frames per second through each direction, and the length of a frame in bits.
+// The codec: frames per second in each direction, and the length of a frame in bits.
 #include "protocol/codec.hpp"
 
 #include <benchmark/benchmark.h>

@@ -1,12 +1,12 @@
-// A host on a CAN bus that asks 32 drives for their state (0x9C) and measures. Knows nothing of the
-// emulator: what it compares with, an echo, gets the same queries. bench/on_bus runs it.
+// A host on a CAN bus that queries the state of 32 drives (0x9C) and measures. Independent of the
+// emulator: an echo gets the same queries for comparison. bench/on_bus runs it.
 //
 // usage: round_trip INTERFACE trips N         one query at a time, N of them
-//        round_trip INTERFACE rate N          the same, without looking at the clock in between
-//        round_trip INTERFACE pipelined N     up to 32 queries on their way
+//        round_trip INTERFACE rate N          as trips, but without reading the clock in between
+//        round_trip INTERFACE pipelined N     up to 32 queries pending
 //        round_trip INTERFACE hosts N         eight hosts at once, N queries each
-//        round_trip INTERFACE sweeps N        N times all 32, the wire kept full; against the
-//                                             arithmetic of a wire of 1 Mbit/s
+//        round_trip INTERFACE sweeps N        N times all 32, with a full wire; compared with
+//                                             the timing of a wire of 1 Mbit/s
 //
 // Prints one line of name=value.
 
@@ -58,7 +58,7 @@ int open_bus(const char* interface) {
   if (::bind(bus, reinterpret_cast<const sockaddr*>(&address), sizeof address) < 0) {
     give_up(interface);
   }
-  set(bus, SOL_SOCKET, SO_RCVTIMEO, timeval{10, 0});  // then it is unanswered
+  set(bus, SOL_SOCKET, SO_RCVTIMEO, timeval{10, 0});  // then it counts as unanswered
   return bus;
 }
 
@@ -120,7 +120,7 @@ void pipelined(int bus, int count) {
   std::printf("per_s=%.1f unanswered=%d\n", answered / seconds_since(start), count - answered);
 }
 
-/// Each host has drives of its own, and hears them alone.
+/// Each host has its own drives and receives only their frames.
 int ask_own_drives(const char* interface, int host, int count) {
   const int bus = open_bus(interface);
   std::array<can_filter, kDrives / kHosts> own{};
@@ -128,7 +128,7 @@ int ask_own_drives(const char* interface, int host, int count) {
     own[k] = {query(host + kHosts * static_cast<int>(k)).can_id, CAN_SFF_MASK};
   }
   set(bus, SOL_CAN_RAW, CAN_RAW_FILTER, own);
-  // Others may have talked before the filter was there.
+  // Discards frames that arrived before the filter was set.
   for (can_frame early{}; ::recv(bus, &early, sizeof early, MSG_DONTWAIT) > 0;) {
   }
   int unanswered = 0;
@@ -153,18 +153,18 @@ void hosts(const char* interface, int count) {
 // --- the wire
 
 constexpr double kBit_us = 1;          // at 1 Mbit/s
-constexpr double kReplyTime_us = 100;  // of a drive, from the last bit of the query
+constexpr double kReplyTime_us = 100;  // of a drive, after the last bit of the query
 constexpr int kIntermission = 3;
 
-/// Bits of a frame of 8 bytes from its start to its end, as ISO 11898-1 has it: stuffed from the
-/// start to the CRC, then CRC delimiter, ACK, ACK delimiter, 7 bits of end.
+/// Bits of a frame of 8 bytes from start to end by ISO 11898-1: stuffed from the start to the CRC,
+/// then CRC delimiter, ACK, ACK delimiter, 7 bits of end.
 int frame_bits(const can_frame& frame) {
   std::string bits = "0";
   const auto add = [&](unsigned value, int count) {
     while (count-- > 0) bits += ((value >> count) & 1U) != 0 ? '1' : '0';
   };
   add(frame.can_id, 11);
-  add(0, 3);  // no remote frame, no extended one, reserved
+  add(0, 3);  // no remote frame, not extended, reserved
   add(frame.len, 4);
   for (int k = 0; k < frame.len; ++k) add(frame.data[k], 8);
   unsigned crc = 0;
@@ -194,7 +194,7 @@ struct Seen {
   can_frame frame;
 };
 
-/// A socket that hears all frames, with the kernel's stamps.
+/// Opens a socket that receives all frames, with the kernel's time stamps.
 int open_monitor(const char* interface) {
   const int monitor = open_bus(interface);
   set(monitor, SOL_SOCKET, SO_RCVBUFFORCE, 8 << 20);
@@ -218,7 +218,7 @@ std::vector<Seen> heard_by(int monitor, std::size_t count) {
     if (const cmsghdr* item = CMSG_FIRSTHDR(&message)) {
       std::memcpy(&stamp, CMSG_DATA(item), sizeof stamp);
     }
-    // Since a while ago: a double holds that to less than a nanosecond.
+    // Relative to a recent time, so that a double resolves less than a nanosecond.
     seen.at_us = static_cast<double>(stamp.tv_sec % 100'000) * 1e6 +
                  static_cast<double>(stamp.tv_nsec) * 1e-3;
     all.push_back(seen);
@@ -226,10 +226,10 @@ std::vector<Seen> heard_by(int monitor, std::size_t count) {
   return all;
 }
 
-/// What the wire's bits allow, whoever had priority. Queries go first in, first out, so all up to a
-/// reply's own have been on the wire before it, and so have the replies that came before it.
+/// Compares with the earliest times that the wire allows, for any priority. Queries are first in,
+/// first out: all queries up to a reply's own, and all earlier replies, were on the wire before it.
 void judge(const std::vector<Seen>& all, int count) {
-  std::vector<double> queries_us{0};  // time on the wire up to and with each
+  std::vector<double> queries_us{0};  // time on the wire up to and including each
   std::vector<double> sent_us;
   double replies_us = 0;
   double least_lead_us = 1e9;
@@ -270,7 +270,7 @@ void sweeps(const char* interface, int bus, int count) {
   int sent = 0;
   int answered = 0;
   for (can_frame reply{}; answered < all; ++answered) {
-    // Another sweep, as long as the wire has most of one to do.
+    // Sends another sweep while less than one sweep is pending.
     if (sent < all && sent - answered <= kDrives) {
       for (int k = 0; k < kDrives; ++k) send(bus, sent++);
     }

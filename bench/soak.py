@@ -1,12 +1,11 @@
 #!/usr/bin/python3
-"""Do 32 live drives hold out, with hosts that say anything and faults that come and go?
+"""Soak test: 32 live drives with hosts that send random frames and faults that come and go.
 
 usage: scripts/with-vcan bench/soak.py [LK_EMU [SECONDS [SEED]]]
 
-Three hosts on vcan0 send random commands, valid and not; faults and supplies change through the
-control interface. In the end everything that was counted has to add up, simulated and slipped time
-have to be the time that went by, every number of every drive has to be finite, and memory must not
-have grown. Exit status 0: so it is; 1: it is not, and a line says what.
+Three hosts on vcan0 send random commands, valid and invalid; faults and supplies change through the control interface.
+At the end all counters must add up, and simulated plus slipped time must equal the elapsed time. Every signal of every
+drive must be finite, and memory must not have grown. Exit status 0: passed; 1: failed, one line gives the reason.
 """
 
 import http.client
@@ -24,13 +23,13 @@ import time
 IDS = 32
 HOSTS = 3
 MOST_FAULTS = 900  # a bus keeps 1000
-MOST_MEMORY_KB = 2048  # beyond warm-up: what a thousand faults take, and the allocator's play
-MOST_LAG_S = 0.051  # what the emulator makes up for before time slips
+MOST_MEMORY_KB = 2048  # after warm-up: memory of a thousand faults plus slack of the allocator
+MOST_LAG_S = 0.051  # lag that the emulator makes up before time slips
 COMMANDS = bytes.fromhex("1930313233348081889091929495 9A9B9C9D A0A1A2A3A4A5A6A7A8 8CC0C1".replace(" ", ""))
 
 
 class Control(http.client.HTTPConnection):
-    """Requests over the Unix socket at `path`."""
+    """HTTP requests over the Unix socket at `path`."""
 
     def __init__(self, path):
         super().__init__("localhost", timeout=30)
@@ -64,13 +63,13 @@ def can_socket(interface="vcan0"):
 
 
 class Traffic:
-    """What hosts send, and a monitor that counts all that is on the bus."""
+    """Hosts that send, and a monitor that counts all frames on the bus."""
 
     def __init__(self, dice):
         self.dice = dice
         self.hosts = [can_socket() for _ in range(HOSTS)]
         for host in self.hosts:
-            host.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, b"")  # they only talk
+            host.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, b"")  # they only send
         self.monitor = can_socket()
         self.monitor.setsockopt(socket.SOL_SOCKET, 33, 8 << 20)  # SO_RCVBUFFORCE
         self.monitor.setblocking(False)
@@ -148,7 +147,7 @@ def memory_kb(pid):
 
 
 class Clock:
-    """One reading of simulated time and what slipped, between two of monotonic time."""
+    """A reading of simulated and slipped time, between two readings of monotonic time."""
 
     def __init__(self, control):
         self.before = time.monotonic()
@@ -159,7 +158,7 @@ class Clock:
 
 
 def not_finite(drives):
-    """What JSON has no number for is null there."""
+    """Returns the first signal that is not finite (null in JSON), or None."""
     for drive in drives:
         for name, value in drive["signals"].items():
             if value is None:
@@ -168,7 +167,7 @@ def not_finite(drives):
 
 
 def settled(control):
-    """The counters, when nothing is on its way any more."""
+    """Returns the counters once no frame is pending."""
     last = None
     while True:
         bus = control.get("/status")["buses"][0]["counters"]
@@ -208,7 +207,7 @@ def complaints(bus, drives, traffic, begin, end, memory):
 
 
 def wake_all(control):
-    """No fault any more, and every drive has power: what is said last is answered or counted."""
+    """Clears all faults and powers all drives, so that the last frames are answered or counted."""
     control.ask("POST", "/directives", {"clear": "all"})
     control.ask("POST", "/directives", {"power": "on"})
 
@@ -227,7 +226,7 @@ def main(program="build/release/emulator/lk-emu", seconds="600", seed="1"):
     kinds = control.get("/faults/kinds")
     begin, memory, faults, refused, checks = Clock(control), [None, 0], 0, 0, 0
     begun = time.monotonic()
-    # A slow machine takes longer to have had its share of trouble.
+    # A slow machine runs longer, until it has had enough faults and checks.
     while (elapsed := time.monotonic() - begun) < seconds or faults < 5 or checks == 0:
         traffic.send(dice.choice((1, 5, 20, 200)) if dice.random() < 0.05 else 3)
         if dice.random() < 0.05:

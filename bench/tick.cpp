@@ -1,5 +1,4 @@
-// The control tick: items are drive-ticks, so that items_per_second of one drive and of many
-// compare.
+// The control tick. Items are drive-ticks, so items_per_second of one and of many drives compare.
 #include <benchmark/benchmark.h>
 
 #include <vector>
@@ -10,7 +9,7 @@ namespace {
 
 using namespace lk::model;
 
-/// Drives with everything of the plant in use, moving.
+/// Moving drives that use all parts of the plant model.
 DriveBank moving_drives(std::size_t count, NamedKernel kernel) {
   DriveInit init;
   init.params.mechanics.tau_coulomb = 0.012;
@@ -48,7 +47,7 @@ void run(benchmark::State& state, NamedKernel kernel, const Faults& faults = {})
 void BM_Tick(benchmark::State& state) { run(state, best_lane_kernel()); }
 BENCHMARK(BM_Tick)->Arg(1)->Arg(8)->Arg(32);
 
-/// The same with a kernel by name.
+/// As BM_Tick, with a named kernel.
 void BM_TickKernel(benchmark::State& state, const char* name) {
   const NamedKernel kernel = lane_kernel(name);
   if (kernel.run == nullptr) {
@@ -61,7 +60,7 @@ BENCHMARK_CAPTURE(BM_TickKernel, baseline, "baseline")->Arg(32);
 BENCHMARK_CAPTURE(BM_TickKernel, avx2, "avx2")->Arg(32);
 BENCHMARK_CAPTURE(BM_TickKernel, avx512, "avx512")->Arg(32);
 
-/// Every fourth drive has a fault that its tick has to know: its encoder shows anything.
+/// Every fourth drive has a fault that affects its tick: its encoder returns garbage.
 void BM_TickFaulty(benchmark::State& state) {
   Faults faults;
   faults.encoder = EncoderFault::kGarbage;

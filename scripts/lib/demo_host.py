@@ -27,9 +27,9 @@ DRIVES = list(SPEED_DPS)
 START_LIMIT_S = 20
 REPLY_LIMIT_S = 1.0
 MOTION_LIMIT_S = 10.0
-SPEED_TOLERANCE_DPS = 3  # the noise of a drive's speed reading
+SPEED_TOLERANCE_DPS = 3  # noise of a drive's speed reading
 ANGLE_TOLERANCE_DEG = 360 / 16384 + 0.01  # one encoder count and one unit of the wire
-READINGS = 9  # the median of so many tells where a shaft stands: a reading has noise of a count
+READINGS = 9  # their median is the angle, since a reading has a noise of one count
 
 
 class Broken(Exception):
@@ -37,7 +37,7 @@ class Broken(Exception):
 
 
 class Lines:
-    """Lines of a program's output, each waited for with a limit."""
+    """Reads lines of a program's output with a deadline."""
 
     def __init__(self, *command):
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE)
@@ -45,7 +45,7 @@ class Lines:
         self.pending = b""
 
     def next(self, deadline):
-        """The next line; None when the time is up or the program has ended."""
+        """Returns the next line; None at the deadline or if the program has ended."""
         while b"\n" not in self.pending:
             wait = deadline - time.monotonic()
             if wait <= 0 or not select.select([self.fd], [], [], wait)[0]:
@@ -67,7 +67,7 @@ class Host:
     def __init__(self, emulator, bus):
         self.queries = self.replies = 0
         self.problems = []
-        self.error_deg = {}  # of each drive that reached its target
+        self.error_deg = {}  # by drive; only drives that reached their target
         port = free_port()
         address = f"slcan-tcp:{port}" if bus == "slcan-tcp" else bus
         self.emulator = Lines(emulator, "--bus", address, "--ids", "1-4", "--rom", ":memory:")
@@ -85,7 +85,7 @@ class Host:
         print(f"  PROBLEM: {text}", flush=True)
 
     def exchange(self, drive, payload):
-        """Send one query; its reply, or None."""
+        """Sends one query; returns its reply or None."""
         identifier = 0x140 + drive
         self.queries += 1
         self.bus.send(can.Message(arbitration_id=identifier, data=payload, is_extended_id=False))
@@ -104,13 +104,13 @@ class Host:
         print(f"drive {drive} > {query:38} < {reply_in_words(reply)}{remark}", flush=True)
 
     def say(self, drive, payload):
-        """One exchange, shown."""
+        """Exchanges and prints one query and its reply."""
         reply = self.exchange(drive, payload)
         if reply is not None:
             self.show(drive, payload, reply)
 
     def wait_until(self, drive, payload, measure, goal, tolerance):
-        """Poll until the median of the last readings is at the goal, and show the last of them."""
+        """Polls until the median of the last readings reaches the goal; prints the last reading."""
         readings, polls, reply = [], 0, None
         deadline = time.monotonic() + MOTION_LIMIT_S
         while time.monotonic() < deadline:

@@ -17,18 +17,18 @@ NAMES = {
     0xA3: "position",
     0xA4: "position",
 }
-IQ_A = 33 / 2048  # of a reply, per unit of the wire
+IQ_A = 33 / 2048  # per unit of the wire, in replies
 PHASE_A = 1 / 64
 ERRORS = {0x01: "under-voltage", 0x08: "motor too hot"}
 
 
 def angle_deg(payload):
-    """0x92: 56 bits with a sign, in 0.01 degrees."""
+    """Angle of reply 0x92: 56 bits with a sign, in 0.01 degrees."""
     return int.from_bytes(payload[1:8], "little", signed=True) / 100
 
 
 def state2(payload):
-    """Temperature in C, torque current in A, speed in degrees/s, encoder."""
+    """Returns temperature in C, torque current in A, speed in degrees/s, encoder."""
     temperature, iq, speed, encoder = struct.unpack("<xbhhH", payload)
     return temperature, iq * IQ_A, speed, encoder
 
@@ -70,4 +70,4 @@ def reply_in_words(payload):
         return "Kp/Ki: angle {}/{}, speed {}/{}, current {}/{}".format(*payload[2:8])
     if command == 0x33:
         return "{} °/s² (0: no ramp)".format(*struct.unpack("<4xi", payload))
-    return "done"  # 0x80, 0x81 repeat the query
+    return "done"  # the replies to 0x80 and 0x81 repeat the query

@@ -1,13 +1,13 @@
 # shellcheck shell=bash
-# Installs what is missing of the distribution packages in packages.txt.
+# Installs missing packages of packages.txt from the distribution.
 # Sourced by scripts/packages, scripts/demo and scripts/test.
 
 packages_list=$(dirname -- "${BASH_SOURCE[0]}")/packages.txt
 
-# The packages of one group, one a line.
+# Prints the packages of one group, one a line.
 packages_in() { awk -v group="$1" '$1 == group { print $2 }' "$packages_list"; }
 
-# Those of the given packages that are not installed, one a line.
+# Prints the given packages that are not installed, one a line.
 packages_missing() {
   local name
   for name in "$@"; do
@@ -20,7 +20,7 @@ packages_fail() {
   return 1
 }
 
-# Run one command as root, asking for that only now.
+# Runs one command as root; asks for the password only when needed.
 packages_as_root() {
   if ((EUID == 0)); then
     "$@"
@@ -29,8 +29,7 @@ packages_as_root() {
   fi
 }
 
-# Install what is missing of the given packages. Silent when there is nothing to do; of apt-get's own
-# words only those of a failure are shown.
+# Installs the given packages that are missing. Prints nothing if there are none; prints apt-get's output only on failure.
 packages_install() {
   local missing log
   mapfile -t missing < <(packages_missing "$@")
@@ -56,8 +55,8 @@ packages_install() {
 
 packages_exists() { apt-cache show "$1" >/dev/null 2>&1; }
 
-# A way to a CAN bus: the running kernel's, else user-mode Linux, else (Ubuntu has no such package)
-# the kernel's own extra modules.
+# Provides a CAN bus: the running kernel's, else user-mode Linux, else (Ubuntu, which lacks that package) the kernel's extra
+# modules.
 packages_install_bus() {
   local with_vcan extra
   with_vcan=$(dirname -- "${BASH_SOURCE[0]}")/../with-vcan
@@ -74,14 +73,14 @@ packages_install_bus() {
   echo "packages: neither this kernel nor a package offers vcan: tests of a CAN bus will be skipped" >&2
 }
 
-# The browser of the dashboard's tests. Ubuntu has none as a package; the tests are skipped there and say so.
+# Browser for the dashboard tests. Ubuntu has no such package; the tests are skipped there and report it.
 packages_install_browser() {
   if [[ -z $(packages_missing chromium) ]] || packages_exists chromium-driver; then
     packages_install chromium chromium-driver python3-selenium python3-pil
   fi
 }
 
-# What computes the bodies of robots. Ubuntu has no such package; lk-emu-body and its tests are left out there.
+# Simulator of robot bodies. Ubuntu has no such package; lk-emu-body and its tests are left out there.
 packages_install_body() {
   local names
   mapfile -t names < <(packages_in body)
@@ -90,7 +89,7 @@ packages_install_body() {
   fi
 }
 
-# The whole set-up: packages_setup GROUP..., groups of packages.txt.
+# packages_setup GROUP...: installs the groups of packages.txt.
 packages_setup() {
   local group names=()
   for group in "$@"; do

@@ -13,7 +13,7 @@ import test_report
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "build" / "all"
 FULL = ROOT / "build" / "full"
-# Whole sweeps and full durations for the optimised tests.
+# Makes the optimised tests run whole sweeps and full durations.
 ALL_VALUES = {"LKEMU_ALL_VALUES": "1"}
 
 
@@ -67,7 +67,7 @@ def bare_tests():
 
 
 def lanes(full_is_built):
-    """The steps of each lane. Without the preset `full` only those that do not need it."""
+    """Returns the steps of each lane; without the preset `full` only those that do not need it."""
     everyday = [Step("test", ["scripts/test"]), Step("sanitized", ["scripts/test", "--sanitized"])]
     if not full_is_built:
         return everyday, []
@@ -79,7 +79,7 @@ def lanes(full_is_built):
 
 
 class Record:
-    """The steps that have passed for this commit, in a file that --resume reads."""
+    """Steps that have passed for this commit, in a file that --resume reads."""
 
     def __init__(self, resume):
         self.path = FOLDER / "passed.json"
@@ -93,7 +93,7 @@ class Record:
             self.passed = known["passed"] if known["commit"] == self.commit else {}
 
     def recall(self, step):
-        """True if the step has passed already; fills in its figures then."""
+        """Returns whether the step has passed already; if so, restores its results."""
         if step.name in self.passed:
             step.result, step.tests, step.seconds = self.passed[step.name]
             return True
@@ -135,13 +135,13 @@ def walk(steps, record, stop):
 
 
 def run(resume, configure):
-    """`configure` installs the packages of the preset full and configures it. Returns the exit status."""
+    """Runs all steps. `configure` installs the packages of preset full and configures it. Returns the exit status."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     record = Record(resume)
     os.environ["BARE_BUILDS"] = str(FOLDER / "bare")
     configure()
     full = Step("full", ["cmake", "--build", "--preset", "full"])
-    full.run()  # up to date in a moment if it was built before
+    full.run()  # fast if it was built before
     both = lanes(full.result == "passed")
     stop = threading.Event()
     threads = [threading.Thread(target=walk, args=(steps, record, stop)) for steps in both]

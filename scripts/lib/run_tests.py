@@ -13,7 +13,7 @@ from test_steps import Failed, Steps
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 KINDS = re.search(r"LK_TEST_KINDS ([^)]*)", (ROOT / "cmake/Tests.cmake").read_text())[1].split()
 DEFAULT_KINDS = ["unit", "host", "vcan", "docs"]
-# Each preset with the groups of packages.txt that it needs.
+# Groups of packages.txt that each preset needs.
 PACKAGES = {
     "test": ["build", "run", "test"],
     "full": ["build", "run", "test", "body", "package", "release"],
@@ -49,7 +49,7 @@ def parse(arguments):
 
 
 def rooms_in_cmake():
-    """The second labels of the tests, and the folders of lk_room_test."""
+    """Returns the second labels of the tests, and the folders of lk_room_test."""
     text = "".join(path.read_text() for path in (ROOT / "tests").rglob("CMakeLists.txt"))
     return {*re.findall(r"LABELS \w+ (\w+)", text), *re.findall(r"^ *lk_room_test\((\w+)", text, re.MULTILINE)}
 
@@ -60,7 +60,7 @@ def refuse(message):
 
 
 def configure(steps, preset, *more):
-    """Installs, with `more` groups of packages, and configures; returns the labels that the tests of the preset have."""
+    """Installs packages (with `more` groups) and configures; returns the labels of the preset's tests."""
     steps.run(f"packages {preset}", ["scripts/packages", *PACKAGES[preset], *more])
     launcher = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if os.path.exists("/usr/bin/ccache") else []
     steps.run(f"configure {preset}", ["cmake", "--preset", preset, *launcher])
@@ -77,7 +77,7 @@ def run_labels(steps, preset, labels, pattern, command):
     ctest = ["ctest", "--test-dir", folder, "-L", f"^({'|'.join(labels)})$", "--output-junit", report,
              "-j", str(len(os.sched_getaffinity(0))), "--no-tests=ignore"]
     if preset == "test":
-        ctest += ["-L", f"^({'|'.join(DEFAULT_KINDS)})$"]  # the others need more packages
+        ctest += ["-L", f"^({'|'.join(DEFAULT_KINDS)})$"]  # others need more packages
     steps.run(f"tests {preset}", ctest + (["-R", pattern] if pattern else []), may_fail=True)
     results = test_report.read(report) if report.exists() else []
     if not results:
@@ -86,7 +86,7 @@ def run_labels(steps, preset, labels, pattern, command):
 
 
 def run_some(steps, names, pattern):
-    """The preset `test` has the tests of every day. The others need more packages and programs."""
+    """Runs the selected tests: the default kinds with preset `test`, others, which need more packages, with `full`."""
     labels = names or DEFAULT_KINDS
     preset = "full" if set(labels) & set(KINDS) - set(DEFAULT_KINDS) else "test"
     known = configure(steps, preset, *(["bare"] if "bare" in labels else []))
@@ -102,14 +102,14 @@ def run_some(steps, names, pattern):
 def run_sanitized(steps, pattern):
     configure(steps, "dev")
     for line in steps.run("format", ["scripts/lib/check_format"]):
-        print(line, end="")  # why the format could not be checked
+        print(line, end="")  # reason why the format could not be checked
     return run_labels(steps, "dev", ["sanitized"], pattern, "scripts/test --sanitized ")
 
 
 def main():
     options = parse(sys.argv[1:])
     os.chdir(ROOT)
-    # Objects of one clone then serve clones in other folders.
+    # Lets clones in different folders share ccache objects.
     os.environ.update(CCACHE_BASEDIR=str(ROOT), CCACHE_NOHASHDIR="1")
     steps = Steps()
     try:

@@ -28,7 +28,7 @@ class Counts:
 
 
 def read(path):
-    """[Result] of a file that ctest --output-junit has written."""
+    """Returns [Result] of a file written by ctest --output-junit."""
     statuses = {"run": "passed", "notrun": "skipped", "disabled": "skipped"}
     results = []
     for case in xml.etree.ElementTree.parse(path).getroot().iter("testcase"):
@@ -41,7 +41,7 @@ def read(path):
 
 
 def reason_of(result):
-    """Why a test was skipped, in one line."""
+    """Returns why a test was skipped, in one line."""
     lines = [line.strip() for line in result.output.splitlines() if line.strip()]
     for index, line in enumerate(lines):
         if line.endswith("Skipped") and index + 1 < len(lines):  # GoogleTest: FILE:LINE: Skipped, then the reason

@@ -10,7 +10,7 @@ LAST_LINES = 60
 
 
 class Failed(Exception):
-    """A step failed; the text is one line for people."""
+    """A step failed; the text is one line for the user."""
 
 
 def cpu_s():

@@ -1,7 +1,7 @@
-"""The two ways with-vcan has to a bus: `KernelBus` and `UmlBus`, with the same face.
+"""The two buses of with-vcan, `KernelBus` and `UmlBus`, with the same interface.
 
-`begin(command)` starts the inside (vcan_guest.py), which then talks on the socket `control`; `ready()`
-follows once the bus is up; `end()` leaves no process and no file.
+`begin(command)` starts the inside (vcan_guest.py), which communicates over the socket `control`. `ready()` is called
+once the bus is up. `end()` leaves no process and no file.
 """
 
 import collections
@@ -16,7 +16,7 @@ import tempfile
 import threading
 
 MEMORY_MB = 512
-PIECE = 3000  # bytes of standard input on their way at a time
+PIECE = 3000  # bytes of unacknowledged standard input
 GUEST = os.path.join(os.path.dirname(os.path.realpath(__file__)), "vcan_guest.py")
 ISOLATE = ["unshare", "--net", "--pid", "--fork", "--kill-child", "--mount-proc"]
 PROBE = b"link add vcan0 type vcan\nlink add vxcan0 type vxcan peer name vxcan1\n"
@@ -28,7 +28,7 @@ class Failure(Exception):
 
 
 def environment():
-    """What we were started with, byte for byte (Python itself may add LC_CTYPE)."""
+    """Returns our initial environment byte for byte (Python itself may add LC_CTYPE)."""
     with open("/proc/self/environ", "rb") as file:
         return dict(item.split(b"=", 1) for item in file.read().split(b"\0") if b"=" in item)
 
@@ -50,12 +50,12 @@ def current_umask():
 
 
 class KernelBus:
-    """Namespaces of the running kernel: network for the bus, PID so that everything ends."""
+    """Namespaces of the running kernel: network for the bus, PID so that all processes end with it."""
 
     def __init__(self, streams):
         self.streams = streams
         self.prefix = None
-        # As root, or as root of a user namespace where the distribution allows those.
+        # As root, or as root of a user namespace if the distribution allows those.
         for prefix in (ISOLATE, [*ISOLATE, "--map-root-user"]):
             if self.offers_vcan(prefix):
                 self.prefix = prefix
@@ -82,7 +82,7 @@ class KernelBus:
         on_terminal = self.streams.raw
         argv = [*self.prefix, sys.executable, "-ISB", GUEST, "kernel", str(theirs.fileno())]
         argv += ["tty" if on_terminal else "-", *command]
-        # Without a terminal in front, signals reach the command through us alone and only once.
+        # Without a terminal, signals reach the command only through us, and only once.
         self.process = subprocess.Popen(
             argv,
             pass_fds=[theirs.fileno()],
@@ -98,7 +98,7 @@ class KernelBus:
         return "the command's namespace went away"
 
     def end(self):
-        self.process.kill()  # --kill-child takes the namespace's process 1 along, that all others
+        self.process.kill()  # --kill-child also kills the namespace's process 1, which ends all others
         self.process.wait()
 
 
@@ -106,7 +106,7 @@ class KernelBus:
 
 
 class UmlBus:
-    """A kernel in a process, on the host's own file system, with serial lines for streams."""
+    """A kernel in a process, on the host's own file system, with serial lines as streams."""
 
     def __init__(self, streams):
         self.streams = streams
@@ -121,7 +121,7 @@ class UmlBus:
 
     @staticmethod
     def memory_directory():
-        """Where the machine's memory file lives (it is unlinked at once, and mapped executable)."""
+        """Returns a directory for the machine's memory file, which is unlinked at once and mapped executable."""
         places = ["/dev/shm", tempfile.gettempdir(), "/var/tmp"]
         for place in places:
             try:
@@ -145,7 +145,7 @@ class UmlBus:
         argv += ["rootfstype=hostfs", "rootflags=/", "rw", "quiet"]
         argv += ["con=null", "con0=null,fd:1", "ssl=null"]
         argv += [f"ssl{number}=fd:{end.fileno()}" for number, end in enumerate(theirs)]
-        # Two boot-time benchmarks of RAID checksums take longer than all the rest of the boot.
+        # Skips two boot-time benchmarks of RAID checksums, which take longer than the rest of the boot.
         argv += ["initcall_blacklist=raid6_select_algo,calibrate_xor_blocks"]
         argv += [f"init={sys.executable}", "--", "-ISB", f"{self.private}/init.py", "uml"]
         self.process = subprocess.Popen(
@@ -189,7 +189,7 @@ class UmlBus:
             self.pumps.append(pump)
 
     def send(self, data):
-        """In acknowledged pieces (vcan_guest.pieces tells why); nothing is the end."""
+        """Sends the data in acknowledged pieces (see vcan_guest.pieces); empty data marks the end."""
         line = self.lines[STDIN]
         for start in range(0, len(data), PIECE):
             piece = data[start : start + PIECE]
@@ -224,7 +224,7 @@ class UmlBus:
             try:
                 while data and not broken:
                     data = data[os.write(fd, data) :]
-            except OSError:  # whoever read it has gone: let the command know
+            except OSError:  # the reader has exited: tell the command
                 broken = True
                 self.control.sendall(b"close %d\n" % number)
 

@@ -1,14 +1,14 @@
 """The inside of with-vcan: process 1 of a user-mode Linux or of a PID namespace.
 
-It brings the CAN interfaces up, runs one command, and tells the host how that ended. Start-up time
-counts here (each import is read through hostfs), hence the short list of modules.
+Brings the CAN interfaces up, runs one command, and reports its exit status to the host. It imports few modules, because
+start-up time counts here (each import is read through hostfs).
 
-`vcan_guest.py uml`             the kernel starts it as init; streams come over serial lines
+`vcan_guest.py uml`             the kernel starts it as init; streams are serial lines
 `vcan_guest.py kernel FD TTY`   `unshare` starts it; streams are inherited, FD is the control socket
 
-Control messages, one a line. Host to guest: `signal N`, `size ROWS COLUMNS`, `close STREAM`. Guest
-to host: `ready`, `exit STATUS`, `fail REASON`. The line of standard input carries first a
-description of the command (a marshalled dictionary), then standard input.
+Control messages, one a line. Host to guest: `signal N`, `size ROWS COLUMNS`, `close STREAM`. Guest to host: `ready`,
+`exit STATUS`, `fail REASON`. The line of standard input first carries a description of the command (a marshalled
+dictionary).
 """
 
 import _thread
@@ -41,7 +41,7 @@ SYSTEM_PATH = b"/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
 SYS_FINIT_MODULE = {"x86_64": 313, "aarch64": 273}
 POWER_OFF = 0x4321FEDC
 
-# Serial lines of user-mode Linux, by number; the host numbers them alike.
+# Serial lines of user-mode Linux; the host uses the same numbers.
 CONTROL, STDIN, STDOUT, STDERR, TERMINAL = range(5)
 
 
@@ -75,7 +75,7 @@ def read_line(fd):
 
 
 def bring_links_up():
-    """Create and raise the interfaces with one call of ip(8)."""
+    """Creates the interfaces and brings them up with one call of ip(8)."""
     read_end, write_end = os.pipe()
     os.write(write_end, LINKS)
     os.close(write_end)
@@ -127,14 +127,14 @@ def mount_system(libc):
 
 
 def uncover(mount, path):
-    """A directory of the host that lies under one of our own mounts is mounted back in place."""
+    """Mounts a host directory back in place that lies under one of our own mounts."""
     if path.startswith((b"/run/", b"/dev/shm/")):
         mount(b"hostfs", path, path)
 
 
 def give_runtime_directory(environment):
-    """A place for sockets that is this machine's own, as they connect nobody inside to anybody outside:
-    in a directory that machines share, each takes the others' sockets for those of programs that died."""
+    """Creates a runtime directory for sockets of this machine alone. In a directory that machines share, each would
+    take the others' sockets for those of dead programs."""
     path = environment.setdefault(b"XDG_RUNTIME_DIR", b"/run/user/0")
     if path.startswith(b"/run/") and not os.path.isdir(path):
         os.makedirs(path)
@@ -145,7 +145,7 @@ def give_runtime_directory(environment):
 
 
 def start(spec, streams, terminal, own_session, inherited=()):
-    """Fork and execute the command with the three streams; returns its process id."""
+    """Forks and executes the command with the three streams; returns its process id."""
     pid = os.fork()
     if pid != 0:
         return pid
@@ -171,21 +171,21 @@ def start(spec, streams, terminal, own_session, inherited=()):
 
 
 def wait_for(pid):
-    """Reap everything (process 1 inherits every orphan) until `pid` ends; its shell-like status."""
+    """Reaps all children (process 1 inherits every orphan) until `pid` ends; returns its status as a shell would."""
     while True:
         ended, status = os.wait()
         if ended == pid:
             code = os.waitstatus_to_exitcode(status)
             break
     try:
-        os.kill(-1, signal.SIGKILL)  # from process 1: everybody else
+        os.kill(-1, signal.SIGKILL)  # from process 1: all other processes
     except ProcessLookupError:
         pass
     return code if code >= 0 else 128 - code
 
 
 def obey(control, pid, own_session, on_size, on_close):
-    """Follow the host's messages for as long as there is a host."""
+    """Executes the host's messages until the host disconnects."""
     while True:
         words = read_line(control)
         try:
@@ -203,7 +203,7 @@ def obey(control, pid, own_session, on_size, on_close):
 
 
 def open_line(number):
-    """A serial line that passes every byte as it is."""
+    """Opens a serial line that passes every byte unchanged."""
     fd = os.open(f"/dev/ttyS{number}", os.O_RDWR | os.O_NOCTTY)
     mode = termios.tcgetattr(fd)
     mode[0] = mode[1] = mode[3] = 0
@@ -214,10 +214,10 @@ def open_line(number):
 
 
 def pieces(line):
-    """What the host sends comes in pieces, a length and the bytes; length 0 is the end.
+    """Yields the pieces that the host sends, each a length and the bytes; length 0 is the end.
 
-    Each piece is acknowledged before the host sends the next: a serial line of user-mode Linux
-    that is ever held up by a slow reader (beyond the 4 KB the line buffers) does not start again.
+    Each piece is acknowledged before the host sends the next: if a slow reader ever blocks a serial line of user-mode
+    Linux (beyond its buffer of 4 KB), the line does not resume.
     """
     while True:
         size = int.from_bytes(read_exactly(line, 2), "big")
@@ -233,14 +233,14 @@ def pump_in(line, sink, close):
         try:
             if not broken:
                 write_all(sink, data)
-        except OSError:  # nobody reads it any more
+        except OSError:  # no reader any more
             broken = True
     if close:
         os.close(sink)
 
 
 class PumpOut:
-    """Copies what the command writes to a serial line, until everybody has closed it."""
+    """Copies the command's output to a serial line until all writers have closed it."""
 
     def __init__(self, source, line):
         self.source, self.line, self.closed = source, line, False
@@ -266,13 +266,13 @@ class PumpOut:
 
 
 def run_on_lines(control, stdin_line, spec):
-    """The command with pipes or a pseudo-terminal, as its streams outside are; returns its status."""
-    terminals = spec["terminals"]  # which of 0, 1, 2 are terminals outside
+    """Runs the command with pipes or a pseudo-terminal, like its streams outside; returns its status."""
+    terminals = spec["terminals"]  # the outside terminals among 0, 1, 2
     master = slave = None
     if terminals:
         master, slave = os.openpty()
         resize(slave, *spec["size"])
-        if 0 not in terminals:  # the terminal outside is not in raw mode and ends lines by itself
+        if 0 not in terminals:  # the terminal outside is not in raw mode and adds carriage returns itself
             mode = termios.tcgetattr(slave)
             mode[1] &= ~termios.OPOST
             termios.tcsetattr(slave, termios.TCSANOW, mode)
@@ -322,7 +322,7 @@ def resize(terminal, rows, columns):
 def obey_or_power_off(control, pid, on_size, on_close):
     try:
         obey(control, pid, True, on_size, on_close)
-    except (OSError, EOFError):  # the host side has gone: so does the machine
+    except (OSError, EOFError):  # the host has disconnected: power off
         power_off()
 
 
@@ -361,7 +361,7 @@ def uml():
         termios.tcdrain(control)
     except EOFError:
         pass
-    except Exception as error:  # a dying init is a panic; this way the reason reaches the user
+    except Exception as error:  # the exit of init is a kernel panic; report the reason to the user instead
         write_all(control, f"fail inside user-mode Linux: {error!r}\n".encode())
         termios.tcdrain(control)
     power_off()
@@ -379,7 +379,7 @@ def kernel(control, on_terminal, argv):
         write_all(control, f"fail {failure}\n".encode())
         sys.exit(125)
     write_all(control, b"ready\n")
-    with open("/proc/self/environ", "rb") as file:  # exactly, without what Python adds to it
+    with open("/proc/self/environ", "rb") as file:  # exact: without the variables that Python adds
         environment = dict(item.split(b"=", 1) for item in file.read().split(b"\0") if b"=" in item)
     spec = {"argv": argv, "env": environment, "cwd": None}
     pid = start(spec, (0, 1, 2), None, not on_terminal, inherited)
@@ -395,9 +395,9 @@ def kernel(control, on_terminal, argv):
     write_all(control, b"exit %d\n" % wait_for(pid))
 
 
-if os.getpid() != 1:  # it kills everything around it when the command ends
+if os.getpid() != 1:  # it kills all processes around it when the command ends
     sys.exit("vcan_guest.py is for with-vcan alone")
-while os.open("/dev/null", os.O_RDWR) <= 2:  # a stream that is closed must not become something else
+while os.open("/dev/null", os.O_RDWR) <= 2:  # open files must not get the number of a closed stream
     pass
 if sys.argv[1] == "uml":
     uml()

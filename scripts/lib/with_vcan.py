@@ -1,12 +1,12 @@
-"""with-vcan: run a command on a real SocketCAN bus (the outside; vcan_guest.py is the inside).
+"""with-vcan: runs a command on a real SocketCAN bus (the outside; vcan_guest.py is the inside).
 
-Two ways lead to the bus: a private network namespace of the running kernel where that offers vcan,
-else user-mode Linux, a kernel that is an ordinary process. docs/with-vcan.md describes both.
+The bus is either a private network namespace of the running kernel, if it offers vcan, or user-mode Linux,
+a kernel that is an ordinary process. docs/with-vcan.md describes both.
 """
 
 import signal
 
-if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # no traceback, however early
+if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # no traceback, even this early
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 import fcntl
@@ -36,7 +36,7 @@ Status: the command's own, 128+N if signal N killed it; 124 time limit, 125 no b
 is not executable, 127 it does not exist."""
 
 BOOT_LIMIT_S = 60.0
-GRACE_S = 1.0  # between passing a signal on and ending what is still there
+GRACE_S = 1.0  # from passing a signal on to killing remaining processes
 
 
 def say(text):
@@ -59,7 +59,7 @@ def seconds(text):
 
 
 def parse(arguments):
-    """The time limit in seconds or None, and the command."""
+    """Returns the time limit in seconds or None, and the command."""
     limit = None
     while arguments and arguments[0].startswith("-"):
         option, equals, value = arguments.pop(0).partition("=")
@@ -79,18 +79,18 @@ def parse(arguments):
 def in_background():
     try:
         return os.tcgetpgrp(0) != os.getpgrp()
-    except OSError:  # a terminal that does not control us has no background
+    except OSError:  # a terminal that is not our controlling terminal has no background
         return False
 
 
 class Streams:
-    """What our standard streams are, and the terminal's settings."""
+    """Types of our standard streams, and the terminal's settings."""
 
     def __init__(self):
         self.terminals = {fd for fd in (0, 1, 2) if os.isatty(fd)}
         self.stdin_ignored = False
         if 0 in self.terminals and in_background():
-            self.terminals.discard(0)  # in the background: the terminal's input is not ours
+            self.terminals.discard(0)  # in the background we may not read the terminal
             self.stdin_ignored = True
         if 1 not in self.terminals:
             self.terminals.discard(0)  # in a pipeline the terminal keeps its line mode and Ctrl-C
@@ -128,8 +128,8 @@ class Supervisor:
         self.bus, self.streams, self.limit = bus, streams, limit
         self.deadline = time.monotonic() + BOOT_LIMIT_S
         self.booted = False
-        self.signal = 0  # that ended us, if one did
-        self.status = None  # what we end with, once something other than the command decided it
+        self.signal = 0  # signal that ended us, if any
+        self.status = None  # our exit status, once it is not the command's
         self.wake, wake_end = socket.socketpair()
         wake_end.setblocking(False)
         self.wake_end = wake_end
@@ -147,13 +147,13 @@ class Supervisor:
             pass
 
     def wind_up(self, number, status):
-        """Pass a signal on and give the command a moment."""
+        """Passes a signal on and gives the command a moment to end."""
         self.status = status
         self.tell(f"signal {number}\n")
         self.deadline = time.monotonic() + GRACE_S
 
     def on_signal(self, number):
-        """True: end now."""
+        """Returns whether to end now."""
         if number == signal.SIGWINCH:
             self.tell("size {} {}\n".format(*self.streams.size()))
             return False
@@ -164,10 +164,10 @@ class Supervisor:
         keyboard = number in (signal.SIGINT, signal.SIGQUIT)
         if not (keyboard and self.streams.raw and isinstance(self.bus, KernelBus)):
             self.wind_up(number, 128 + number)
-        return False  # on a terminal the kernel has already given it to the command
+        return False  # on a terminal the kernel has already sent it to the command
 
     def on_message(self, words):
-        """The final status, or None while there is none."""
+        """Returns the final status, or None if the command still runs."""
         if words[0] == "fail":
             raise Failure(" ".join(words[1:]))
         if words[0] == "ready":
@@ -208,7 +208,7 @@ class Supervisor:
                         return 124 if self.status == 124 else status
 
     def drain(self):
-        """The command has ended; what it wrote may still be on its way to a slow reader."""
+        """Waits until a slow reader has received the output of the ended command."""
         while not self.bus.drained():
             wait = 0.02 if self.deadline is None else self.deadline - time.monotonic()
             if wait <= 0:
@@ -236,7 +236,7 @@ def shell():
 
 
 def main():
-    for fd in (0, 1, 2):  # a closed stream must not become one of our sockets
+    for fd in (0, 1, 2):  # a closed stream's number must not go to one of our sockets
         try:
             os.fstat(fd)
         except OSError:
@@ -263,7 +263,7 @@ def main():
     if isinstance(bus, UmlBus) and bus.pumps:
         supervisor.drain()
     streams.restore()
-    if supervisor and status == 128 + supervisor.signal:  # a calling shell has to see the signal
+    if supervisor and status == 128 + supervisor.signal:  # the calling shell must see the signal
         signal.set_wakeup_fd(-1)
         signal.signal(status - 128, signal.SIG_DFL)
         os.kill(os.getpid(), status - 128)
