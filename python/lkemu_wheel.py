@@ -1,7 +1,7 @@
-"""Packs the package for pip (PEP 517 and 660) with the standard library alone.
+"""Builds the wheel for pip (PEP 517 and 660) with the standard library alone.
 
-Where it lies in an installation whose lk-emu needs no library of its machine (docs/packages.md, the tarball), the wheel carries that
-program with its files, and is of a platform; otherwise it is the package alone.
+If the package is in an installation with a static lk-emu (docs/packages.md, the tarball), the wheel contains that
+program with its files and is platform-specific. Otherwise it contains only the package.
 """
 
 import base64
@@ -13,8 +13,8 @@ import zipfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 PACKAGE, NAME = "lkemu", "lk_emu"
-PLACE = os.path.join("share", "lk-emu", "python")  # of an installation, below its prefix
-# Of share/: what the program looks for, its manual, and what its licences ask for. The Python beside them is left out: it is the package.
+PLACE = os.path.join("share", "lk-emu", "python")  # below the prefix of an installation
+# Below share/: files that the program uses, its manual, and its licences. Without share/lk-emu/python, the package.
 DATA = ("lk-emu/motors", "lk-emu/buses", "lk-emu/scenarios", "lk-emu/campaigns", "doc/lk-emu/licenses",
         "doc/lk-emu/LICENSE", "doc/lk-emu/lk-emu.spdx.json")  # fmt: skip
 MANUAL = "man/man1"  # installed only where there is help2man
@@ -22,7 +22,7 @@ MANUAL = "man/man1"  # installed only where there is help2man
 EXTRAS = {"campaign": ["jinja2 >=3.1", "regex", "scipy >=1.10"], "identify": ["matplotlib >=3.6", "numpy >=1.24", "scipy >=1.10"], "plot": ["matplotlib >=3.6"]}
 EXTRAS["campaign-dask"] = [*EXTRAS["campaign"], "distributed >=2022.12"]
 PT_INTERP = 3
-MACHINES = {62: "x86_64", 183: "aarch64"}  # e_machine of ELF, and what pip calls it
+MACHINES = {62: "x86_64", 183: "aarch64"}  # e_machine of ELF, and pip's name for it
 EXECUTABLE, READABLE = 0o100755, 0o100644
 # Of the pages that campaigns write: as installed, and in the sources, where pip before 21.3 does not look.
 STYLE_SHEET, DASHBOARD_STYLE = f"{PACKAGE}/campaign/style.css", os.path.join(HERE, "..", "web", "style.css")
@@ -39,7 +39,7 @@ def read(path):
 
 
 def machine_of(program):
-    """What an ELF program of 64 bits that no dynamic linker has to start runs on, as pip calls it; None of any other."""
+    """Returns pip's name of the machine for a static 64-bit ELF program (no dynamic linker); None for other files."""
     try:
         if program[:6] != b"\x7fELF\x02\x01":
             return None
@@ -53,7 +53,7 @@ def machine_of(program):
 
 
 def tag(machine):
-    """Of a static program nothing is asked but its kernel, so the oldest glibc that pip knows a policy of is not too old for it."""
+    """A static program needs no glibc, so the tag names the oldest glibc that pip has a policy for."""
     return f"py3-none-manylinux_2_17_{machine}" if machine else "py3-none-any"
 
 
@@ -79,15 +79,15 @@ Generator: lkemu_wheel
 Root-Is-Purelib: {str(not machine).lower()}
 Tag: {tag(machine)}
 """,
-        # Called like the module, so that pytest_plugins = ["lkemu.pytest_plugin"] beside it does no harm.
+        # Named like the module, so that pytest_plugins = ["lkemu.pytest_plugin"] does not register it twice.
         "entry_points.txt": "[pytest11]\nlkemu.pytest_plugin = lkemu.pytest_plugin\n",
     }
 
 
 def pack(directory, files, program=None, machine=None):
-    """A wheel of the files {name: bytes}, the metadata, and {name: bytes} of an installed program for a machine; its name.
+    """Writes a wheel of the files {name: bytes}, the metadata, and {name: bytes} of a program. Returns its name.
 
-    The same bytes whenever it is made."""
+    Reproducible: equal input gives equal bytes."""
     label = f"{NAME}-{version()}"
     files = {**files, **{f"{label}.dist-info/{name}": text.encode() for name, text in about(machine).items()}}
     for path, data in (program or {}).items():
@@ -109,7 +109,7 @@ def pack(directory, files, program=None, machine=None):
 
 
 def files_below(top, place):
-    """{path seen from top: bytes} of a file, or of a directory with all below it."""
+    """Returns {path relative to top: bytes} of a file, or of a directory and all below it."""
     path = os.path.join(top, place)
     if os.path.isfile(path):
         return {place: read(path)}
@@ -120,9 +120,9 @@ def files_below(top, place):
 
 
 def installed_program():
-    """Files for the wheel's .data directory and what machine they are for; nothing and None where there is no program to be carried.
+    """Returns the files for the wheel's .data directory and their machine; ({}, None) if there is no static program.
 
-    Above a checkout there may be an lk-emu too, of another version and without these files."""
+    An lk-emu found above a checkout may have another version and lack these files, so it does not count."""
     if not HERE.endswith(os.sep + PLACE):
         return {}, None
     prefix = HERE[: -len(PLACE)]

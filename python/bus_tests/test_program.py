@@ -1,4 +1,4 @@
-"""The package and the real lk-emu."""
+"""The package with the real lk-emu."""
 
 import os
 import subprocess
@@ -56,7 +56,7 @@ def test_the_supply_moves_evenly(drives, clock):
     clock.advance(BOOTED)
     drives[3].supply(20, ramp_s=1)
     clock.advance("500ms")
-    assert drives[3].telemetry()["true_voltage_V"] == pytest.approx(22, abs=0.1)  # from 24 V, half-way
+    assert drives[3].telemetry()["true_voltage_V"] == pytest.approx(22, abs=0.1)  # half-way from 24 V
     clock.advance("1s")
     assert drives[3].telemetry("true_voltage_V") == pytest.approx(20, abs=0.1)
 
@@ -120,12 +120,12 @@ def test_a_stream_ends_with_the_program(lkemu, clock):
     for _ in range(10):
         next(stream)
     lkemu.stop()
-    assert len(list(stream)) <= 1  # the instant of the beginning may count
+    assert len(list(stream)) <= 1  # one sample, of the start, may arrive
 
 
 @pytest.mark.lkemu(boot_angle_deg=-12.5)
 def test_the_rotors_start_where_they_are_told(drives):
-    count_deg = 360 / 2**14  # of the encoder: the zero is one of its counts
+    count_deg = 360 / 2**14  # one encoder count: the encoder zero is quantised
     assert [drive.telemetry("true_rotor_deg") for drive in drives] == pytest.approx([-12.5] * 4, abs=count_deg)
 
 
@@ -147,7 +147,7 @@ def test_a_mark_and_the_words_of_the_end(lkemu):
 
 
 def runs(pid):
-    """A process that has ended and waits for its parent has no command line."""
+    """Returns whether a process runs; a zombie has an empty command line."""
     try:
         with open(f"/proc/{pid}/cmdline", "rb") as file:
             return file.read() != b""

@@ -3,9 +3,9 @@
     CAN_INTERFACE=socketcan CAN_CHANNEL=vcan0 python3 arm_square.py two     configs/buses/two_joint_arm.toml
     CAN_INTERFACE=socketcan CAN_CHANNEL=vcan0 python3 arm_square.py six     configs/buses/six_joint_arm.toml
 
-Prints how far the tip was off the square's sides, by the angles that the drives say. Exit status: 0 when that was not more than
---tolerance, or --forever was ended by Ctrl-C, 1 when it was; 3 when it has noticed that a drive cannot go on; anything else is
-a mistake of this program's.
+Prints the largest distance of the tip from the square's sides, by the angles that the drives report. Exit status: 0: within
+--tolerance, or --forever was ended by Ctrl-C; 1: outside; 3: the program noticed that a drive cannot go on; others: a bug of this
+program.
 """
 
 import argparse
@@ -21,7 +21,7 @@ SETTLE_S = 0.5
 
 
 def two_links(first_m, second_m, forward_m, down_m):
-    """Angles in degrees, 0 = straight down, of two links in a plane that end there; the second bends forwards."""
+    """Returns the angles in degrees (0 = straight down) of two links in a plane for this end; the second bends forwards."""
     away_m = math.hypot(forward_m, down_m)
     bend = math.acos((away_m**2 - first_m**2 - second_m**2) / (2 * first_m * second_m))
     inner = math.atan2(second_m * math.sin(bend), first_m + second_m * math.cos(bend))
@@ -48,8 +48,7 @@ class TwoJointArm:
 
 
 class SixJointArm:
-    """Points are (forward, left) on a table 0.52 m below the shoulder, in metres. The tool points straight down, the same side
-    of it always forwards."""
+    """Points are (forward, left) in metres, on a table 0.52 m below the shoulder. The tool points down and does not turn."""
 
     joints = [
         Joint("base", 1, 9),
@@ -69,7 +68,7 @@ class SixJointArm:
         return around, shoulder, elbow, 0.0, -shoulder - elbow, -around
 
     def tip(self, angles):
-        """As far as base, shoulder, elbow and wrist say."""
+        """Returns the tip's position by the angles of base, shoulder, elbow and wrist."""
         around, shoulder, elbow, _, wrist, _ = angles
         forward_m, _ = end_of(self.UPPER_M, self.FOREARM_M, shoulder, elbow)
         forward_m += self.TOOL_M * math.sin(math.radians(shoulder + elbow + wrist))
@@ -81,7 +80,7 @@ def between(first, second, share):
 
 
 def off_m(point, first, second):
-    """Distance of a point from the line between two others."""
+    """Returns the distance of a point from the segment between two others."""
     along = [b - a for a, b in zip(first, second)]
     length2 = sum(d * d for d in along)
     share = sum((p - a) * d for p, a, d in zip(point, first, along)) / length2
@@ -94,7 +93,7 @@ class Drawing:
         self.at_deg = robot.start()
 
     def to(self, path, seconds, watch=None):
-        """Follows `path`, joint angles for shares of the way from 0 to 1; `watch` is told the tip after each round."""
+        """Follows `path`, which maps 0..1 to joint angles; calls `watch` with the tip after each round."""
         count = max(1, round(seconds / PERIOD_S))
         for number in range(1, count + 1):
             self.rounds.next()
@@ -104,7 +103,7 @@ class Drawing:
                 watch(self.arm.tip(self.robot.angles()))
 
     def square(self, side_s):
-        """How far the tip was off its side, in metres, round by round."""
+        """Draws the square; returns the tip's distance from the sides in metres, by round."""
         corners = self.arm.corners
         began_deg, first_deg = self.at_deg, self.arm.angles(corners[0])
         self.to(lambda share: between(began_deg, first_deg, share), 2.0)

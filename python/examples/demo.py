@@ -2,8 +2,8 @@
 
     python3 demo.py [--no-browser] LK-EMU-BODY ROBOT HOST [WORD...]
 
-ROBOT is as --config has it; HOST a file beside this one, with its words. Both are on a bus of their own, slcan over TCP on this
-machine. Exit status: 0 when it was ended by Ctrl-C or SIGTERM, 1 when robot or host had failed, 2 when it could not begin.
+ROBOT is an argument of --config; HOST is a file next to this one, with its arguments. Both use a private bus, slcan over TCP on
+this machine. Exit status: 0: ended by Ctrl-C or SIGTERM, 1: robot or host failed, 2: the demo could not start.
 """
 
 import argparse
@@ -16,15 +16,15 @@ import subprocess
 import sys
 from pathlib import Path
 
-HTTP_PORT = 8474  # where it is free, of the demo that was first
+HTTP_PORT = 8474  # used by the first demo, if free
 DEBIANS_PYTHON = "/usr/bin/python3"
 ENDS = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
-PATIENCE_S = 10.0  # with a program that is to end
+PATIENCE_S = 10.0  # for a program to end
 PR_SET_PDEATHSIG = 1
 
 
 def find_python_can():
-    """Where this Python has no python-can, Debian's goes on with it."""
+    """Re-executes this script with Debian's Python if this Python has no python-can."""
     for python in (sys.executable, DEBIANS_PYTHON):
         asked = [python, "-c", "from can import Bus; import serial"]
         if os.path.exists(python) and subprocess.run(asked, stderr=subprocess.DEVNULL).returncode == 0:
@@ -36,10 +36,10 @@ def find_python_can():
 
 
 def free_port(*wanted):
-    """On this machine: one of these, or any."""
+    """Returns a free port of this machine: one of these, or any."""
     for port in (*wanted, 0):
         with socket.socket() as tried:
-            tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as lk-emu will
+            tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as lk-emu does
             try:
                 tried.bind(("127.0.0.1", port))
                 return tried.getsockname()[1]
@@ -50,7 +50,7 @@ def free_port(*wanted):
 
 
 def is_first(mark):
-    """Of the demos that run; `mark` is a socket that tells the others so, for as long as it is open."""
+    """Returns whether this is the first running demo; `mark` is a socket that reserves this while it is open."""
     try:
         mark.bind("\0lk-emu-demo")
         return True
@@ -59,14 +59,14 @@ def is_first(mark):
 
 
 def in_a_child():
-    """It gets no Ctrl-C of the terminal: who started it ends it, and it ends with that. Signals are as they were."""
+    """Runs in a child before exec: no Ctrl-C from the terminal, SIGTERM when the parent ends, default signals."""
     os.setsid()
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDS | {signal.SIGCHLD})
 
 
 def start_robot(program, robot, http, bus):
-    """None when it does not start, which it has said."""
+    """Returns the process, or None if it did not start; the program has then printed the reason."""
     command = [program, "--config", robot, "--bus", f"slcan-tcp:{bus}", "--rom", ":memory:",
                "--http", f"127.0.0.1:{http}", "--http-write", "--log-level", "warn"]  # fmt: skip
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, preexec_fn=in_a_child)
@@ -80,7 +80,7 @@ def start_host(words, bus):
     where = {
         "CAN_INTERFACE": "slcan",
         "CAN_CHANNEL": f"socket://127.0.0.1:{bus}",
-        "CAN_CONFIG": '{"sleep_after_open": 0}',  # it would wait for an adapter
+        "CAN_CONFIG": '{"sleep_after_open": 0}',  # otherwise python-can waits for an adapter
     }
     file = Path(__file__).resolve().parent / words[0]
     command = [sys.executable, "-B", "-u", file, *words[1:]]
@@ -89,7 +89,7 @@ def start_host(words, bus):
 
 
 def open_browser(address):
-    """Where a person would see it."""
+    """Opens the browser if there is a display and a user at the terminal."""
     display = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     if display and sys.stdout.isatty() and shutil.which("xdg-open"):
         quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -97,7 +97,7 @@ def open_browser(address):
 
 
 def wait_for_the_end(robot, host):
-    """A signal, or the end of the robot. A host that has ended leaves the robot to be looked at."""
+    """Waits for a signal or the end of the robot. If only the host ends, the robot keeps running for inspection."""
     told = False
     while robot.poll() is None:
         if host.poll() is not None and not told:
@@ -108,7 +108,7 @@ def wait_for_the_end(robot, host):
 
 
 def end(process):
-    """Whether it ran, and has ended when it was told to."""
+    """Ends a process; returns whether it was running and ended as requested."""
     ran = process.poll() is None
     process.terminate()
     try:

@@ -1,7 +1,7 @@
 """A joint of a robot: one LK-TECH motor (legacy firmware) on SocketCAN, with python-can.
 
-Moves to angles, asks again when a reply is lost, says when the joint is stuck, and finds its reference again after the
-drive has lost its power. Knows nothing of virtual drives.
+Moves to angles, repeats lost queries, reports when the joint is stuck, and finds its reference again after the drive has lost
+power. Knows nothing of virtual drives.
 """
 
 import struct
@@ -10,15 +10,15 @@ import time
 import can
 
 REPLY_LIMIT_S = 0.02
-RETRIES = 5  # and then the drive is gone
-RETURN_LIMIT_S = 5.0  # by then it is back, or the move has failed
+RETRIES = 5  # after that the drive counts as lost
+RETURN_LIMIT_S = 5.0  # from power loss until the move fails
 POLL_S = 0.005
 STALL_LIMIT_S = 0.3  # without progress
-MOVE_LIMIT_S = 10.0  # with progress, but not to the end of a move
-FARTHEST_DEG = 36000  # what reads as more is not what the drive has sent
+MOVE_LIMIT_S = 10.0  # with progress, but without reaching the target
+FARTHEST_DEG = 36000  # a larger reading is a corrupted reply
 PROGRESS_DEG = 0.5
 TOLERANCE_DEG = 0.2
-SETTLED = 3  # readings in a row
+SETTLED = 3  # consecutive readings
 SPEED_DPS = 180
 
 ANGLE, SINGLE_TURN_ANGLE, STATE_1, CLEAR_ERRORS = 0x92, 0x94, 0x9A, 0x9B
@@ -26,7 +26,7 @@ STOP, RUN, MOVE = 0x81, 0x88, 0xA4
 
 
 class JointError(Exception):
-    """The joint did not do what it was told."""
+    """The joint did not execute a command."""
 
 
 class NoReply(JointError):
@@ -34,24 +34,24 @@ class NoReply(JointError):
 
 
 class Stalled(JointError):
-    """Something holds the joint."""
+    """An obstacle blocks the joint."""
 
 
 class DriveFault(JointError):
-    """The drive has switched itself off."""
+    """The drive switched itself off."""
 
 
 class Joint:
-    """`bus` is a can.Bus; `now` and `sleep` can be those of a simulation."""
+    """`bus` is a can.Bus; `now` and `sleep` may be those of a simulation."""
 
     def __init__(self, bus, motor, now=time.monotonic, sleep=time.sleep):
         self.bus, self.id, self.now, self.sleep = bus, 0x140 + motor, now, sleep
-        self.zero_deg = None  # of the multi-turn angle; None: no reference
+        self.zero_deg = None  # of the multi-turn angle; None: no reference yet
         self.homings = 0
         self.retries = 0
 
     def ask(self, command, payload=bytes(7)):
-        """The reply's data. All queries used here may reach the drive twice."""
+        """Returns the reply's data. Retries, so every command used here must be safe to repeat."""
         query = can.Message(arbitration_id=self.id, data=bytes([command]) + payload, is_extended_id=False)
         for _ in range(1 + RETRIES):
             self.bus.send(query)
@@ -64,7 +64,7 @@ class Joint:
         raise NoReply(f"no reply to {command:#x}")
 
     def home(self):
-        """Back in operation, and the reference from the encoder, which knows the place within a turn."""
+        """Re-enables the drive and derives the reference from the encoder, which measures the angle within a turn."""
         errors = self.ask(CLEAR_ERRORS)[7]
         if errors:
             raise DriveFault(f"errors {errors:#x} stay")
@@ -80,7 +80,7 @@ class Joint:
         return angle_deg
 
     def move_to(self, target_deg, speed_dps=SPEED_DPS):
-        """Returns where the joint has come to rest. Raises JointError."""
+        """Returns the angle at which the joint has come to rest. Raises JointError."""
         self.start(target_deg, speed_dps)
         progress_deg, progress_s, settled = None, self.now(), 0
         limit_s = progress_s + MOVE_LIMIT_S
@@ -112,7 +112,7 @@ class Joint:
         self.ask(MOVE, struct.pack("<xHi", speed_dps, round((target_deg + self.zero_deg) * 100)))
 
     def return_to_service(self):
-        """The drive has been away: what it knew of turns and commands is gone."""
+        """Waits for a drive that has restarted: it has lost its turns and commands."""
         self.zero_deg = None
         limit = self.now() + RETURN_LIMIT_S
         while self.zero_deg is None:

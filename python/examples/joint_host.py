@@ -1,12 +1,11 @@
 """The joint's controller as a program: moves to angles and back, and says what goes wrong.
 
-On any bus of python-can (CAN_INTERFACE and CAN_CHANNEL, or can.rc, say which):
+Uses any bus of python-can, selected by CAN_INTERFACE and CAN_CHANNEL or can.rc:
 
     CAN_INTERFACE=socketcan CAN_CHANNEL=vcan0 python3 joint_host.py 90 0
 
-or as the host of `lk-emu campaign`, which sets these, in real time or with a stepped clock. Exit status: 0 when the
-joint has been everywhere, 3 when the controller has noticed that it has not; anything else is a mistake of the
-controller's.
+or runs as the host of `lk-emu campaign`, which sets these, in real time or with a stepped clock. Exit status: 0: the joint
+reached all angles; 3: the controller noticed that it did not; others: a bug of the controller.
 """
 
 import argparse
@@ -22,7 +21,7 @@ BOOT_S = 0.2
 
 
 def bus_and_time():
-    """A bus, and `now` and `sleep` that go with it."""
+    """Returns a bus with its `now` and `sleep`."""
     if not os.environ.get("LKEMU_CONTROL"):
         return can.Bus(), time.monotonic, time.sleep
     import lkemu

@@ -1,6 +1,6 @@
 """The joints of a robot: LK-TECH motors on one CAN bus, commanded in rounds, with python-can.
 
-Angles are the joints', in degrees; frames have those of the rotor. Knows nothing of virtual drives.
+Angles are in degrees, at the joint; frames have rotor angles. Knows nothing of virtual drives.
 """
 
 import os
@@ -10,16 +10,16 @@ from dataclasses import dataclass
 
 import can
 
-REPLY_LIMIT_S = 0.003  # of a round, besides its frames
-WIRE_S = 0.00026  # a frame and its reply at 1 Mbit/s
-SILENT_ROUNDS = 20  # and then a drive is gone
-RETRIES = 20  # of what has to be answered: a busy machine may be late by 0.1 s
-CATCH_UP_DPS = 20  # of the joint, beyond what the targets take
-COUNTS = 65536  # of the encoder field; here of motors where it spans a turn of the rotor
+REPLY_LIMIT_S = 0.003  # for a round, in addition to its frames
+WIRE_S = 0.00026  # one frame and its reply at 1 Mbit/s
+SILENT_ROUNDS = 20  # after that a drive counts as lost
+RETRIES = 20  # for queries that need an answer: a busy machine may be late by 0.1 s
+CATCH_UP_DPS = 20  # of the joint, in addition to the targets' speed
+COUNTS = 65536  # of the encoder field; for motors whose field spans a turn of the rotor
 
 STATE_1, CLEAR_ERRORS, ANGLE = 0x9A, 0x9B, 0x92
 OFF, RUN, TORQUE, MOVE = 0x80, 0x88, 0xA1, 0xA4
-A_PER_LSB = 66 / 4096  # of iq, MG motors with newer firmware
+A_PER_LSB = 66 / 4096  # of iq, for MG motors with newer firmware
 ERRORS = ["under-voltage", "over-voltage", "hot driver", "hot motor", "over-current", "short circuit", "stall", "lost input"]
 
 
@@ -28,11 +28,11 @@ class JointError(Exception):
 
 
 class NoReply(JointError):
-    """A drive does not answer."""
+    """A drive stopped answering."""
 
 
 class DriveFault(JointError):
-    """A drive has switched itself off."""
+    """A drive switched itself off."""
 
 
 def query(command):
@@ -41,21 +41,21 @@ def query(command):
 
 @dataclass(frozen=True)
 class Joint:
-    """`direction` is -1 where the motor is mounted the other way round. `boot_deg` is where the joint is when power comes:
-    the drive knows its angle within a turn of the rotor only."""
+    """`direction` is -1 if the motor is mounted the other way round. `boot_deg` is the joint's angle at power-on, since
+    the drive knows its angle only within a turn of the rotor."""
 
     name: str
     motor: int
     gear: float
     boot_deg: float = 0.0
     direction: int = 1
-    Nm_per_A: float = 0.0  # at the joint; of joints that are given torques
+    Nm_per_A: float = 0.0  # at the joint; only for torque control
     limit_Nm: float = 0.0
 
 
 def bus_and_time():
-    """A bus, and `now` and `sleep` that go with it: python-can's own (CAN_INTERFACE, CAN_CHANNEL or can.rc say which), or
-    one whose time is stepped."""
+    """Returns a bus with its `now` and `sleep`: python-can's own (selected by CAN_INTERFACE, CAN_CHANNEL or can.rc), or
+    one with a stepped clock."""
     if not os.environ.get("LKEMU_CONTROL"):
         return can.Bus(), time.monotonic, time.sleep
     import lkemu
@@ -65,13 +65,13 @@ def bus_and_time():
 
 
 def smooth(share):
-    """From 0 to 1 without a jerk at the ends."""
+    """Maps 0..1 to 0..1 with zero speed at the ends."""
     share = max(0.0, min(1.0, share))
     return share * share * (3 - 2 * share)
 
 
 class Rounds:
-    """`next()` waits for the beginning of the next round, and gives the time since the first."""
+    """`next()` waits for the beginning of the next round and returns the time since the first."""
 
     def __init__(self, period_s, now, sleep):
         self.period_s, self.now, self.sleep = period_s, now, sleep
@@ -84,20 +84,20 @@ class Rounds:
 
 
 class Joints:
-    """All joints of a robot. A round sends each drive one command and takes the replies that come in time."""
+    """All joints of a robot. A round sends each drive one command and collects the replies that arrive in time."""
 
     def __init__(self, bus, joints, now=time.monotonic, sleep=time.sleep):
         self.bus, self.joints, self.now, self.sleep = bus, joints, now, sleep
-        self.lost = 0  # replies that did not come in time
+        self.lost = 0  # late or missing replies
         self._silent = [0] * len(joints)
-        self._offset_deg = [0.0] * len(joints)  # of 0x92, whole turns of the rotor
+        self._offset_deg = [0.0] * len(joints)  # added to 0x92: whole turns of the rotor
         self._rotor_deg = [0.0] * len(joints)
         self._targets_deg = [0.0] * len(joints)
         self._looked_at = 0
         self._index = {0x140 + joint.motor: i for i, joint in enumerate(joints)}
 
     def start(self):
-        """Drives ready to move, and where the joints are."""
+        """Enables the drives and reads the angles of the joints."""
         self._surely(RUN)
         for joint, data in zip(self.joints, self._surely(CLEAR_ERRORS)):
             self._raise_errors(joint, data[7])
@@ -109,21 +109,21 @@ class Joints:
         return self.degrees()
 
     def angles(self):
-        """Where the joints are: asks all drives. Of one that does not answer, where it was."""
+        """Queries all drives for the angles of the joints; a missing reply leaves the previous angle."""
         for (i, _), data in self._round([(i, query(ANGLE)) for i in range(len(self.joints))]).items():
             self._rotor_deg[i] = int.from_bytes(data[1:], "little", signed=True) / 100
         return self.degrees()
 
     def degrees(self):
-        """Where the joints were at the latest replies."""
+        """Returns the joint angles of the latest replies."""
         return [
             joint.direction * (rotor + offset) / joint.gear
             for joint, rotor, offset in zip(self.joints, self._rotor_deg, self._offset_deg)
         ]
 
     def move(self, targets_deg, within_s):
-        """0xA4 to all of them: there, not much faster than takes so long from the targets before, so that targets in small
-        steps make an even motion."""
+        """Sends 0xA4 to all joints. The speed is a little above that from the previous targets in `within_s`, so that
+        small steps give a smooth motion."""
         frames = []
         for joint, target, before, offset in zip(self.joints, targets_deg, self._targets_deg, self._offset_deg):
             speed_dps = 1.1 * abs(target - before) / within_s + CATCH_UP_DPS
@@ -134,8 +134,8 @@ class Joints:
         self._command(frames)
 
     def push(self, torques_Nm):
-        """0xA1 to all of them. Returns each joint's angle in degrees and speed in degrees/s, as its reply has them: of the
-        instant before the command. None for a joint whose reply did not come in time."""
+        """Sends 0xA1 to all joints. Returns each joint's angle in degrees and speed in degrees/s, measured just before
+        the command. None for a joint whose reply was late."""
         frames = []
         for joint, torque in zip(self.joints, torques_Nm):
             torque = joint.direction * max(-joint.limit_Nm, min(joint.limit_Nm, torque))
@@ -153,7 +153,7 @@ class Joints:
         self._command([query(OFF)] * len(self.joints))
 
     def _command(self, frames):
-        """A frame to each of them, and to one in turn the question for its errors. The replies of the first by joint."""
+        """Sends each joint a frame, and one joint in turn an error query. Returns the frames' replies by joint."""
         asked = self._looked_at = (self._looked_at + 1) % len(self.joints)
         replies = self._round([*enumerate(frames), (asked, query(STATE_1))])
         state = replies.pop((asked, STATE_1), None)
@@ -162,8 +162,8 @@ class Joints:
         return {i: data for (i, _), data in replies.items()}
 
     def _round(self, frames):
-        """Sends frames, pairs of a joint's index and data, and waits for the replies. Those that came in time, by index and
-        command; one that is late is taken for that of the next round, for nothing in it tells."""
+        """Sends frames (pairs of joint index and data) and returns the replies in time, by index and command. A late
+        reply counts for the next round, because replies carry no sequence number."""
         for i, data in frames:
             self.bus.send(can.Message(arbitration_id=0x140 + self.joints[i].motor, data=data, is_extended_id=False))
         replies, missing = {}, {(i, data[0]) for i, data in frames}
@@ -185,7 +185,7 @@ class Joints:
         return replies
 
     def _surely(self, command):
-        """The replies of all of them to a query, which those that do not answer are asked again."""
+        """Sends a query to all joints, again to those that do not answer; returns all replies."""
         replies = {}
         for _ in range(1 + RETRIES):
             missing = [i for i in range(len(self.joints)) if (i, command) not in replies]

@@ -1,9 +1,9 @@
-"""What a pendulum on an LK-TECH motor weighs: from the current that swings it slowly through level, up and down.
+"""Weighs a pendulum on an LK-TECH motor by the current that swings it slowly through level, up and down.
 
     CAN_INTERFACE=socketcan CAN_CHANNEL=vcan0 python3 pendulum_weigh.py     configs/buses/pendulum.toml
 
-Friction is against the motion both ways, so the mean of both is without it, and half their difference is it. Exit status: 0
-when it was measured, 3 when a drive cannot go on; anything else is a mistake of this program's.
+Friction opposes the motion both ways: the mean of both torques is free of it, and half their difference is the friction. Exit
+status: 0: measured; 3: a drive cannot go on; others: a bug of this program.
 """
 
 import math
@@ -18,12 +18,12 @@ PERIOD_S = 0.01
 STATE_2 = 0x9C
 SPEED_DPS = 20.0
 LOW_DEG, LEVEL_DEG, HIGH_DEG, AROUND_DEG = 60.0, 90.0, 120.0, 5.0
-# Of the vendor's table, 0.06201 Nm/A at the rotor, by a gear of 10.
+# Vendor's table: 0.06201 Nm/A at the rotor, times the gear of 10.
 PENDULUM = Joint("shoulder", 1, 10, Nm_per_A=0.62)
 
 
 def current_A(bus, now):
-    """iq by the drive's state; None when the reply does not come in time."""
+    """Returns iq from the drive's state; None if the reply is late."""
     import can
 
     bus.send(can.Message(arbitration_id=0x140 + PENDULUM.motor, data=query(STATE_2), is_extended_id=False))
@@ -42,7 +42,7 @@ class Swing:
         self.at_deg = robot.start()[0]
 
     def to(self, end_deg):
-        """There, evenly. Returns the torques on the way near level, in Nm, gravity's share made that of level."""
+        """Moves at constant speed. Returns the torques near level in Nm, scaled to the gravity torque at level."""
         began_deg, torques = self.at_deg, []
         count = max(1, round(abs(end_deg - began_deg) / SPEED_DPS / PERIOD_S))
         for number in range(1, count + 1):

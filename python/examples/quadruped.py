@@ -1,7 +1,7 @@
-"""The dog of configs/buses/quadruped_on_the_ground.toml, as a host sees it: twelve joints on one bus, legs, and how to stand up.
+"""The robot dog of configs/buses/quadruped_on_the_ground.toml for a host: twelve joints on one bus, legs, standing up.
 
-Legs lf, rf, lh, rh; in each roll, pitch, knee; 0 = hanging straight down. Feet are places from the hip's axis of roll, in
-metres: x forward, y left, z up.
+Legs lf, rf, lh, rh, each with roll, pitch, knee; 0 = hanging straight down. Foot positions are relative to the hip's roll axis,
+in metres: x forward, y left, z up.
 """
 
 import math
@@ -10,7 +10,7 @@ from lk_joints import Joint, smooth
 
 LEGS = ["lf", "rf", "lh", "rh"]
 SEGMENT_M = 0.25  # thigh and shank
-OFFSET_M = 0.08  # from the axis of roll out to the leg
+OFFSET_M = 0.08  # from the roll axis out to the leg
 STANCE_M = 0.40  # height of the hip above the foot's centre
 RISE_S = 1.5
 PERIOD_S = 0.01
@@ -21,8 +21,8 @@ def side(leg):
 
 
 def joints():
-    """Roll drives face the ends of the trunk, pitch and knee drives its sides: so half of them are the other way round. The
-    dog is switched on where it lies, limp."""
+    """Returns the joints. Roll drives face the ends of the trunk, pitch and knee drives its sides, so half of them are
+    reversed. The dog is switched on lying down, limp."""
     table = []
     for number, leg in enumerate(LEGS):
         motor = 1 + 3 * number
@@ -35,7 +35,7 @@ def joints():
 
 
 def leg_angles(leg, x_m, y_m, z_m):
-    """Roll, pitch, knee in degrees that put the foot there, the knee behind; as near as the leg reaches."""
+    """Returns roll, pitch, knee in degrees for a foot position, knee backwards; the nearest within reach."""
     out_m = OFFSET_M * side(leg)
     down_m = math.sqrt(max(0.01**2, y_m**2 + z_m**2 - out_m**2))
     roll = math.atan2(y_m, -z_m) - math.atan2(out_m, down_m)
@@ -45,12 +45,12 @@ def leg_angles(leg, x_m, y_m, z_m):
 
 
 def stance(height_m=STANCE_M):
-    """All joints, with the feet below the hips."""
+    """Returns all joint angles with the feet below the hips."""
     return [angle for leg in LEGS for angle in leg_angles(leg, 0.0, OFFSET_M * side(leg), -height_m)]
 
 
 def stand_up(dog, rounds):
-    """From wherever the joints are, in RISE_S. Returns the targets at which it ends."""
+    """Stands up in RISE_S from any pose. Returns the final targets."""
     began_deg, ends_deg = dog.angles(), stance()
     began_s = None
     while True:
@@ -64,5 +64,5 @@ def stand_up(dog, rounds):
 
 
 def worst(targets_deg, angles_deg, joints):
-    """How far the joint is off that is off most, in degrees, and its name."""
+    """Returns the largest joint error in degrees and the joint's name."""
     return max((abs(target - angle), joint.name) for target, angle, joint in zip(targets_deg, angles_deg, joints))

@@ -2,9 +2,9 @@
 
     CAN_INTERFACE=socketcan CAN_CHANNEL=vcan0 python3 quadruped_stand.py --seconds 10
 
-With positions (0xA4) the drives hold the joints; with --torques this program does, as springs and dampers that it computes from
-each reply and commands as torques (0xA1). Exit status: 0 when it stood all the time, as far as its joints tell; 1 when a joint
-was pushed out of its place; 3 when it has noticed that a drive cannot go on; anything else is a mistake of this program's.
+By default the drives hold positions (0xA4). With --torques this program computes springs and dampers from each reply and commands
+torques (0xA1). Exit status: 0: stood all the time, by its joint angles; 1: a joint was pushed away; 3: the program noticed that a
+drive cannot go on; others: a bug of this program.
 """
 
 import argparse
@@ -22,7 +22,7 @@ DAMPING_NMS_DEG = 0.03
 
 
 def keep(dog, rounds, targets, seconds):
-    """With positions. The largest error and its joint."""
+    """Holds positions. Returns the largest error and its joint."""
     largest = (0.0, "")
     for _ in range(round(seconds / PERIOD_S)):
         rounds.next()

@@ -2,9 +2,8 @@
 
     CAN_INTERFACE=socketcan CAN_CHANNEL=vcan0 python3 quadruped_walk.py --seconds 10 --speed 0.2
 
-The feet follow a path, whatever the trunk does: nothing on the bus tells how that stands. Exit status: 0 when it has walked, as
-far as its joints tell, or --forever was ended by Ctrl-C; 3 when it has noticed that a drive cannot go on; anything else is a
-mistake of this program's.
+The feet follow a fixed path, since the bus does not report the trunk's attitude. Exit status: 0: walked, by its joint angles, or
+--forever was ended by Ctrl-C; 3: the program noticed that a drive cannot go on; others: a bug of this program.
 """
 
 import argparse
@@ -17,15 +16,15 @@ from quadruped import LEGS, OFFSET_M, PERIOD_S, STANCE_M, joints, leg_angles, si
 
 NOTICED = 3
 BOOT_S = 0.2
-STEP_S = 0.5  # of all four legs
+STEP_S = 0.5  # a full cycle of all four legs
 LIFT_M = 0.05
-EASE_S = 1.0  # to full step, and back
+EASE_S = 1.0  # from standing to full steps, and back
 REST_S = 2.0
-LATE = {"lf": 0.0, "rh": 0.0, "rf": 0.5, "lh": 0.5}  # shares of a step
+LATE = {"lf": 0.0, "rh": 0.0, "rf": 0.5, "lh": 0.5}  # phase, as a share of a step
 
 
 def foot(leg, at_s, speed_m_s, ease):
-    """Where it is beside the point below the hip: forward and up, in metres. Half of the time on the ground."""
+    """Returns the foot's offset from the point below the hip: forward and up, in metres. Half of the time: ground."""
     share = (at_s / STEP_S + LATE[leg]) % 1.0
     half_m = speed_m_s * STEP_S / 4 * ease
     if share < 0.5:
@@ -35,7 +34,7 @@ def foot(leg, at_s, speed_m_s, ease):
 
 
 def walk(dog, rounds, seconds, speed_m_s):
-    """The largest error and its joint."""
+    """Walks; returns the largest error and its joint."""
     largest = (0.0, "")
     for _ in range(round(seconds / PERIOD_S)):
         at_s = rounds.next()
@@ -57,7 +56,7 @@ def stand(dog, rounds, seconds):
 
 
 def walk_to_and_fro(dog, rounds, seconds, speed_m_s):
-    """`rounds()` makes them, from now on."""
+    """Walks forwards and backwards for ever; `rounds()` makes new Rounds."""
     for direction in itertools.cycle((1, -1)):
         stand(dog, rounds(), REST_S)
         walk(dog, rounds(), seconds, direction * speed_m_s)

@@ -1,4 +1,4 @@
-"""The joint's controller against a virtual drive: what no bench shows at the push of a button.
+"""Tests the joint's controller with a virtual drive, in cases that a test bench cannot easily produce.
 
     pytest python/examples          where there is a CAN bus; else scripts/with-vcan pytest python/examples
 """
@@ -54,7 +54,7 @@ def test_it_finds_its_reference_again_after_a_brown_out(joint, drives):
     assert drives[1].telemetry("angle_deg") == pytest.approx(90, abs=2 * TOLERANCE_DEG)
 
 
-# --- with the clock in the test's hand: as fast as the machine can, the same on every one ---
+# --- with a stepped clock: as fast as the machine allows, with equal results on all machines ---
 
 
 @pytest.mark.lkemu(clock="stepped")
@@ -65,5 +65,5 @@ def test_it_reports_a_jam_in_time(bus, drives, clock):
     jam = drives[1].jam(percent=100, when=HALF_WAY)
     with pytest.raises(Stalled):
         joint.move_to(90)
-    # A poll: the pause and two replies of at most 1 ms; one more of them passes before the stop is answered.
+    # A poll is the pause and two replies of at most 1 ms; one more reply passes before the stop is answered.
     assert clock.time_s - jam.evidence.began_at_s <= STALL_LIMIT_S + 2 * (POLL_S + 0.002) + 0.001

@@ -1,4 +1,4 @@
-"""Joints and legs by themselves, on a bus whose drives are where they were told to be."""
+"""Tests joints and legs alone, on a bus with ideal drives."""
 
 import math
 import struct
@@ -14,7 +14,7 @@ ROLL = Joint("roll", 1, 8, boot_deg=17, Nm_per_A=1.11, limit_Nm=12)
 
 
 class IdealBus:
-    """Drives that answer after `late_s`, and stand still but for 0xA4. `rotor_deg` is 0x92's."""
+    """Drives that answer after `late_s` and only move on 0xA4. `rotor_deg` is the angle of 0x92."""
 
     def __init__(self, rotor_deg, late_s=0.0005):
         self.rotor_deg, self.late_s = dict(rotor_deg), late_s
@@ -61,7 +61,7 @@ def joints_on(bus, joints=(ROLL, PITCH)):
 
 
 def test_turns_of_the_rotor_are_found_from_where_power_came():
-    # pitch: the rotor is at 6*77 = 462 degrees, which the drive calls 102; since then it has gone 10 on
+    # pitch: at power-on the rotor was at 6*77 = 462 degrees, reported as 102; since then it has turned by 10
     bus = IdealBus({1: 136.0, 2: 112.0})
     assert joints_on(bus).start() == pytest.approx([17, -472 / 6])
 
@@ -72,7 +72,7 @@ def test_a_move_is_of_the_rotor_and_the_other_way_round():
     robot.start()
     robot.move([16.0, -75.0], within_s=0.1)
     sent = {id: struct.unpack("<BxHi", data) for id, data in bus.sent if data[0] == 0xA4}
-    assert sent[1] == (0xA4, (11 + 20) * 8, 12800)  # a degree in 0.1 s, a tenth more, and 20 degrees/s to catch up
+    assert sent[1] == (0xA4, (11 + 20) * 8, 12800)  # a degree in 0.1 s plus 10 %, and 20 degrees/s to catch up
     assert sent[2] == (0xA4, (22 + 20) * 6, 45000 - 36000)
     assert robot.angles() == pytest.approx([16, -75])
 

@@ -3,7 +3,7 @@
     with lkemu.Emulator(ids="1-4") as emu:
         emu.drives[2].jam(percent=100, for_s=0.5)
 
-docs/python.md tells all of it; `lkemu.pytest_plugin` has fixtures.
+docs/python.md describes the package; `lkemu.pytest_plugin` has fixtures.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -47,7 +47,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """SteppedBus is a can.BusABC: only who asks for it needs python-can."""
+    """SteppedBus is a can.BusABC, so python-can is imported only on its first use."""
     if name != "SteppedBus":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from .stepped_bus import SteppedBus

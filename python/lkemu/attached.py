@@ -1,4 +1,4 @@
-"""The bus for which something else has started this program: lk-emu campaign, for one."""
+"""Attaches to a bus whose lk-emu was started by another program, e.g. by lk-emu campaign."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ TIMEOUT_S = 600.0  # an answer is late when the machine is busy; what started th
 
 
 class Attached:
-    """A bus, and the time that goes with it.
+    """A bus and its clock.
 
-    `now()` and `sleep(s)` are the drives' where their clock is stepped, else those of the module `time`. `clock` is
-    None where time is real.
+    `now()` and `sleep(s)` use the drives' time if their clock is stepped, else the module `time`. `clock` is None if
+    time is real.
     """
 
     def __init__(self, bus: str, control: Optional[str] = None) -> None:
@@ -30,11 +30,11 @@ class Attached:
 
     @property
     def can_args(self) -> Dict[str, Any]:
-        """What python-can takes to get on `bus`: `can.Bus(**attached.can_args)`."""
+        """Arguments that connect python-can to `bus`: `can.Bus(**attached.can_args)`."""
         return can_args(self.bus)
 
     def open(self) -> Any:
-        """A can.Bus of python-can; one that lets time pass while its host waits, where that is stepped."""
+        """Returns a can.Bus of python-can; with a stepped clock, one that advances time while its host waits."""
         import can
 
         from .stepped_bus import SteppedBus
@@ -43,7 +43,7 @@ class Attached:
         return bus if self.clock is None else SteppedBus(bus, self.clock)
 
     def now(self) -> float:
-        """Seconds; only differences mean something."""
+        """Returns seconds since an unspecified start; use differences only."""
         return time.monotonic() if self.clock is None else self.clock.time_s
 
     def sleep(self, duration_s: float) -> None:
@@ -54,7 +54,7 @@ class Attached:
 
 
 def attach() -> Attached:
-    """The bus that LKEMU_BUS names, with the clock at the socket LKEMU_CONTROL. Raises StartError without the first."""
+    """Attaches to bus LKEMU_BUS, with the clock at socket LKEMU_CONTROL. Raises StartError if LKEMU_BUS is unset."""
     bus = os.environ.get("LKEMU_BUS")
     if not bus:
         raise StartError("LKEMU_BUS is not set: it names the bus, as lk-emu campaign does, like slcan-tcp:29536")

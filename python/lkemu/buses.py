@@ -1,4 +1,4 @@
-"""A CAN bus that nobody else uses: found, and kept by a lock for as long as lk-emu runs on it."""
+"""Finds a CAN bus that no other program uses and locks it while lk-emu runs on it."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from .errors import Error, StartError
 SIOCGIFFLAGS = 0x8913
 IFF_UP = 1
 CAP_NET_ADMIN = 12
-MOST_BUSES = 64  # nobody tests on more at a time
+MOST_BUSES = 64  # assumed: more than any test machine uses at a time
 PATIENCE_S = 2.0
 FIRST_PORT = 29536
 HINT = "run under scripts/with-vcan, or make one: sudo ip link add {0} type vcan && sudo ip link set {0} up"
 
 
 class Claim(NamedTuple):
-    """A bus of ours. Pass `lock` on to lk-emu: the bus is taken until the last holder ends."""
+    """A bus that we have locked. Pass `lock` on to lk-emu: the bus is taken until the last holder ends."""
 
     bus: str
     lock: int  # file descriptor
-    create: bool  # there is no such interface yet
+    create: bool  # the interface does not exist yet
 
 
 def claim_free_bus(may_create: Optional[bool] = None) -> Claim:
-    """An unused vcanN that is up, or the name of one that may be made. `may_create`: None, if we are allowed to."""
+    """Claims an unused vcanN that is up, or a name for a new one. `may_create`: None means if permissions allow."""
     check_can_support()
     interfaces = {name for _, name in socket.if_nameindex() if re.fullmatch(r"vcan\d+", name)}
     spoken_for = buses_in_use()
@@ -54,7 +54,7 @@ def claim_free_bus(may_create: Optional[bool] = None) -> Claim:
 
 
 def claim_any_bus(may_create: Optional[bool] = None) -> Claim:
-    """A free CAN bus, or where there is none to be had a port of this machine for slcan."""
+    """Claims a free CAN bus, or a local port for slcan if no CAN bus is available."""
     try:
         return claim_free_bus(may_create)
     except StartError:
@@ -71,7 +71,7 @@ def claim_any_bus(may_create: Optional[bool] = None) -> Claim:
 
 def port_is_free(port: int) -> bool:
     with socket.socket() as sock:
-        sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as lk-emu will
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as lk-emu does
         try:
             sock.bind(("127.0.0.1", port))
         except OSError:
@@ -80,7 +80,7 @@ def port_is_free(port: int) -> bool:
 
 
 def can_args(bus: str) -> Dict[str, Any]:
-    """What python-can's can.Bus takes to get on a bus of this name (docs/buses.md)."""
+    """Returns the arguments of python-can's can.Bus for a bus of this name (docs/buses.md)."""
     scheme, colon, rest = bus.partition(":")
     if not colon:
         return {"interface": "socketcan", "channel": bus}
@@ -121,11 +121,11 @@ def may_make_interfaces() -> bool:
     return found is not None and bool(int(found[1], 16) >> CAP_NET_ADMIN & 1)
 
 
-# --- who uses which bus --------------------------------------------------------------------------
+# --- buses in use --------------------------------------------------------------------------------
 
 
 def runtime_directory() -> str:
-    """Where lk-emu has its control sockets, made if need be; as the program itself chooses it."""
+    """Returns the directory of lk-emu's control sockets, chosen as lk-emu does; creates it if needed."""
     above = os.environ.get("XDG_RUNTIME_DIR")
     path = os.path.join(above, "lk-emu") if above and os.path.isdir(above) else f"/tmp/lk-emu-{os.geteuid()}"
     try:
@@ -144,7 +144,7 @@ def runtime_directory() -> str:
 
 
 def owner_of_new_files(directory: str) -> int:
-    """Inside user-mode Linux everybody is root, and files belong to who called it."""
+    """Returns the real user: inside user-mode Linux all processes are root, but files belong to the caller."""
     try:
         fd, name = tempfile.mkstemp(prefix=".lk-emu-", dir=directory)
     except OSError:
@@ -156,7 +156,7 @@ def owner_of_new_files(directory: str) -> int:
 
 
 def network() -> str:
-    """Names the set of interfaces that this process sees: containers have a vcan0 each."""
+    """Returns an ID of the set of interfaces that this process sees: each container has its own vcan0."""
     return str(os.stat("/proc/self/ns/net").st_ino)
 
 
@@ -172,7 +172,7 @@ def try_lock(bus: str) -> Optional[int]:
 
 
 def buses_in_use() -> Set[str]:
-    """Those of every lk-emu that answers on its control socket and sees the same interfaces."""
+    """Returns the buses of every lk-emu that answers on its control socket and sees the same interfaces."""
     buses: Set[str] = set()
     for path in glob.glob(os.path.join(glob.escape(runtime_directory()), "*.sock")):
         buses.update(buses_behind(path))
@@ -180,7 +180,7 @@ def buses_in_use() -> Set[str]:
 
 
 def buses_behind(path: str) -> List[str]:
-    """Nobody there, or in another network: none. There, but busy: the one that the socket's name tells."""
+    """Returns the buses of the lk-emu at a socket; none if in another network, the socket's name if busy."""
     try:
         with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as sock:
             sock.settimeout(PATIENCE_S)
@@ -200,9 +200,9 @@ def buses_behind(path: str) -> List[str]:
 
 
 def sees_our_network(pid: int) -> bool:
-    if pid == 0:  # of another PID namespace
+    if pid == 0:  # in another PID namespace
         return False
     try:
         return str(os.stat(f"/proc/{pid}/ns/net").st_ino) == network()
     except OSError:
-        return True  # it may not be looked at: better one bus less than two on one
+        return True  # no permission to look: assume so, rather than use one bus twice

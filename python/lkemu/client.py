@@ -15,7 +15,7 @@ BASE = "/api/v1"
 
 
 class UnixConnection(http.client.HTTPConnection):
-    """http.client, to a path instead of a host."""
+    """An HTTP connection to a Unix socket path instead of a host."""
 
     def __init__(self, path: str, timeout_s: float) -> None:
         super().__init__("localhost", timeout=timeout_s)
@@ -25,7 +25,7 @@ class UnixConnection(http.client.HTTPConnection):
         self.sock = open_socket(self._path, self.timeout)
 
     def was_closed(self) -> bool:
-        """The other side has hung up since the last answer: nothing can be sent on this one."""
+        """Returns whether the other side has closed the connection since the last answer."""
         return self.sock is not None and bool(select.select([self.sock], [], [], 0)[0])
 
 
@@ -41,7 +41,7 @@ def open_socket(path: str, timeout_s: Optional[float]) -> socket.socket:
 
 
 def refusal(status: int, path: str, body: bytes) -> Refused:
-    """{"error": {"where": …, "reason": …}}, or whatever else came with that status."""
+    """Parses {"error": {"where": …, "reason": …}}; other bodies become the reason."""
     try:
         error = json.loads(body)["error"]
         return Refused(str(error.get("where") or ""), str(error["reason"]), status)
@@ -51,12 +51,12 @@ def refusal(status: int, path: str, body: bytes) -> Refused:
 
 
 class Client:
-    """Requests and JSON answers; any thread may ask, one after the other."""
+    """Sends requests and returns JSON answers; threads may share it, requests are serialised."""
 
     def __init__(self, path: str, timeout_s: float, gone: Callable[[str], Exception]) -> None:
         self.path = path
         self.timeout_s = timeout_s
-        self._gone = gone  # makes the exception for a server that is not there any more
+        self._gone = gone  # makes the exception for a server that has ended
         self._connection: Optional[UnixConnection] = None
         self._lock = threading.Lock()
 
@@ -67,7 +67,7 @@ class Client:
         return self.request("POST", path, body, timeout_s)
 
     def request(self, method: str, path: str, body: Any = None, timeout_s: Optional[float] = None) -> Any:
-        """The answer's JSON. Nothing is ever sent twice. Raises Refused, Ended or Error."""
+        """Returns the answer's JSON. Never sends a request twice. Raises Refused, Ended or Error."""
         limit_s = self.timeout_s if timeout_s is None else timeout_s
         what = f"{method} {path}"
         with self._lock:
@@ -80,7 +80,7 @@ class Client:
                 self._hang_up()
                 raise self._gone(f"{what}: {problem}") from None
             except BaseException:
-                self._hang_up()  # an answer that nobody has read must not be the next one's
+                self._hang_up()  # an unread answer must not be taken for the next one's
                 raise
         if not 200 <= status < 300:
             raise refusal(status, path, answer)

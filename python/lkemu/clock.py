@@ -1,4 +1,4 @@
-"""The time of the drives."""
+"""The drives' clock."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from .client import Client
 from .faults import Evidence
 
 UNITS_S = {"ns": 1e-9, "us": 1e-6, "µs": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
-LEAST_S = 1e-6  # the clock knows nothing less, and a step of less than half of it would leave it where it is
+LEAST_S = 1e-6  # resolution of the clock; a step of less than half of it would not advance it
 Duration = Union[str, float, int]
 
 
 def seconds(duration: Duration) -> float:
-    """10 or "10 s", "250ms", "20us", "2 min" in seconds."""
+    """Converts 10 or "10 s", "250ms", "20us", "2 min" to seconds."""
     if not isinstance(duration, str):
         return float(duration)
     found = re.fullmatch(r"\s*([0-9.]+(?:[eE][-+]?\d+)?)\s*(\S*)\s*", duration)
@@ -27,7 +27,7 @@ def seconds(duration: Duration) -> float:
 
 
 class Clock:
-    """`mode` is "realtime", "stepped" (time stands until it is advanced) or "x10" (any factor)."""
+    """`mode` is "realtime", "stepped" (time only advances on request) or "x10" (any factor)."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
@@ -42,25 +42,25 @@ class Clock:
 
     @property
     def time_s(self) -> float:
-        """Seconds since the drives' world began."""
+        """Returns the drives' time in seconds since their start."""
         return float(self._client.get("/clock")["time_s"])
 
     def faults(self) -> List[Evidence]:
-        """Every fault that was set on the drives whose time this is, with what became of it."""
+        """Returns every fault that was set on the drives of this clock, with its evidence."""
         return [Evidence.from_json(row) for row in self._client.get("/faults")]
 
     def advance(self, by: Duration) -> float:
-        """Lets so much time pass ("10ms", or seconds); the time then. Stepped clocks only.
+        """Advances the time by "10ms" or by seconds; returns the new time. Stepped clocks only.
 
-        When this returns, everything up to then has happened and the replies can be received.
+        On return, all events up to the new time have happened and the replies can be received.
         """
         return self._move({"by_s": seconds(by)}, seconds(by))
 
     def advance_to(self, time_s: float) -> float:
-        """Lets time pass until then; the time then. Stepped clocks only."""
+        """Advances the time to `time_s`; returns the new time. Stepped clocks only."""
         return self._move({"to_s": time_s}, time_s - self.time_s)
 
     def _move(self, how: "dict[str, float]", step_s: float) -> float:
-        # Computing takes its time as well; ten times as long as it lasts would be a very slow machine.
+        # Assumed: computing takes at most ten times as long as the simulated time, even on a slow machine.
         limit_s = self._client.timeout_s + 10 * max(0.0, step_s)
         return float(self._client.post("/clock/advance", how, limit_s)["time_s"])

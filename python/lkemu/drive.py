@@ -1,4 +1,4 @@
-"""What can be done to drives, and read of one. Units are the ends of the names: _V, _s, _C, _deg, _dps."""
+"""Commands to drives and readings of one. Names end with their units: _V, _s, _C, _deg, _dps."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ if TYPE_CHECKING:
     from .emulator import Emulator
 
 When = Mapping[str, Any]
-"""A condition: {"signal": "speed_dps", "above": 100}, {"error": "stall"} or {"command": 0xA4, "count": 3};
-with an "id", of that drive."""
+"""A condition: {"signal": "speed_dps", "above": 100}, {"error": "stall"} or {"command": 0xA4, "count": 3}; "id": the
+drive."""
 
 
 class Power:
-    """The supply's switch."""
+    """Switches the supply."""
 
     def __init__(self, targets: "Targets") -> None:
         self._targets = targets
@@ -27,19 +27,19 @@ class Power:
         return self._targets.do(power="on", **timing)
 
     def off(self, **timing: Any) -> float:
-        """The supply is disconnected; the link still feeds the drive for a moment."""
+        """Disconnects the supply; the DC link still feeds the drive for a moment."""
         return self._targets.do(power="off", **timing)
 
     def cycle(self, off_s: Optional[float] = None, **timing: Any) -> float:
-        """Off, and on again after `off_s` seconds (0.5)."""
+        """Switches the supply off, and on again after `off_s` seconds (0.5)."""
         return self._targets.do(power="cycle", off_s=off_s, **timing)
 
 
 class Targets:
     """Some drives of a bus. Every kind of fault is a method too: `drive.jam(percent=50, for_s=0.2)`.
 
-    Everything here takes effect at once, or, with `at_s=` and `when=`, then; and returns the time in seconds at
-    which lk-emu took it, a fault as a `Fault`. What lk-emu does not take raises `Refused`.
+    All methods take effect at once, or at `at_s=` or on `when=`. They return the time in seconds at which lk-emu
+    accepted the request; faults return a `Fault`. Raise `Refused` if lk-emu refuses the request.
     """
 
     def __init__(self, emulator: "Emulator", bus: str, ids: Sequence[int]) -> None:
@@ -49,31 +49,31 @@ class Targets:
         self.power = Power(self)
 
     def do(self, **words: Any) -> float:
-        """A directive in the words of docs/directives.md. What is None is not said."""
+        """Sends a directive in the words of docs/directives.md. Omits words that are None."""
         return float(self._emulator.directive(bus=self.bus, ids=self.ids, **words)["time_s"])
 
     def supply(self, volts: float, ramp_s: Optional[float] = None, **timing: Any) -> float:
-        """The supply goes to `volts` and stays there; evenly within `ramp_s` seconds, or at once."""
+        """Sets the supply to `volts`: linearly within `ramp_s` seconds, or at once."""
         return self.do(supply_V=volts, ramp_s=ramp_s, **timing)
 
     def sag(self, to_V: float, s: float, **timing: Any) -> float:
-        """The supply drops to `to_V` volts for `s` seconds. `fault("sag", …)` has evidence as well."""
+        """Lowers the supply to `to_V` volts for `s` seconds. `fault("sag", …)` also has evidence."""
         return self.do(sag_to_V=to_V, sag_s=s, **timing)
 
     def ambient(self, C: float, **timing: Any) -> float:
-        """Ambient temperature in °C."""
+        """Sets the ambient temperature in °C."""
         return self.do(ambient_C=C, **timing)
 
     def load(self, *, at_s: Optional[float] = None, when: Optional[When] = None, **load: Any) -> float:
-        """Another load on the output: `J_g_cm2`, `tau_Nm`, `tau_gravity_Nm`, `theta_min_deg`, `theta_max_deg`."""
+        """Sets the load on the output: `J_g_cm2`, `tau_Nm`, `tau_gravity_Nm`, `theta_min_deg`, `theta_max_deg`."""
         return self.do(load=load, at_s=at_s, when=when)
 
     def turn(self, deg: float, **timing: Any) -> float:
-        """The output shaft is turned by hand, clockwise positive."""
+        """Turns the output shaft as by hand; clockwise is positive."""
         return self.do(turn_deg=deg, **timing)
 
     def settings(self, *, at_s: Optional[float] = None, when: Optional[When] = None, **settings: Any) -> float:
-        """Settings of RAM and ROM, written as by the vendor's tool: `max_speed_dps=…`, `gains={…}`."""
+        """Writes settings of RAM and ROM, as the vendor's tool does: `max_speed_dps=…`, `gains={…}`."""
         return self.do(settings=settings, at_s=at_s, when=when)
 
     def fault(
@@ -92,8 +92,8 @@ class Targets:
     ) -> Fault:
         """Sets a fault of this kind; `lk-emu faults` lists kinds and parameters.
 
-        for_s, every_s, times: its course; probability: of each frame, for kinds that act on frames; optional: a
-        test does not fail when it never takes effect.
+        for_s, every_s, times: its course; probability: for each frame, for kinds that act on frames; optional: a test
+        does not fail if the fault never takes effect.
         """
         course = {"name": name, "for_s": for_s, "every_s": every_s, "times": times, "probability": probability}
         words = {"kind": kind, **{key: value for key, value in course.items() if value is not None}, **parameters}
@@ -116,7 +116,7 @@ class Targets:
 
 
 def chosen(values: Dict[str, float], signals: Sequence[str]) -> Union[float, Dict[str, float]]:
-    """Of all values that of one signal; of several or, without any, of all a dict."""
+    """Returns the value of one signal; a dict for several or, if none is named, for all."""
     for name in signals:
         if name not in values:
             near = difflib.get_close_matches(name, values, 1)
@@ -127,14 +127,14 @@ def chosen(values: Dict[str, float], signals: Sequence[str]) -> Union[float, Dic
 
 
 class Drive(Targets):
-    """One drive. What is read is asked for each time, and is true of one instant."""
+    """One drive. Each reading is a new request; its values belong to one instant."""
 
     def __init__(self, emulator: "Emulator", bus: str, id: int) -> None:
         super().__init__(emulator, bus, [id])
         self.id = id
 
     def view(self) -> Dict[str, Any]:
-        """Everything that is known of it: motor, state, errors, signals, registers, counters."""
+        """Returns the whole state of the drive: motor, state, errors, signals, registers, counters."""
         return dict(self._emulator.client.get(f"/drives/{quote(self.bus, safe='')}/{self.id}"))
 
     @overload
@@ -144,7 +144,7 @@ class Drive(Targets):
     def telemetry(self, *signals: str) -> Dict[str, float]: ...
 
     def telemetry(self, *signals: str) -> Union[float, Dict[str, float]]:
-        """Signals now: the value of one; of several or, without any, of all a dict (GET /signals lists them)."""
+        """Returns the value of one signal; a dict for several or for all (GET /signals lists them)."""
         return chosen(self.view()["signals"], signals)
 
     @property
@@ -154,12 +154,12 @@ class Drive(Targets):
 
     @property
     def alive(self) -> bool:
-        """Its controller has power and has booted."""
+        """Whether the controller has power and has booted."""
         return bool(self.view()["alive"])
 
     @property
     def errors(self) -> List[str]:
-        """Latched errors, by word: under_voltage, stall, …"""
+        """Latched errors by name: under_voltage, stall, …"""
         return list(self.view()["errors"])
 
     @property

@@ -19,11 +19,11 @@ from .options import AUTO, Buses, Ids, Options, Quirks, ids_text
 from .program import Process, find_program
 from .telemetry import Telemetry
 
-SOCKET_PATH_LIMIT = 100  # the kernel's is 107
+SOCKET_PATH_LIMIT = 100  # the kernel's limit is 107
 
 
 class Drives:
-    """`drives[1]`, or `drives["vcan1", 1]` where that ID is on several buses; iterating gives the drives."""
+    """`drives[1]`, or `drives["vcan1", 1]` if several buses have that ID; iterating yields the drives."""
 
     def __init__(self, drives: Sequence[Drive]) -> None:
         self._drives = list(drives)
@@ -46,17 +46,17 @@ class Drives:
 
 
 class Emulator:
-    """Virtual drives on a CAN bus, for as long as a `with` lasts.
+    """Virtual drives on a CAN bus that run within a `with` block.
 
-    bus: interface, or a URI (docs/buses.md); None or "free": a free one, created if there is none and permissions allow;
-    "auto": slcan over TCP where that cannot be; None with `config`: those of the file; {"vcan0": "1-4", "vcan1": "1,2"}:
+    bus: interface, or a URI (docs/buses.md); None or "free": a free one, created if needed and permitted; "auto": as
+    "free", or slcan over TCP if not possible; None with `config`: those of the file; {"vcan0": "1-4", "vcan1": "1,2"}:
     several. ids: "1-4" (default), "1,3", 3 or [1, 3].
-    config, motor, generation, seed, bitrate (bit/s), rom, scenario, record (directory), log_level: as lk-emu's
-    options. boot_angle_deg: of the rotor of every drive at the start; None: drawn from the seed.
+    config, motor, generation, seed, bitrate (bit/s), rom, scenario, record (directory), log_level: as lk-emu's options.
+    boot_angle_deg: of the rotor of every drive at the start; None: drawn from the seed.
     quirks: {"pid_commands": True, "state_1": "centivolt"}, of all drives.
-    clock: "realtime", "stepped", "x10". program: path of lk-emu; else $LKEMU, this build's, the one in PATH.
-    create_bus: make missing interfaces; None: if need be and allowed. log_dir: directory for what lk-emu says.
-    arguments: more of its command line. timeout_s: of every request; start_timeout_s: until the drives answer.
+    clock: "realtime", "stepped", "x10". program: path of lk-emu; default: $LKEMU, this build's, the one in PATH.
+    create_bus: create missing interfaces; None: if needed and permitted. log_dir: directory for lk-emu's output.
+    arguments: more arguments for lk-emu. timeout_s: of each request; start_timeout_s: until the drives answer.
     """
 
     def __init__(
@@ -97,13 +97,13 @@ class Emulator:
         self._process: Optional[Process] = None
         self._client: Optional[Client] = None
         self._kinds: Optional[Dict[str, Kind]] = None
-        self._optional: Set[Tuple[str, str]] = set()  # bus and name of faults that may come to nothing
-        self._out = self._err = ""  # of a process that has ended
-        self._last_faults: Optional[List[Evidence]] = None  # of one that we have stopped
+        self._optional: Set[Tuple[str, str]] = set()  # bus and name of faults that need not take effect
+        self._out = self._err = ""  # output of a process that has ended
+        self._last_faults: Optional[List[Evidence]] = None  # of a process that we have stopped
         self.buses: List[str] = []
         self.drives = Drives([])
 
-    # --- its life ---
+    # --- start and end ---
 
     def start(self) -> "Emulator":
         """Starts lk-emu and waits until its drives can answer. Raises StartError."""
@@ -121,7 +121,7 @@ class Emulator:
             raise
         finally:
             if claim is not None:
-                os.close(claim.lock)  # lk-emu has it as well
+                os.close(claim.lock)  # lk-emu holds the lock as well
         return self
 
     def _launch(self, program: str, claim: Optional[Claim]) -> None:
@@ -143,13 +143,13 @@ class Emulator:
         self.drives = Drives([Drive(self, bus["bus"], id) for bus in buses for id in bus["ids"]])
 
     def stop(self) -> Optional[int]:
-        """Ends lk-emu (SIGTERM, then SIGKILL); its exit status, None if it never ran. Twice does no harm."""
+        """Ends lk-emu (SIGTERM, then SIGKILL); returns its exit status, None if it never ran. May be called twice."""
         if self._client is not None:
             if self._last_faults is None and self.exit_status is None:
                 try:
                     self._last_faults = self.faults()
                 except Error:
-                    pass  # it is to end, whatever it has to say
+                    pass  # lk-emu must end in any case
             self._client.close()
         status = None
         if self._process is not None:
@@ -170,12 +170,12 @@ class Emulator:
 
     @property
     def exit_status(self) -> Optional[int]:
-        """-N when signal N killed it; None while it runs."""
+        """Exit status of lk-emu; -N if signal N killed it, None while it runs."""
         return None if self._process is None else self._process.status
 
     @property
     def died(self) -> bool:
-        """It has ended, and nobody here asked it to."""
+        """Whether lk-emu ended without a request from here."""
         return self.exit_status is not None and (self._last_faults is None or self.exit_status != 0)
 
     @property
@@ -186,22 +186,22 @@ class Emulator:
 
     @property
     def control(self) -> str:
-        """The path of its control socket."""
+        """Path of lk-emu's control socket."""
         return self.client.path
 
     @property
     def log(self) -> str:
-        """What it wrote to standard error."""
+        """lk-emu's standard error."""
         return self._err if self._process is None or self._directory is None else self._process.err()
 
     @property
     def output(self) -> str:
-        """What it wrote to standard output: that it is ready, and, when it has ended, what it saw."""
+        """lk-emu's standard output: the ready line and, after the end, a summary."""
         return self._out if self._process is None or self._directory is None else self._process.out()
 
     @property
     def client(self) -> Client:
-        """The control interface, for what this class has no word for: `client.get("/signals")`."""
+        """The control interface, for requests without a method here: `client.get("/signals")`."""
         if self._client is None:
             raise Error("lk-emu was not started")
         return self._client
@@ -212,7 +212,7 @@ class Emulator:
         return Error(what)
 
     def how_it_ended(self) -> str:
-        """The exit status in words, and its last log lines."""
+        """Returns the exit status in words, and the last log lines."""
         status = self.exit_status or 0
         how = f"status {status}"
         if status < 0:
@@ -223,26 +223,26 @@ class Emulator:
         last = [line for line in self.log.splitlines() if line.strip()][-3:]
         return f"lk-emu ended ({how})" + "".join(f"\n  {line}" for line in last)
 
-    # --- what it is asked ---
+    # --- queries ---
 
     def status(self) -> Dict[str, Any]:
-        """Version, clock, buses with their counters, recording, scenario."""
+        """Returns version, clock, buses with their counters, recording, scenario."""
         return dict(self.client.get("/status"))
 
     def advice(self) -> List[Dict[str, Any]]:
-        """What hosts have done wrong so far, once for each kind and drive (docs/advice.md); empty: nothing."""
+        """Returns the mistakes of hosts so far, once for each kind and drive (docs/advice.md)."""
         return [dict(row) for row in self.client.get("/advice")]
 
     @property
     def bus(self) -> str:
-        """The interface, the first one if there are several: for `can.Bus(channel=emu.bus, …)`."""
+        """The interface, the first one of several: for `can.Bus(channel=emu.bus, …)`."""
         if not self.buses:
             raise Error("lk-emu was not started")
         return self.buses[0]
 
     @property
     def can_args(self) -> Dict[str, Any]:
-        """What python-can takes to get on `bus`, of whatever kind: `can.Bus(**emu.can_args)`."""
+        """Arguments that connect python-can to `bus` of any kind: `can.Bus(**emu.can_args)`."""
         return can_args(self.bus)
 
     @property
@@ -253,7 +253,7 @@ class Emulator:
         return self.drives[id if bus is None else (bus, id)]
 
     def targets(self, ids: Optional[Sequence[int]] = None, bus: Optional[str] = None) -> Targets:
-        """Several drives of a bus at once, all of it if no `ids` are given: `emu.targets([1, 2]).power.cycle()`."""
+        """Returns several drives of a bus, all of them without `ids`: `emu.targets([1, 2]).power.cycle()`."""
         if ids is not None and not ids:
             raise ValueError("ids is empty: leave it out for all drives")
         on = bus or self.bus
@@ -267,9 +267,9 @@ class Emulator:
         bus: Optional[str] = None,
         timeout_s: Optional[float] = None,
     ) -> Telemetry:
-        """Signals of drives, so many samples a second of their time: `for time_s, drives in emu.telemetry(…)`.
+        """Streams signals at `rate_Hz`, in the drives' time: `for time_s, drives in emu.telemetry(…)`.
 
-        Those of the body are in `drives["body"]`.
+        `drives["body"]` has the signals of the body.
         """
         words = signals if isinstance(signals, str) else ",".join(signals)
         query = {"signals": words, "bus": bus or self.bus, "rate_Hz": f"{rate_Hz:g}"}
@@ -285,13 +285,13 @@ class Emulator:
     def body(self, *signals: str) -> Dict[str, float]: ...
 
     def body(self, *signals: str) -> Union[float, Dict[str, float]]:
-        """Signals of the body now: the value of one; of several or, without any, of all a dict. Raises Refused without one."""
+        """Returns the value of one signal of the body; a dict for several or all. Raises Refused without a body."""
         return chosen(self.client.get("/body")["signals"], signals)
 
-    # --- what is done to it ---
+    # --- commands ---
 
     def directive(self, **words: Any) -> Dict[str, Any]:
-        """Anything in the words of docs/directives.md; what is None or empty is not said. Raises Refused."""
+        """Sends a directive in the words of docs/directives.md, without None and empty ones. Raises Refused."""
         said = {key: value for key, value in words.items() if value is not None and value != []}
         if "ids" in said:
             said["ids"] = ids_text(said["ids"])
@@ -299,18 +299,18 @@ class Emulator:
         return dict(self.client.post("/directives", said))
 
     def mark(self, text: str, bus: Optional[str] = None) -> float:
-        """A note in log and recording; the time in seconds."""
+        """Writes a note into log and recording; returns the time in seconds."""
         return float(self.directive(bus=bus, mark=text)["time_s"])
 
     def record(self, directory: Union[str, "os.PathLike[str]"]) -> None:
-        """Records from now on, into this directory (docs/record.md)."""
+        """Starts a recording into this directory (docs/record.md)."""
         self.client.post("/recording", {"directory": os.path.abspath(directory)})
 
     def stop_recording(self) -> None:
         self.client.request("DELETE", "/recording")
 
     def scenario(self, file: Union[str, "os.PathLike[str]", None] = None, toml: Optional[str] = None) -> Any:
-        """Starts a scenario, a file or its text; without either, the verdict so far."""
+        """Starts a scenario from a file or a text; without either, returns the verdict so far."""
         if file is None and toml is None:
             return self.client.get("/scenario")
         words = {"file": os.path.abspath(file)} if file is not None else {"toml": toml}
@@ -328,7 +328,7 @@ class Emulator:
         return self._kinds
 
     def fault(self, kind: str, bus: Optional[str] = None, **more: Any) -> Fault:
-        """A fault of the bus as a whole, such as error_frames; `Targets.fault` has the parameters."""
+        """Sets a fault of the whole bus, such as error_frames; `Targets.fault` explains the parameters."""
         return Targets(self, bus or self.bus, []).fault(kind, **more)
 
     def set_fault(
@@ -347,22 +347,22 @@ class Emulator:
         return Fault(self, bus, name, str(words["kind"]), optional)
 
     def clear(self, which: str = "all", bus: Optional[str] = None) -> None:
-        """Ends the fault of this name, all of this kind, or all; on one bus, or on every one."""
+        """Ends the fault of this name, all faults of this kind, or all; on one bus, or on every one."""
         for one in self.buses if bus is None else [bus]:
             self.directive(bus=one, clear=which)
 
     def faults(self) -> List[Evidence]:
-        """Every fault that was set, with what became of it; after `stop`, as it was then."""
+        """Returns the evidence of every fault that was set; after `stop`, as at the end."""
         if self._last_faults is not None:
             return self._last_faults
         return self.clock.faults()
 
     def idle_faults(self) -> List[Evidence]:
-        """Those that have not taken effect, without those that are `optional`."""
+        """Returns the faults that have not taken effect, without the `optional` ones."""
         return [fault for fault in self.faults() if not fault.fired and (fault.bus, fault.name) not in self._optional]
 
     def check_faults(self) -> None:
-        """Raises NoEffect if a fault has not taken effect: whatever was tested, it was not that."""
+        """Raises NoEffect if a fault has not taken effect: the test has then not tested it."""
         idle = self.idle_faults()
         if idle:
             raise NoEffect("\n".join(map(str, idle)))

@@ -1,10 +1,10 @@
-"""What can go wrong, one line each."""
+"""Exceptions of this package, with messages of one line."""
 
 from __future__ import annotations
 
 
 class Error(Exception):
-    """Anything this package raises itself."""
+    """Base of all exceptions of this package."""
 
 
 class StartError(Error):
@@ -12,25 +12,25 @@ class StartError(Error):
 
 
 class Refused(Error):
-    """lk-emu did not take a request: nothing was done.
+    """lk-emu refused a request and did nothing.
 
-    `where` is the part of the request that is meant, `reason` what is wrong with it.
+    `where` is the offending part of the request, `reason` the mistake in it.
     """
 
     def __init__(self, where: str, reason: str, status: int = 400) -> None:
         super().__init__(f"{where}: {reason}" if where else reason)
         self.where = where
         self.reason = reason
-        self.status = status  # of HTTP
+        self.status = status  # HTTP status
 
 
 class Ended(Error):
-    """lk-emu ended, or stopped answering, while it was needed."""
+    """lk-emu ended or stopped answering during a request."""
 
 
 class NoReply(Error, AssertionError):
-    """A host has waited longer than a SteppedBus lets it: without this it would wait for ever."""
+    """A host waited longer than the patience of its SteppedBus; otherwise it would wait for ever."""
 
 
 class NoEffect(Error, AssertionError):
-    """A fault was set and nothing was ever otherwise because of it: the test has shown nothing."""
+    """A fault was set but never had an effect, so the test has shown nothing."""

@@ -1,4 +1,4 @@
-"""Faults: what kinds there are, and what became of one that was set."""
+"""Kinds of faults, and the evidence of faults that were set."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of fault as lk-emu lists it (`lk-emu faults`). The unit of a parameter is the end of its name."""
+    """A kind of fault as lk-emu lists it (`lk-emu faults`). Names of parameters end with the unit."""
 
     word: str
     about: str
@@ -26,7 +26,7 @@ class Kind:
         return cls(str(row["kind"]), str(row.get("about", "")), parameters)
 
     def named(self, values: Sequence[Any]) -> Dict[str, Any]:
-        """Values in the order of the parameters, by name."""
+        """Maps values in the order of the parameters to their names."""
         if len(values) > len(self.parameters):
             takes = ", ".join(self.parameters) or "none"
             raise TypeError(f"fault {self.word}: {len(values)} parameters given, it has: {takes}")
@@ -34,7 +34,7 @@ class Kind:
 
 
 def kind_called(word: str, kinds: Mapping[str, Kind]) -> Kind:
-    """Raises AttributeError: faults are called as methods."""
+    """Returns the kind of this name. Raises AttributeError if there is none, because faults are called as methods."""
     if word in kinds:
         return kinds[word]
     near = difflib.get_close_matches(word, kinds, 1)
@@ -43,17 +43,17 @@ def kind_called(word: str, kinds: Mapping[str, Kind]) -> Kind:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What has become of a fault. Times are seconds of the bus; None: not yet."""
+    """Course and effects of a fault. Times are seconds of the bus; None: not yet."""
 
     bus: str
     name: str
     kind: str
-    ids: Tuple[int, ...]  # of the drives; none: the bus as a whole
+    ids: Tuple[int, ...]  # of the drives; empty: the whole bus
     state: str  # armed, active, paused, over, cleared
     armed_at_s: float
     began_at_s: Optional[float]
     first_effect_at_s: Optional[float]
-    effects: int  # frames; for what lasts, instants of looking
+    effects: int  # frames; for lasting faults, samples
     first_on: str  # "drive 2", "drive 2, 142#9C…"
     parameters: Dict[str, Any] = field(default_factory=dict)
 
@@ -75,7 +75,7 @@ class Evidence:
 
     @property
     def fired(self) -> bool:
-        """Something was otherwise than it would have been without the fault."""
+        """Whether the fault has changed anything."""
         return self.effects > 0
 
     @property
@@ -101,14 +101,14 @@ def on_whom(bus: str, ids: Sequence[int]) -> str:
 
 
 class Fault:
-    """A fault that was set. What is read of it is asked for each time."""
+    """A fault that was set. Each reading is a new request."""
 
     def __init__(self, emulator: "Emulator", bus: str, name: str, kind: str, optional: bool) -> None:
         self._emulator = emulator
         self.bus = bus
-        self.name = name  # tells it from the others of its bus
+        self.name = name  # unique on its bus
         self.kind = kind
-        self.optional = optional  # it may come to nothing
+        self.optional = optional  # need not take effect
 
     @property
     def evidence(self) -> Evidence:
@@ -119,11 +119,11 @@ class Fault:
 
     @property
     def fired(self) -> bool:
-        """It has taken effect."""
+        """Whether the fault has taken effect."""
         return self.evidence.fired
 
     def clear(self) -> None:
-        """Ends it; it does not come back."""
+        """Ends the fault for good."""
         self._emulator.directive(bus=self.bus, clear=self.name)
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""What lk-emu is started with."""
+"""Options of lk-emu, and its command line from them."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ Ids = Union[str, int, Sequence[int]]
 Buses = Union[str, Mapping[str, Ids], None]
 Quirks = Mapping[str, Union[str, int, bool]]
 FREE = "free"
-AUTO = "auto"  # free, or slcan over TCP where there is no CAN bus to be had
+AUTO = "auto"  # free, or slcan over TCP if no CAN bus is available
 
 
 def ids_text(ids: Ids) -> str:
-    """ "1-4", 3 or [1, 3] as the command line has it."""
+    """Formats "1-4", 3 or [1, 3] for the command line."""
     if isinstance(ids, (str, int)):
         return str(ids)
     return ",".join(str(id) for id in ids)
@@ -21,7 +21,7 @@ def ids_text(ids: Ids) -> str:
 
 @dataclass(frozen=True)
 class Options:
-    """See `Emulator`, which has the same."""
+    """Options as described in `Emulator`."""
 
     bus: Buses = None
     ids: Optional[Ids] = None
@@ -45,7 +45,7 @@ class Options:
         return self.bus in (FREE, AUTO) or (self.bus is None and self.config is None)
 
     def buses(self, free: Optional[str]) -> List[Tuple[str, Optional[str]]]:
-        """Interfaces and the drives on each; nothing where the file says it. `free` is the one that was found."""
+        """Returns interfaces and the drives on each; empty if the file lists them. `free` is a claimed bus."""
         ids = None if self.ids is None else ids_text(self.ids)
         if isinstance(self.bus, Mapping):
             if ids is not None:
@@ -61,9 +61,9 @@ class Options:
         return [(bus, ids)]
 
     def arguments_for(self, free: Optional[str], create: bool, control: str) -> List[str]:
-        """The command line behind the program's name."""
+        """Returns the arguments of lk-emu."""
         words = ["--control", control, "--rom", self.rom]
-        # Before any --bus: of all drives.
+        # Options of all drives come before the first --bus.
         words += ["--generation", self.generation] if self.generation is not None else []
         for name, value in (self.quirks or {}).items():
             words += ["--quirk", f"{name}={str(value).lower() if isinstance(value, bool) else value}"]

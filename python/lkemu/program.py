@@ -1,4 +1,4 @@
-"""Where lk-emu is, and the process that it runs in."""
+"""Finds lk-emu and runs it as a process."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from typing import IO, Optional, Sequence
 
 from .errors import StartError
 
-GOODBYE_S = 10.0  # lk-emu keeps what was written to ROM before it ends
+GOODBYE_S = 10.0  # assumed; before its end lk-emu waits for the disk with its ROM
 BUILDS = ("release", "dev", "")  # directories below build/
 
 
 def find_program(given: Optional[str] = None) -> str:
-    """The program given, or $LKEMU, or of the build or installation that this package is a part of, or in PATH."""
+    """Returns the given program, or $LKEMU, or that of our own build or installation, or the one in PATH."""
     for source, path in (("program", given), ("LKEMU", os.environ.get("LKEMU"))):
         if path:
             found = shutil.which(os.path.expanduser(path))
@@ -25,7 +25,7 @@ def find_program(given: Optional[str] = None) -> str:
             return os.path.abspath(found)
     root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
     near = [os.path.join(root, "build", build, "emulator", "lk-emu") for build in BUILDS]
-    # Of share/lk-emu/python/lkemu, and of lib/python3.N/site-packages/lkemu where a wheel has brought both.
+    # Relative to share/lk-emu/python/lkemu, or to lib/python3.N/site-packages/lkemu of a wheel with the program.
     near.append(os.path.join(root, "..", "..", "bin", "lk-emu"))
     for path in near:
         if os.access(path, os.X_OK) and os.path.isfile(path):
@@ -37,7 +37,7 @@ def find_program(given: Optional[str] = None) -> str:
 
 
 class Process:
-    """lk-emu from its start to its end; standard output and error go to files."""
+    """A process of lk-emu; standard output and error go to files."""
 
     def __init__(self, command: Sequence[str], directory: str, keep_open: Sequence[int] = ()) -> None:
         self.out_path = os.path.join(directory, "lk-emu.out")
@@ -56,7 +56,7 @@ class Process:
         # A forked child that outlives this process must not hold the pipe open.
         pipe = weakref.ref(self._popen.stdin)
         os.register_at_fork(after_in_child=lambda: close(pipe()))
-        # Nothing stays behind at exit, even when the caller has forgotten about it.
+        # Ends lk-emu at exit, even if the caller forgot.
         self._last_resort = weakref.finalize(self, end, self._popen)
         assert self._popen.stdout is not None
         self._reader = threading.Thread(
@@ -65,7 +65,7 @@ class Process:
         self._reader.start()
 
     def wait_ready(self, limit_s: float) -> str:
-        """The line that lk-emu prints when its drives can answer. Raises StartError."""
+        """Returns the line that lk-emu prints when its drives can answer. Raises StartError."""
         self._ready_or_ended.wait(limit_s)
         if self.ready_line is not None:
             return self.ready_line
@@ -81,7 +81,7 @@ class Process:
 
     @property
     def status(self) -> Optional[int]:
-        """The exit status; -N when signal N killed it; None while it runs."""
+        """Exit status; -N if signal N killed the process; None while it runs."""
         return self._popen.poll()
 
     def ended_within(self, limit_s: float) -> bool:
@@ -92,7 +92,7 @@ class Process:
         return True
 
     def stop(self) -> int:
-        """SIGTERM, SIGKILL if that does not help; the exit status."""
+        """Sends SIGTERM, then SIGKILL if needed; returns the exit status."""
         status = end(self._popen)
         self._last_resort.detach()
         self._reader.join(GOODBYE_S)

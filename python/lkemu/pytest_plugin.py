@@ -1,7 +1,7 @@
-"""pytest: virtual drives for a test, and a test that fails when its faults have shown nothing.
+"""pytest plugin: virtual drives for tests; a test fails if one of its faults had no effect.
 
-Fixtures `lkemu` (a running `Emulator`), `drives`, `clock`, `lkemu_start` (starts more of them). Options come from the
-marker `@pytest.mark.lkemu(ids="1-4", clock="stepped", …)`, the same as of `Emulator`, and from the ini file.
+Fixtures: `lkemu` (a running `Emulator`), `drives`, `clock`, `lkemu_start` (starts more). Options are those of
+`Emulator`; they come from the marker `@pytest.mark.lkemu(ids="1-4", clock="stepped", …)` and from the ini file.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ INI = {
     "bitrate": "modelled bit rate in bit/s",
 }
 
-FILES = {"config", "motor"}  # what may be the path of a file
+FILES = {"config", "motor"}  # options that may be paths of files
 
 _RUNS = pytest.StashKey[List["Run"]]()
 _FAILED = pytest.StashKey[bool]()
 
 
 class Run:
-    """An emulator of a test, and where its files are."""
+    """An emulator of a test, and the directory of its files."""
 
     def __init__(self, emulator: Emulator, logs: Path) -> None:
         self.emulator = emulator
@@ -49,12 +49,12 @@ class Run:
 
     @property
     def recording(self) -> str:
-        """Its directory; empty without one."""
+        """Directory of the recording; empty without one."""
         directory = self.emulator.options.record
         return directory if directory is not None and os.path.isdir(directory) else ""
 
     def judge(self) -> None:
-        """Raises Ended, or NoEffect. Once: whoever comes later has nothing to add."""
+        """Raises Ended or NoEffect; later calls do nothing."""
         if self.judged:
             return
         self.judged = True
@@ -123,14 +123,14 @@ def clock(lkemu: Emulator) -> Clock:
 
 
 def seen_from(directory: Path, option: str, given: Union[str, "os.PathLike[str]"]) -> str:
-    """A path of the option, from there; a name that lk-emu knows stays as it is."""
+    """Makes a path of an option absolute from `directory`; leaves names that lk-emu knows."""
     text = os.fspath(given)
     is_path = "/" in text or text.endswith(".toml") or (option == "config" and (directory / text).is_file())
     return str(directory / text) if is_path else text
 
 
 def check_marker(marker: pytest.Mark) -> None:
-    """Fails the test with one sentence when the marker says what `Emulator` does not take."""
+    """Fails the test with one sentence if the marker has arguments that `Emulator` lacks."""
     if marker.args:
         pytest.fail(f"@pytest.mark.lkemu({marker.args[0]!r}): takes keywords only, like ids=\"1-4\"", pytrace=False)
     known = list(inspect.signature(Emulator).parameters)
@@ -142,7 +142,7 @@ def check_marker(marker: pytest.Mark) -> None:
 
 
 def options_of(request: pytest.FixtureRequest) -> Dict[str, Any]:
-    """From the ini file, what markers say over that, and the command line over all."""
+    """Returns the options: the command line overrides the markers, which override the ini file."""
     config = request.config
     options: Dict[str, Any] = {"record": config.getini("lkemu_record")}
     for name in INI:
@@ -167,8 +167,8 @@ def options_of(request: pytest.FixtureRequest) -> Dict[str, Any]:
 
 
 def end(run: Run, request: pytest.FixtureRequest) -> List[str]:
-    """Ends it; what is wrong with it, and has not been said."""
-    problems = verdict(run)  # already there, unless no function was called: unittest has methods
+    """Ends the run; returns its problems that were not yet reported."""
+    problems = verdict(run)  # not yet reported only if no test function was called, as with unittest methods
     was_alive = run.emulator.exit_status is None
     if run.emulator.stop() and was_alive:
         problems.append(run.emulator.how_it_ended())
@@ -186,7 +186,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Iterator[None]:
     runs = pyfuncitem.stash.get(_RUNS, [])
     if outcome.excinfo is not None:  # type: ignore[attr-defined]
         for run in runs:
-            run.judged = True  # the test has failed, or was skipped: its own words count
+            run.judged = True  # the test failed or was skipped: its own message counts
         return
     problems = [problem for run in runs for problem in verdict(run)]
     if problems:
@@ -194,7 +194,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Iterator[None]:
 
 
 def verdict(run: Run) -> List[str]:
-    """What is wrong with it."""
+    """Returns the problems of a run."""
     try:
         run.judge()
     except Error as problem:
@@ -205,7 +205,7 @@ def verdict(run: Run) -> List[str]:
 def raise_instead(outcome: Any, problem: BaseException) -> None:
     if hasattr(outcome, "force_exception"):
         outcome.force_exception(problem)
-    else:  # pluggy before 1.1 lets it through
+    else:  # pluggy before 1.1 lets an exception pass
         raise problem
 
 
@@ -222,7 +222,7 @@ def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
 
 
 def sections(run: Run) -> Iterator[Tuple[str, str]]:
-    """What a report of a failed test needs to know about the drives."""
+    """Yields the sections of a failed test's report, as titles and texts."""
     emulator = run.emulator
     if emulator.exit_status is None:
         try:
@@ -240,7 +240,7 @@ def sections(run: Run) -> Iterator[Tuple[str, str]]:
 
 
 def summary(emulator: Emulator) -> Iterator[str]:
-    """The time, what each bus has counted, and how each drive is."""
+    """Yields the time, the counters of each bus, and the state of each drive."""
     status = emulator.status()
     yield f"{status['clock']['mode']}, at {status['clock']['time_s']:.6f} s"
     for bus in status["buses"]:
@@ -254,7 +254,7 @@ def summary(emulator: Emulator) -> Iterator[str]:
 
 
 def counted(counters: Dict[str, Any]) -> Iterator[str]:
-    """12 queries, 3 wrong length: what is not zero."""
+    """Yields the counters that are not zero, such as "12 queries"."""
     for name, count in counters.items():
         if isinstance(count, dict):
             yield from counted(count)

@@ -1,4 +1,4 @@
-"""The shaft port: a simulator of yours has the drives of lk-emu on its joints (docs/shafts.md).
+"""Client of the shaft port: puts the drives of lk-emu on the joints of a simulator (docs/shafts.md).
 
     with Shafts("unix:/tmp/shafts", time="simulator") as shafts:
         joint = shafts.joints[0]                     # "vcan0:1", and the armature to add
@@ -6,7 +6,7 @@
             torque = shafts.exchange([State(angle_rad, speed_rad_s, inertia_kg_m2, torque_Nm)])[0]
             ...                                      # one step of shafts.step_s under torque.torque_Nm
 
-Layout of the messages: lk_shafts.h. One thread; not safe for several.
+lk_shafts.h defines the messages. Not thread-safe.
 """
 
 from __future__ import annotations
@@ -35,38 +35,38 @@ class Joint(NamedTuple):
     """A shaft that lk-emu offers."""
 
     name: str  # bus and ID, "vcan0:1"
-    armature_kg_m2: float  # of the drive, for the joint to have on top
+    armature_kg_m2: float  # of the drive, to be added to the joint
     angle_rad: float  # of the output shaft, now
 
 
 class State(NamedTuple):
-    """A joint at the beginning of a step. Of one that its drive owns only the last two count."""
+    """State of a joint at the beginning of a step. For joints owned by DRIVE only the last two fields count."""
 
     angle_rad: float = 0.0
     speed_rad_s: float = 0.0
-    inertia_kg_m2: float = 0.0  # that the shaft feels, with the armature; 0: not known. Of DRIVE: the load's
-    torque_Nm: float = 0.0  # all that acts on this inertia beside the drive
+    inertia_kg_m2: float = 0.0  # that the shaft feels, with the armature; 0: unknown. For DRIVE: the load's
+    torque_Nm: float = 0.0  # total on this inertia, except the drive's
 
 
 class Torque(NamedTuple):
-    """What a drive did in a step."""
+    """Output of a drive in a step."""
 
     torque_Nm: float  # on the joint, mean of the step
-    torque_slope_Nm_s: float  # how it changed in the step, from its middle on
-    armature_kg_m2: float  # for the joint to have on top, in this step
-    angle_rad: float  # where the drive has its shaft at the end
+    torque_slope_Nm_s: float  # within the step, about its middle
+    armature_kg_m2: float  # to be added to the joint, in this step
+    angle_rad: float  # of the output shaft at the end of the step
     speed_rad_s: float
 
 
 class Shafts:
-    """A connection. `place` is what lk-emu was given as --shafts: "unix:/tmp/shafts", "tcp:29600".
+    """A connection. `place` is the argument of lk-emu --shafts: "unix:/tmp/shafts", "tcp:29600".
 
-    `time`: "simulator": lk-emu does one step for each `exchange`, its clock stands in between; "drives": its clock
-    goes on, and who is late for a step gets the mean of several (`steps`).
+    `time`: "simulator": lk-emu does one step per `exchange`, and its clock stops in between; "drives": its clock keeps
+    running, and a late simulator gets the mean of several steps (`steps`).
     `step_s`: None, as offered (1 ms), or 50 us to 10 ms, a whole number of PWM periods of each drive.
-    `owners`: by name of a joint SIMULATOR, DRIVE or NOT_COUPLED; the others are the simulator's.
-    `torque_untold`: lk-emu finds out by itself what acts on a joint beside the drive.
-    Raises StartError when nobody is there, Refused with lk-emu's words.
+    `owners`: SIMULATOR (default), DRIVE or NOT_COUPLED, by name of the joint.
+    `torque_untold`: lk-emu estimates the torques on a joint other than the drive's.
+    Raises StartError if lk-emu does not listen, Refused with lk-emu's reason.
     """
 
     def __init__(
@@ -90,16 +90,16 @@ class Shafts:
             raise ValueError(f"no joint {sorted(unknown)[0]}: there are {', '.join(j.name for j in self.joints)}")
         step_ns = head[6] if step_s is None else round(step_s * 1e9)
         self.step_s = step_ns * 1e-9
-        self.steps = 1  # that the last torques are the mean of
-        self.number = 0  # steps that lk-emu has done
+        self.steps = 1  # number of steps that the last torques average
+        self.number = 0  # steps that lk-emu has done so far
         flags = _TORQUE_UNTOLD if torque_untold else 0
         records = b"".join(_ACCEPTED.pack(owners.get(joint.name, SIMULATOR), flags) for joint in self.joints)
         self._send(_ACCEPT, records, _TIMES[time], step_ns)
 
     def exchange(self, states: Sequence[Union[State, Iterable[float]]]) -> List[Torque]:
-        """The joints as they are, in the order of `joints`; what the drives did in the step that begins there.
+        """Sends the states of the joints, in the order of `joints`; returns the drives' output in the next step.
 
-        Raises Ended when lk-emu has hung up, Refused with its reason.
+        Raises Ended if lk-emu has closed the connection, Refused with its reason.
         """
         if len(states) != len(self.joints):
             raise ValueError(f"{len(states)} states for {len(self.joints)} joints")
@@ -127,7 +127,7 @@ class Shafts:
         try:
             self._socket.sendall(_HEAD.pack(b"LKSH", VERSION, kind, size, len(self.joints), what, number) + records)
         except (BrokenPipeError, ConnectionResetError):
-            pass  # why may be read yet
+            pass  # the reason may still be readable
 
     def _read_head(self, kind: int) -> tuple[bytes, int, int, int, int, int, int]:
         head = _HEAD.unpack(self._read(_HEAD.size))

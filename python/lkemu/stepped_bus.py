@@ -1,4 +1,4 @@
-"""A host that waits for frames while the clock stands."""
+"""A python-can bus for stepped clocks."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from .clock import LEAST_S, Clock, Duration, seconds
 from .errors import Error, NoReply
 from .faults import Evidence
 
-PATIENCE = "60s"  # assumed: no host waits as long for a drive, which answers within milliseconds
+PATIENCE = "60s"  # assumed: far longer than hosts wait for a drive, which answers within milliseconds
 
 
 def has_more(bus: Any) -> bool:
-    """Lines of python-can's slcan that have come and were not looked at: it looks at one at a time, and that may be
-    the one which says that a frame was taken."""
+    """Returns whether python-can's slcan has unread lines. It reads one line at a time, which may only acknowledge a
+    sent frame."""
     port = getattr(bus, "serialPortOrig", None)
     return port is not None and (b"\r" in getattr(bus, "_buffer", b"") or bool(port.in_waiting))
 
 
 class SteppedBus(can.BusABC):
-    """A can.Bus of python-can that lets time pass while its host waits; otherwise time stands.
+    """A can.Bus of python-can that advances time while its host waits; otherwise time stands still.
 
-    Everything but waiting is done by `bus`. Made for one thread: a can.Notifier would move the clock on its own.
-    patience: simulated time without a frame, waited by one or several calls, after which a further wait raises NoReply.
-    It restarts with the first frame sent after one was received. A call with a time-out is never cut short.
+    All other calls go to `bus`. For one thread: a can.Notifier would advance the clock on its own.
+    patience: simulated time without a frame, over one or several calls, after which a further wait raises NoReply. It
+    restarts with the first frame sent after one was received. A call with a time-out is never cut short.
     """
 
     def __init__(self, bus: Any, clock: Clock, step: Duration = "1ms", patience: Duration = PATIENCE) -> None:
@@ -33,15 +33,15 @@ class SteppedBus(can.BusABC):
         self._step_s = seconds(step)
         self._patience_s = seconds(patience)
         self._waited_s = 0.0  # since the last frame
-        self._sent: Optional[Any] = None  # last
+        self._sent: Optional[Any] = None  # last frame sent
         self._is_waiting = False  # a frame was sent after the last one received
         self.channel_info = bus.channel_info
         super().__init__(channel=None, can_filters=bus.filters)
 
     def recv(self, timeout: Optional[float] = None) -> Optional[Any]:
-        """The next frame, or None after `timeout` seconds of the drives' time. Raises NoReply, see `patience`."""
+        """Returns the next frame, or None after `timeout` s of the drives' time. Raises NoReply, see `patience`."""
         left_s = float("inf") if timeout is None else timeout
-        gives_up = True  # before it waits, and without a time-out at any time
+        gives_up = True  # on entry; without a time-out, always
         while True:
             message = self.bus.recv(0)
             while message is None and has_more(self.bus):
@@ -55,11 +55,11 @@ class SteppedBus(can.BusABC):
             if gives_up and self._waited_s > self._patience_s - LEAST_S:
                 raise NoReply(self._why())
             gives_up = timeout is None
-            # A host that waits until `deadline - now()` is 0 waits for what its subtraction leaves over, too.
+            # A host that waits until `deadline - now()` is 0 also waits for the rounding error of its subtraction.
             step_s = max(min(self._step_s, left_s), LEAST_S)
             self.clock.advance(step_s)
             self._waited_s += step_s
-            # What is left of a step beyond the clock's microsecond is a rounding error.
+            # A rest below the clock's microsecond is a rounding error.
             left_s = left_s - step_s if left_s - step_s > LEAST_S else 0
 
     def send(self, msg: Any, timeout: Optional[float] = None) -> None:
@@ -105,14 +105,14 @@ class SteppedBus(can.BusABC):
         self.bus.shutdown()
 
     def __del__(self) -> None:
-        """`bus` says itself that nobody has closed it."""
+        """Empty: `bus` itself warns if it was not closed."""
 
     def __getattr__(self, name: str) -> Any:
-        if name == "bus":  # __init__ has not come that far
+        if name == "bus":  # __init__ has not set it yet
             raise AttributeError(name)
         return getattr(self.bus, name)
 
-    # --- what it says when it gives up ---
+    # --- the text of NoReply ---
 
     def _why(self) -> str:
         waited = f"no frame in {self._waited_s:g} s of simulated time"
@@ -127,13 +127,13 @@ class SteppedBus(can.BusABC):
         except Error as problem:
             return str(problem)
         fired = [fault for fault in faults if fault.fired and self._is_asked(fault)]
-        # Those that are known by a frame are the ones that remove frames.
+        # Faults with a frame in their evidence come first: they remove frames.
         fired.sort(key=lambda fault: "#" not in fault.first_on)
         nothing = "no fault on its way has taken effect; is this drive on the bus, with power?"
         return "; ".join(map(str, fired)) or nothing
 
     def _is_asked(self, fault: Evidence) -> bool:
-        """The fault is of the drive that the last frame went to, of all of them, or of the bus."""
+        """Returns whether the fault is on the drive of the last frame, on all drives, or on the bus."""
         id = self._sent.arbitration_id - 0x140 if self._sent is not None else 0
         return not fault.ids or not 1 <= id <= 32 or id in fault.ids
 

@@ -1,4 +1,4 @@
-"""Signals of drives as they run."""
+"""Streams signals of running drives."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from .websocket import WebSocket
 
 
 class Sample(NamedTuple):
-    """One instant: `sample.drives[2]["speed_dps"]`, `sample.drives["body"]["body.trunk.z_m"]`."""
+    """Signals at one instant: `sample.drives[2]["speed_dps"]`, `sample.drives["body"]["body.trunk.z_m"]`."""
 
     time_s: float
     drives: Dict[Union[int, str], Dict[str, float]]
 
 
 class Telemetry(Iterator[Sample]):
-    """Iterates until it is closed or lk-emu ends. Nothing within the time limit raises `Error`."""
+    """Iterates until it is closed or lk-emu ends. Raises `Error` if no sample arrives within the time limit."""
 
     def __init__(self, path: str, target: str, timeout_s: float) -> None:
         self._timeout_s = timeout_s
@@ -34,7 +34,7 @@ class Telemetry(Iterator[Sample]):
         self.signals: Tuple[str, ...] = tuple(about["signals"])
         self.body: Tuple[str, ...] = tuple(about.get("body", ()))
         self.rate_Hz: float = about["rate_Hz"]
-        self.lost = 0  # samples that lk-emu had to leave out, because nobody read the others
+        self.lost = 0  # samples that lk-emu dropped because the reader was too slow
 
     def __next__(self) -> Sample:
         message = self._message()

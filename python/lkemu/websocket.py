@@ -1,4 +1,4 @@
-"""As much of RFC 6455 as a client needs that listens to text over a Unix socket."""
+"""The part of RFC 6455 for a client that receives text over a Unix socket."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from .client import open_socket, refusal
 from .errors import Error
 
 GUID = "258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
-MOST_BYTES = 16 * 1024 * 1024  # of a message; more is a mistake
+MOST_BYTES = 16 * 1024 * 1024  # of a message; a longer one is an error
 CONTINUATION, TEXT, BINARY, CLOSE, PING, PONG = 0x0, 0x1, 0x2, 0x8, 0x9, 0xA
 
 
 class WebSocket:
-    """`receive()` gives one text after the other, and None when the server has closed."""
+    """`receive()` returns one text at a time, and None once the server has closed."""
 
     def __init__(self, path: str, target: str, timeout_s: float) -> None:
-        self._pending = b""  # has arrived and was not taken yet
-        self._message = b""  # of which more frames are to come
+        self._pending = b""  # received bytes of incomplete frames
+        self._message = b""  # received fragments of an incomplete message
         self._sock = open_socket(path, timeout_s)
         try:
             self._shake_hands(target)
@@ -30,7 +30,7 @@ class WebSocket:
             raise
 
     def receive(self) -> Optional[str]:
-        """Raises socket.timeout when nothing comes within the time limit; nothing is lost then."""
+        """Returns the next text. Raises socket.timeout at the time limit, without losing data."""
         while True:
             try:
                 final, kind, payload = self._frame()
@@ -74,7 +74,7 @@ class WebSocket:
             raise Error("telemetry: the other side does not speak WebSocket")
 
     def _frame(self) -> Tuple[bool, int, bytes]:
-        """Takes a frame when all of it is there."""
+        """Returns a frame once it is complete."""
         self._fill(2)
         first, second = self._pending[:2]
         length, begin = second & 0x7F, 2
@@ -90,7 +90,7 @@ class WebSocket:
         return bool(first & 0x80), first & 0x0F, self._exactly(begin + length)[begin:]
 
     def _try_send(self, kind: int, payload: bytes) -> None:
-        """Control frames; whoever has gone does not need them."""
+        """Sends a control frame; ignores a closed connection."""
         mask = os.urandom(4)
         try:
             self._sock.sendall(bytes([0x80 | kind, 0x80 | len(payload)]) + mask + masked(payload, mask))

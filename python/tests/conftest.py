@@ -16,7 +16,7 @@ def package_for_subprocesses():
 
 @pytest.fixture(scope="session")
 def fake(tmp_path_factory):
-    """The path of a program that behaves as lk-emu does."""
+    """Path of a program that behaves like lk-emu."""
     path = tmp_path_factory.mktemp("fake") / "lk-emu"
     path.write_text(f'#!/bin/sh\nexec {sys.executable} -S {HERE}/fake_lk_emu.py "$@"\n')
     path.chmod(path.stat().st_mode | stat.S_IXUSR)

@@ -1,7 +1,7 @@
-"""Stands in for lk-emu: the same command line, ready line and control interface, and no drives.
+"""Stands in for lk-emu: same command line, ready line and control interface, but no drives.
 
-Faults of the kind "silent" never take effect, all others do at once. Marks: "die" ends the process with status 3,
-"hang" lets the request wait for ever, "hangup" closes the connection without an answer.
+Faults of kind "silent" never take effect, all others at once. Marks: "die" ends the process with status 3, "hang" never
+answers the request, "hangup" closes the connection without an answer.
 """
 
 import base64
@@ -124,7 +124,7 @@ class Handler(BaseHTTPRequestHandler):
             return None
         return self.answer(*world.direct(body))
 
-    # A stream of three samples: plain, behind a ping, in two frames.
+    # Streams three samples: plain, after a ping, in two frames.
     def stream(self, query):
         if query["signals"] == ["nonsense"]:
             return self.answer(400, {"error": {"where": "signals", "reason": "no signal \"nonsense\""}})
@@ -158,7 +158,7 @@ class Handler(BaseHTTPRequestHandler):
         if query["rate_Hz"] != ["1"]:
             self.frame(0x88, struct.pack("!H", 1000))
         else:
-            self.rfile.read(1)  # nothing more comes, and the stream stays open
+            self.rfile.read(1)  # keeps the stream open without further samples
         self.close_connection = True
 
     def frame(self, first, payload):
@@ -207,7 +207,7 @@ def main():
 
 
 def goodbye(*_):
-    os.write(1, b"lk-emu stopped after 0.1 s\n")  # print() fails in a handler that interrupts print()
+    os.write(1, b"lk-emu stopped after 0.1 s\n")  # print() fails in a signal handler that interrupts print()
     os._exit(0)
 
 

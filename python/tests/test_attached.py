@@ -1,4 +1,4 @@
-"""A program that something else has started with a bus."""
+"""Tests a program that was started with a bus by another one."""
 
 import lkemu
 import pytest

@@ -1,4 +1,4 @@
-"""Which bus is free, and which program is meant."""
+"""Tests the choice of a free bus and of the program."""
 
 import os
 import socket
@@ -11,7 +11,7 @@ from lkemu.options import Options
 
 @pytest.fixture
 def world(monkeypatch, tmp_path):
-    """Interfaces by name, up or not; a runtime directory of its own; no right to make interfaces."""
+    """Interfaces by name and whether they are up; a private runtime directory; no permission to make interfaces."""
     interfaces = {}
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     monkeypatch.setattr(buses, "check_can_support", lambda: None)
@@ -37,7 +37,7 @@ def test_no_interface_at_all(world):
 
 
 def test_where_there_is_none_auto_takes_a_port(world, monkeypatch):
-    monkeypatch.setattr(buses, "FIRST_PORT", 52000)  # where no other test is
+    monkeypatch.setattr(buses, "FIRST_PORT", 52000)  # not used by other tests
     first, second = buses.claim_any_bus(), buses.claim_any_bus()
     names = [first.bus, second.bus]
     assert len(set(names)) == 2 and all(name.startswith("slcan-tcp:520") for name in names)
@@ -89,7 +89,7 @@ def test_buses_of_a_program_that_answers_are_in_use(world, fake, tmp_path):
     with lkemu.Emulator(bus={"vcan0": "1", "vcan1": "1"}, program=fake, arguments=[]) as emu:
         os.symlink(emu.control, control)
         assert buses.claim_free_bus().bus == "vcan2"
-    assert buses.claim_free_bus().bus == "vcan0"  # the socket's name is still there, and nobody behind it
+    assert buses.claim_free_bus().bus == "vcan0"  # the socket file still exists, but without a listener
 
 
 def test_the_bus_stays_taken_for_as_long_as_the_program_runs(world, fake):

@@ -1,4 +1,4 @@
-"""Emulator, drives, faults and clock against a stand-in for lk-emu."""
+"""Tests Emulator, drives, faults and clock with a stand-in for lk-emu."""
 
 import os
 import signal
@@ -16,7 +16,7 @@ def emu(fake):
 
 
 def sent(emu):
-    """The directive that has arrived last."""
+    """Returns the last directive received."""
     return emu.client.get("/directives")[-1]
 
 
@@ -67,7 +67,7 @@ def test_a_signal_that_killed_it_has_a_name(fake):
     with pytest.raises(lkemu.Ended, match="SIGSEGV"):
         with lkemu.Emulator(bus="vcan0", program=fake) as emu:
             os.kill(emu.pid, signal.SIGSEGV)
-            while True:  # until the signal has come
+            while True:  # until the signal is delivered
                 emu.status()
 
 
@@ -104,7 +104,7 @@ def test_directives_say_what_was_said_and_no_more(emu):
     assert sent(emu) == {"bus": "vcan0", "ids": "2", "supply_V": 20, "ramp_s": 0.5}
     drive.sag(8, 0.1)
     assert sent(emu) == {"bus": "vcan0", "ids": "2", "sag_to_V": 8, "sag_s": 0.1}
-    drive.ambient(0)  # nothing, but said
+    drive.ambient(0)  # zero, but not omitted
     assert sent(emu) == {"bus": "vcan0", "ids": "2", "ambient_C": 0}
     drive.load(J_g_cm2=900, at_s=2)
     assert sent(emu) == {"bus": "vcan0", "ids": "2", "load": {"J_g_cm2": 900}, "at_s": 2}
@@ -122,7 +122,7 @@ def test_a_refusal_says_where_and_why(emu):
     with pytest.raises(lkemu.Refused) as refused:
         emu.drives[1].supply(500)
     assert (refused.value.where, refused.value.reason, refused.value.status) == ("supply_V", "must be 0 to 100", 400)
-    assert emu.status()["version"]  # and life goes on
+    assert emu.status()["version"]  # and lk-emu still runs
 
 
 def test_no_answer_is_an_error_and_the_next_request_a_new_connection(emu):
@@ -256,7 +256,7 @@ def test_telemetry_that_is_refused(emu):
 def test_telemetry_that_pauses(emu):
     stream = emu.telemetry("angle_deg", rate_Hz=1)
     assert [next(stream).time_s for _ in range(3)] == [0, 0.01, 0.02]
-    stream._socket._sock.settimeout(0.1)  # shorter than the samples before were given
+    stream._socket._sock.settimeout(0.1)  # shorter than the time limit so far
     with pytest.raises(lkemu.Error, match="nothing came"):
         next(stream)
     stream.close()

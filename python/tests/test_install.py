@@ -1,4 +1,4 @@
-"""What pip gets, without network, setuptools and wheel."""
+"""Tests the wheel for pip, without network, setuptools and wheel."""
 
 import os
 import pathlib
@@ -16,7 +16,7 @@ PT_LOAD, PT_INTERP = 1, 3
 
 
 def build(source, directory):
-    """The wheel's path."""
+    """Builds the wheel; returns its path."""
     directory.mkdir()
     program = f"import lkemu_wheel; print(lkemu_wheel.build_wheel({str(directory)!r}))"
     done = subprocess.run([sys.executable, "-B", "-c", program], cwd=source, check=True, capture_output=True, text=True)
@@ -28,13 +28,13 @@ def copy_source(place):
 
 
 def elf(*kinds, machine=62):
-    """As much of a program as tells whether a dynamic linker starts it: its head, and program headers of these kinds."""
+    """Makes the start of an ELF program: header, and program headers of these kinds (static or not)."""
     head = b"\x7fELF\x02\x01\x01" + bytes(9) + struct.pack("<HHIQQQIHHHHHH", 3, machine, 1, 0, 64, 0, 0, 64, 56, len(kinds), 0, 0, 0)
     return head + b"".join(struct.pack("<I52x", kind) for kind in kinds)
 
 
 def install(prefix, program):
-    """What cmake --install puts there, as far as the wheel looks."""
+    """Creates the files of cmake --install that the wheel uses."""
     for path, data in {
         "bin/lk-emu": program,
         "share/lk-emu/motors/mf7015.toml": b"motor",
@@ -124,7 +124,7 @@ def test_a_program_above_a_checkout_is_not_carried(tmp_path):
     (tmp_path / "bin" / "lk-emu").write_bytes(elf(PT_LOAD))
     source = copy_source(tmp_path / "src" / "lk-emu" / "python")
     assert build(source, tmp_path / "wheels").name == f"lk_emu-{lkemu.__version__}-py3-none-any.whl"
-    install(tmp_path, elf(PT_LOAD))  # and one whose files are all there, of another version
+    install(tmp_path, elf(PT_LOAD))  # an installation with all files, but of another version
     assert build(source, tmp_path / "again").name == f"lk_emu-{lkemu.__version__}-py3-none-any.whl"
 
 

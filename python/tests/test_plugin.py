@@ -1,4 +1,4 @@
-"""The pytest plugin: tests of tests."""
+"""Tests the pytest plugin by running pytest in pytest."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from lkemu.pytest_plugin import seen_from
 
 @pytest.fixture
 def run(pytester, fake):
-    """Runs the text of a test file; pytest's words and counts."""
+    """Runs the text of a test file; returns pytest's output and counts."""
     pytester.makeconftest('pytest_plugins = ["lkemu.pytest_plugin"]')
     pytester.makeini("[pytest]\nlkemu_bus = vcan0\n")
 

@@ -1,4 +1,4 @@
-"""A bus that lets time pass while its host waits."""
+"""Tests a bus that advances time while its host waits."""
 
 from types import SimpleNamespace
 
@@ -25,7 +25,7 @@ class Clock:
 
 
 class Bus:
-    """Has a frame at 2.5 ms of the clock."""
+    """A bus whose frame arrives at 2.5 ms."""
 
     channel_info = "a bus"
     filters = None
@@ -84,13 +84,13 @@ def test_time_passes_until_the_timeout():
 
 
 def test_what_a_subtraction_leaves_over_lets_time_pass():
-    class Microseconds(Clock):  # as a stepped clock's readings are
+    class Microseconds(Clock):  # like the readings of a stepped clock
         def advance(self, by):
             self.time_s = round(self.time_s + by, 6)
 
     clock = Microseconds()
     bus = lkemu.SteppedBus(Bus(clock), clock)
-    deadline_s, turns = 0.1 + 0.2, 0  # not 0.3, which the clock knows
+    deadline_s, turns = 0.1 + 0.2, 0  # not 0.3, and no reading of the clock
     while (left_s := deadline_s - clock.time_s) > 0:
         assert bus.recv(left_s) is None
         turns += 1
@@ -189,7 +189,7 @@ def test_a_frame_renews_the_patience():
 
 def test_of_lines_that_are_no_frames_none_is_waited_for():
     class Slcan(Bus):
-        """As python-can's: what has come is looked at line by line."""
+        """As in python-can: reads received lines one by one."""
 
         serialPortOrig = SimpleNamespace(in_waiting=0)
 

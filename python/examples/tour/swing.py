@@ -1,5 +1,5 @@
-"""Swings a motor to 90 degrees and back. It has a bug, which docs/tour.md finds: it takes for granted that the motor
-goes where it is told.
+"""Swings a motor to 90 degrees and back. It has a bug, which docs/tour.md finds: it assumes that the motor always
+reaches its target.
 """
 
 import struct
