@@ -1,4 +1,4 @@
-// What hosts do wrong, as the program says it (GET /advice); nothing where it says no such thing.
+// Mistakes of hosts as the program reports them (GET /advice); hidden if the program has no advice.
 
 import {get} from './api.js';
 import {el, setText} from './dom.js';
@@ -9,13 +9,13 @@ import {said, t} from './words.js';
 const kAsk_ms = 2000;
 
 let list = [];
-let exists = true;   // an older program has none
+let exists = true;   // an older program lacks GET /advice
 let asking = false;
 let askedAt = -Infinity;
 let shown = '';
 let panel = null;
 
-/// What is known of a kind of mistake with a drive; null: nothing.
+/// Returns the advice on a kind of mistake with a drive, or null.
 export const adviceOf = (bus, id, kind) => list.find((one) => one.bus === bus && one.kind === kind && one.drive === id)
   ?? list.find((one) => one.kind === kind) ?? null;
 
@@ -40,7 +40,7 @@ function redraw() {
   panel.items.replaceChildren(...(list.length ? list.map(item) : [el('li', {class: 'dim', text: t('advice_none')})]));
 }
 
-/// Closed until somebody wants to read it.
+/// Closed by default.
 export function advicePanel() {
   panel = {count: el('span', {text: t('advice')}), items: el('ul', {class: 'advice'})};
   panel.root = el('details', {id: 'advice', hidden: true}, el('summary', {title: t('advice_about')}, panel.count), panel.items);

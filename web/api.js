@@ -1,4 +1,4 @@
-// The control interface (docs/control.md): requests, and WebSockets that come back by themselves.
+// Client of the control interface (docs/control.md): requests, and WebSockets that reconnect.
 
 const kBase = '/api/v1';
 const kTokenKey = 'lk-emu-token';
@@ -15,7 +15,7 @@ export class Refused extends Error {
   }
 }
 
-/// Asks whoever sits there for the token, once for all who need it.
+/// Asks the user for the token, once for all pending requests.
 function askForToken() {
   asking ??= new Promise((resolve) => {
     const dialog = document.getElementById('token');
@@ -36,7 +36,7 @@ async function ask(method, path, body) {
   if (body !== undefined) headers['Content-Type'] = 'application/json';
   const answer = await fetch(kBase + path, {
     method, headers, cache: 'no-store', body: body === undefined ? undefined : JSON.stringify(body),
-    signal: method === 'GET' ? AbortSignal.timeout(kAnswer_ms) : undefined});  // an advance may take hours
+    signal: method === 'GET' ? AbortSignal.timeout(kAnswer_ms) : undefined});  // others may take hours (advance)
   if (answer.status === 401) {
     await askForToken();
     return ask(method, path, body);
@@ -51,15 +51,15 @@ export const put = (path, body) => ask('PUT', path, body);
 export const post = (path, body) => ask('POST', path, body);
 export const remove = (path) => ask('DELETE', path);
 
-/// The one place where a page can show its token to a WebSocket.
+/// A page can pass its token to a WebSocket only as a subprotocol.
 function protocols() {
   if (!token) return [];
   const bytes = new TextEncoder().encode(token);
   return ['lk-emu', `bearer.${Array.from(bytes, (b) => b.toString(16).padStart(2, '0')).join('')}`];
 }
 
-/// Messages of a WebSocket, parsed, until it is closed here. When the connection breaks it is tried
-/// again and again; `onOpen` is called at each beginning, `onClose` when it has broken or was refused.
+/// Receives messages of a WebSocket, parsed, until closed here. Reconnects after a failure. Calls `onOpen` on each
+/// connection, `onClose` when it breaks or is refused.
 export function stream(path, {onMessage, onOpen = () => {}, onClose = () => {}}) {
   let socket = null;
   let closed = false;

@@ -1,4 +1,4 @@
-// Which view is shown. Addresses are #view?key=value, so that they can be kept and sent.
+// Selects the view. Addresses are #view?key=value, so that users can save and send them.
 
 import './header.js';
 import * as bus from './bus.js';
@@ -29,14 +29,14 @@ function go() {
   }
   document.title = `${t(chosen)} – lk-emu`;
   if (query && store.status) {
-    history.replaceState(null, '', `#${chosen}`);  // first: an address that cannot be followed is not tried again
+    history.replaceState(null, '', `#${chosen}`);  // first, so that a failing address is not tried again
     views[chosen].visit?.(new URLSearchParams(query));
   }
 }
 
 translatePage();
 byId('language').addEventListener('click', switchLanguage);
-// Its address is not one of a view.
+// The target of the skip link is not a view, so the browser must not follow it.
 document.querySelector('.skip').addEventListener('click', (event) => {
   event.preventDefault();
   byId('main').focus();

@@ -1,4 +1,4 @@
-// The bench: what a person does to drives besides sending frames.
+// The bench: all user actions on drives except sending frames.
 
 import {byId, el} from './dom.js';
 import {on, store} from './store.js';
@@ -16,7 +16,7 @@ let built = false;
 let visible = false;
 let fieldsets = [];
 
-/// A panel whose controls are dead where the page may only look.
+/// A panel; its controls are disabled while the page is read-only.
 function panel(title, content, {acts = true, size = ''} = {}) {
   const set = el('fieldset', {}, ...content);
   if (acts) fieldsets.push(set);

@@ -1,5 +1,5 @@
-// Columns of a picture: of each the least and the largest sample, so that no peak is lost. What was worked out for the
-// last picture is kept; a moving picture needs but a few new columns.
+// Columns of a plot: least and largest sample of each, so that no peak is lost. Bins of the previous plot are reused; a
+// moving plot needs only a few new ones.
 
 export class Bins {
   constructor(samples, columns) {
@@ -10,20 +10,20 @@ export class Bins {
 
   restart(width_s, first) {
     this.width_s = width_s;
-    this.first = first;  // bins stand still on the axis of time, or a moving picture would shimmer: n·width_s
+    this.first = first;  // bins begin at n·width_s, fixed in time; otherwise a moving plot would flicker
     this.next = first;
-    this.complete = first;  // the first that may still change
-    this.times = [];     // two places for each bin
+    this.complete = first;  // first bin that may still change
+    this.times = [];     // two entries per bin
     this.values = this.columns.map(() => []);
   }
 
-  /// [times, values…] of some `count` bins; null where there is no sample.
+  /// Returns [times, values…] of `count` bins; null without samples.
   view(from_s, to_s, count) {
     const width_s = Number(((to_s - from_s) / count).toPrecision(9));
     const first = Math.floor(from_s / width_s);
     const last = Math.floor(to_s / width_s);
     if (width_s !== this.width_s || first < this.first || first >= this.next) this.restart(width_s, first);
-    // The newest were not complete; of a bus that is behind the others, or where the picture goes past now, many are not.
+    // Recomputes incomplete bins: the newest, and more if this bus is behind others or the plot extends past now.
     const from = Math.max(first, Math.min(this.complete, last));
     for (const list of [this.times, ...this.values]) {
       list.length = 2 * (from - this.first);
@@ -50,7 +50,7 @@ export class Bins {
 
 const orNull = (value) => (value === undefined || Number.isNaN(value) ? null : value);
 
-/// Both extremes, in the order in which they came.
+/// Appends both extremes in their order of time.
 function pushExtremes(list, values, begin, end) {
   let least = begin;
   let most = begin;

@@ -1,4 +1,4 @@
-// The bus at a glance: a card for each drive, those of a bus together.
+// The bus view: a card for each drive, grouped by bus.
 
 import {advicePanel} from './advice.js';
 import {fitCards} from './card_size.js';
@@ -12,11 +12,11 @@ import {robotPanel, showRobot} from './robot.js';
 import {buses, driveKey, driveName, driveOf, on, store} from './store.js';
 import {name as nameOf, t} from './words.js';
 
-const kNumbers_ms = 120;   // between changes of numbers: people have to read them
-const kSpoken_ms = 1500;   // and those who listen have to hear them
+const kNumbers_ms = 120;   // between updates of numbers, so that people can read them
+const kSpoken_ms = 1500;   // between updates for screen readers
 
 const cards = new Map();
-const heads = new Map();   // by bus: what is said of all of it
+const heads = new Map();   // by bus: elements of the whole bus
 let summary = null;
 let groups = null;
 let visible = false;
@@ -77,7 +77,7 @@ function build() {
   onFaults(showFaults, groups);
 }
 
-/// A controller without power measures nothing; what its sensors would say is noise.
+/// Without power a controller measures nothing; its sensor values would be noise.
 function showNumbers(card, drive, now, shaft) {
   const {fields} = card;
   const measured = (value, digits) => (drive.alive ? fixed(value, digits) : '–');
@@ -101,7 +101,7 @@ function showState(card, drive) {
   setText(card.fields.replies.value, fixed(store.rates.get(driveKey(drive.bus, drive.id)), 0));
 }
 
-/// "jam, drop (armed)": what somebody has broken, whatever the drive knows of it.
+/// Returns "jam, drop (armed)": injected faults, independent of the drive's own errors.
 const inWords = (faults) => faults.map(({kind, state}) =>
   (state === 'active' ? nameOf('fault_names', kind) : t('fault_in_state', {name: nameOf('fault_names', kind), state: nameOf('states', state)}))).join(', ');
 

@@ -1,23 +1,23 @@
-// Keeps what the scope is to show: one stream for each bus, samples in fixed memory.
+// Records the samples of the scope: one stream for each bus, in fixed memory.
 
 import {stream} from './api.js';
 import {Samples} from './samples.js';
 import {clockFactor} from './store.js';
 
-// A second of simulated time and of the wall, of all buses; the program allows 200,000 a stream and 400,000 in all, of which
-// the dials of this page (live.js) may have as many.
+// Samples per second of simulated time and of real time, on all buses. The program allows 200,000 per stream and
+// 400,000 in total; the dials of this page (live.js) may use the other half.
 const kMostValues = 190_000;
 const kSlowest_Hz = 0.1;
 const kMessages_Hz = 60;
 const kPatience_ms = 3000;
 
-/// Simulated seconds in one of the wall, where there are more of them: a clock that is slow or stands asks for nothing else.
+/// Returns simulated seconds per real second, at least 1: a slow or stopped clock needs no other rate.
 export const pace = () => Math.max(1, clockFactor());
 
-/// What is possible of the wanted rate with so many columns on all buses together.
+/// Returns the possible rate for this number of columns on all buses together.
 export const possibleRate_Hz = (wanted_Hz, columns) => Math.max(kSlowest_Hz, Math.min(wanted_Hz, kMostValues / columns / pace()));
 
-/// The samples of `ids` of one bus, `signals` of each. What `before`, another one of this bus, has of them is taken over.
+/// Records `signals` of drives `ids` of one bus. Takes over the samples of `before`, the previous capture of this bus.
 export class Capture {
   constructor(bus, ids, signals, rate_Hz, before) {
     this.bus = bus;
@@ -29,9 +29,9 @@ export class Capture {
     this.samples = new Samples(columns);
     if (before) this.samples.adopt(before.samples, ids.flatMap((id) => signals.map((signal) => before.column(id, signal))));
     this.lost = before?.lost ?? 0;
-    this.lostBefore = this.lost;  // the program counts from the beginning of each stream
+    this.lostBefore = this.lost;  // the program counts anew for each stream
     this.row = new Array(columns);
-    this.waitsFrom_ms = performance.now();  // for its stream to open; null: it has
+    this.waitsFrom_ms = performance.now();  // start of waiting for the stream; null: it is open
     const together = Math.max(1, Math.min(1000, Math.round(rate_Hz * this.pace / kMessages_Hz)));
     const query = `bus=${encodeURIComponent(bus)}&ids=${ids}&signals=${signals}&rate_Hz=${rate_Hz}` +
       (together > 1 ? `&samples_per_message=${together}` : '');
@@ -48,31 +48,31 @@ export class Capture {
     for (const sample of Array.isArray(message) ? message : [message]) {
       if (!sample.rows) continue;
       if (sample.lost) this.lost = this.lostBefore + sample.lost;
-      // Rows come in the order of the program, not in that of `ids`.
+      // Rows have the program's order, not that of `ids`.
       for (const row of sample.rows) {
         const first = this.ids.indexOf(row[0]) * this.signals.length;
         for (let n = 1; n < row.length; ++n) this.row[first + n - 1] = row[n];
       }
-      // Another program, or the same one anew: its time begins again.
+      // Time went back: the program was restarted or replaced.
       if (sample.time_s < this.samples.last_s - 1) this.samples = new Samples(this.samples.columns);
       this.samples.push(sample.time_s, this.row);
     }
   }
 
-  /// -1: it has none.
+  /// Returns the column, or -1.
   column(id, signal) {
     const drive = this.ids.indexOf(id);
     const place = this.signals.indexOf(signal);
     return drive < 0 || place < 0 ? -1 : drive * this.signals.length + place;
   }
 
-  /// Whether it has all of these, at this rate.
+  /// Returns whether it records all of these at this rate.
   serves(ids, signals, rate_Hz) {
     return this.rate_Hz === rate_Hz && this.pace === pace() &&
       ids.every((id) => this.ids.includes(id)) && signals.every((signal) => this.signals.includes(signal));
   }
 
-  /// Whether its stream has not opened for so long that somebody should know.
+  /// Whether its stream has been closed long enough to tell the user.
   get refused() {
     return this.waitsFrom_ms !== null && performance.now() - this.waitsFrom_ms > kPatience_ms;
   }

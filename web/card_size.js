@@ -1,11 +1,11 @@
-// How large the cards of the bus are: as large as the screen has room for, so that few fill it and many fit.
+// Size of the cards of the bus view: as large as all fit on the screen.
 
-const kFew = 12;      // drives that are never made dense
-const kFewAside = 4;  // the same beside a robot, which takes half of the screen
-const kMost = 3;      // assumed: larger ones say no more
+const kFew = 12;      // drives that never become dense
+const kFewAside = 4;  // as kFew, next to a robot, which takes half of the screen
+const kMost = 3;      // assumed: larger cards show nothing more
 const kStep = 0.05;
 
-/// In pixels, of one card as it is at size 1, with the gap to the next.
+/// Returns the size of a card at size 1 in pixels, including the gap to the next.
 function roomOf(groups) {
   const style = getComputedStyle(groups);
   const gap = parseFloat(style.getPropertyValue('--gap'));
@@ -15,7 +15,7 @@ function roomOf(groups) {
 const columnsAt = ({width, gap}, size, box) => Math.max(1, Math.floor((box.width / size + gap) / width));
 const countOf = (group) => group.querySelectorAll('.card').length;
 
-/// As many columns as leave the fewest places empty in so many rows or fewer.
+/// Returns the number of columns up to `most` that leaves the fewest empty places in the same rows.
 function evenColumns(groups, most) {
   return Math.max(...[...groups.children].map((group) => Math.ceil(countOf(group) / Math.ceil(countOf(group) / most)) || 1));
 }
@@ -30,7 +30,7 @@ function fits(groups, room, size, box) {
   return high <= box.height;
 }
 
-/// The largest size at which all of them are seen; 1 where there is none.
+/// Sets the largest size at which all cards are visible, at least 1.
 function fit(groups) {
   const main = groups.closest('main');
   if (!groups.isConnected || groups.closest('[hidden]') || !groups.querySelector('.card')) return;
@@ -50,7 +50,7 @@ function fit(groups) {
 let watched = null;
 const watcher = new ResizeObserver(() => watched && fit(watched));
 
-/// Now, and whenever the window changes.
+/// Fits the cards now and after each change of the window.
 export function fitCards(groups) {
   if (watched !== groups) {
     watcher.disconnect();

@@ -1,4 +1,4 @@
-// Which drives the bench acts on.
+// The drives that the bench acts on.
 
 import {el, note} from './dom.js';
 import {post} from './api.js';
@@ -31,7 +31,7 @@ function build() {
   showChosen();
 }
 
-/// The buttons stay: whoever has pressed one is still at it.
+/// Updates the buttons in place, so that they keep focus and pending clicks.
 function showChosen() {
   for (const [key, button] of buttons) button.setAttribute('aria-pressed', chosen.has(key));
 }
@@ -57,10 +57,10 @@ export function choose(bus, id) {
   if (group) tell();
 }
 
-/// "1-3,7" would do too; a list is as good.
+/// A list of IDs; the API also takes ranges ("1-3,7").
 const idList = (drives) => drives.map((drive) => drive.id).join(',');
 
-/// Something for the chosen drives, bus by bus, or for each drive what `what(bus, id)` promises. Returns whether all was done.
+/// Posts `what` for the chosen drives: once per bus, or per drive if it is a function of (bus, id). Returns success.
 async function tellChosen(place, what, done) {
   const drives = chosenDrives();
   if (!drives.length) {
@@ -79,12 +79,12 @@ async function tellChosen(place, what, done) {
   }, done);
 }
 
-/// A directive (docs/directives.md).
+/// Sends a directive (docs/directives.md).
 export const direct = (what, done) => tellChosen('/directives', what, done);
-/// A frame as a host sends it, in the words of a scenario's [[send]].
+/// Sends a frame as a host does, in the words of a scenario's [[send]].
 export const command = (what, done) => tellChosen('/frames', what, done);
 
-/// Does it, and says what came of it.
+/// Runs the action and shows its result or error.
 export async function attempt(action, done) {
   try {
     const result = await action();

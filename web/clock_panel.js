@@ -1,4 +1,4 @@
-// Simulated time: as it goes, in steps, faster or slower.
+// Controls of simulated time: run, step, speed.
 
 import {el, labelled, setText} from './dom.js';
 import {post, put, remove} from './api.js';

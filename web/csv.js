@@ -1,4 +1,4 @@
-// Samples as a file, in the form of lk-emu run --csv: time_s,1.speed_dps,…
+// Writes samples as a file in the form of lk-emu run --csv: time_s,1.speed_dps,…
 
 import {buses} from './store.js';
 
@@ -7,7 +7,7 @@ function textOf(traces, from_s, to_s) {
   const columns = traces.map(({bus, id, signal, capture, column}) =>
     ({capture, n: column, name: `${several ? `${bus}.` : ''}${id}.${signal}`}));
   const lines = [['time_s', ...columns.map((column) => column.name)].join(',')];
-  // Buses are sampled at their own instants: each row has the latest of each.
+  // Buses are sampled at different instants: each row has the latest sample of each.
   const base = traces[0].capture.samples;
   const last = base.find(to_s + 1e-9);
   for (let place = base.find(from_s); place < last; ++place) {
@@ -21,7 +21,7 @@ function textOf(traces, from_s, to_s) {
   return lines;
 }
 
-/// Returns the number of samples.
+/// Saves the file; returns the number of samples.
 export function saveCsv(traces, from_s, to_s) {
   if (!traces.length) return 0;
   const lines = textOf(traces, from_s, to_s);

@@ -1,4 +1,4 @@
-// A shaft seen from its end: where it stands, where it is to go, where its encoder reads 0.
+// Dial of a shaft seen from its end: position, target, and encoder zero.
 
 import {el, svg} from './dom.js';
 import {fixed} from './format.js';
@@ -16,12 +16,12 @@ function ticks() {
   return group;
 }
 
-/// What the dial shows of a drive, in degrees of the output shaft, clockwise; null: nothing.
+/// Returns the positions on the dial in degrees of the output shaft, clockwise; null: not shown.
 export function shaftOf(drive, now) {
   const gear = drive.built?.gear_ratio ?? 1;
   const shaft = now.true_angle_deg;
   const alive = now.alive !== 0;
-  // The answer says whether there is a target; where it is now, the stream knows better.
+  // GET /drives says whether there is a target; the stream has its newest value.
   const following = alive && drive.setpoint?.angle_deg !== undefined;
   const counts = drive.built?.encoder_counts ?? 65536;
   const perCount = 360 * (drive.built?.encoder_turns ?? 1) / counts / gear;
@@ -35,8 +35,8 @@ export function shaftOf(drive, now) {
   };
 }
 
-/// A style, not an attribute: hands are layers of their own (views.css), which the browser turns without drawing
-/// them anew. Nothing is written that nobody could see.
+/// Rotates by style, not by attribute: hands are separate layers (views.css), so the browser need not redraw them.
+/// Skips invisible changes.
 function turn(node, deg) {
   const rounded = Math.round((deg ?? 0) * 5) / 5;
   if (node.shownAt === rounded) return;
@@ -44,7 +44,7 @@ function turn(node, deg) {
   node.style.transform = `rotate(${rounded}deg)`;
 }
 
-/// `onTurn(degrees)` makes it a thing that can be turned, with the mouse or the arrow keys, when `mayTurn()` says so.
+/// With `onTurn(degrees)` the dial can be turned by mouse or arrow keys while `mayTurn()` is true.
 export class Dial {
   constructor({onTurn = null, mayTurn = () => true, label}) {
     this.zero = svg('g', {class: 'zero'}, svg('path', {d: 'M0 -41L-4 -49H4Z'}));
@@ -68,7 +68,7 @@ export class Dial {
     this.drawTrail(speed);
   }
 
-  /// An arc behind the pointer, as long as 60 ms of its way: what a fast shaft looks like. It turns with the pointer.
+  /// Draws an arc behind the pointer, as long as its motion in 60 ms, to show the speed.
   drawTrail(speed) {
     const sweep = Math.max(-300, Math.min(300, Math.round((speed ?? 0) * 0.06 / kTrailStep_deg) * kTrailStep_deg));
     if (sweep === this.sweep) return;
@@ -85,7 +85,7 @@ export class Dial {
     this.trail.setAttribute('d', `M${at(-sweep)}A30 30 0 ${large} ${sweep > 0 ? 1 : 0} ${at(0)}`);
   }
 
-  /// For those who do not see it; not at every frame.
+  /// Describes the dial for screen readers; not called for every frame.
   say({shaft}) {
     const angle = `${fixed(((shaft % 360) + 360) % 360, 1)}°`;
     if (this.root.getAttribute('role') === 'slider') {

@@ -1,4 +1,4 @@
-// Making elements, in few words.
+// Short helpers to make elements.
 
 function apply(node, attributes) {
   for (const [key, value] of Object.entries(attributes)) {
@@ -15,7 +15,7 @@ function apply(node, attributes) {
   }
 }
 
-/// el('button', {class: 'main', onclick: f}, 'Go')
+/// Example: el('button', {class: 'main', onclick: f}, 'Go')
 export function el(tag, attributes = {}, ...children) {
   const node = document.createElement(tag);
   apply(node, attributes);
@@ -32,14 +32,14 @@ export function svg(tag, attributes = {}, ...children) {
 
 export const byId = (id) => document.getElementById(id);
 
-/// Writes only what has changed: the browser then lays nothing out anew.
+/// Writes only changed text, to avoid a new layout.
 export function setText(node, text) {
   if (node.firstChild?.nodeValue !== text) node.textContent = text;
 }
 
 const noteTimers = new WeakMap();
 
-/// A short message in the corner. What went wrong stays longer; what is said again stays once.
+/// Shows a short message in the corner. Errors stay longer; a repeated message is shown once.
 export function note(text, bad = false) {
   const kind = bad ? 'note bad' : 'note';
   const there = [...byId('notes').children].find((one) => one.textContent === text && one.className === kind);
@@ -49,5 +49,5 @@ export function note(text, bad = false) {
   noteTimers.set(node, setTimeout(() => node.remove(), bad ? 9000 : 3500));
 }
 
-/// A labelled control.
+/// Returns a control with a label.
 export const labelled = (text, control) => el('label', {}, `${text} `, control);

@@ -1,6 +1,6 @@
-// Pictures: one for each frame of the browser, and for as long as somebody looks.
+// Draws once per frame of the browser while visible.
 
-/// Returns what begins (true) and ends (false) calling `draw` once a frame, however often it is said.
+/// Returns a function that starts (true) and stops (false) calling `draw` once a frame; repeated calls do no harm.
 export function drawing(draw) {
   let next = 0;
   const frame = (at) => {

@@ -1,22 +1,22 @@
-// The faults so far (GET /faults), for as long as somebody shows them.
+// The faults so far (GET /faults), polled while a listener is visible.
 
 import {get} from './api.js';
 import {on, store} from './store.js';
 
 const kPeriod_ms = 700;
 
-const listeners = new Map();  // by listener: the node it serves
+const listeners = new Map();  // by listener: its node
 let faults = [];
 let asking = false;
 let askedAt = -Infinity;
 
 export const isGoing = (fault) => ['active', 'armed', 'paused'].includes(fault.state);
 
-/// Those that go on, of a drive; without an ID those of the bus as a whole.
+/// Returns the current faults of a drive; without an ID, of the whole bus.
 export const goingOn = (bus, id = null) => faults.filter((fault) =>
   fault.bus === bus && isGoing(fault) && (id === null ? !fault.ids.length : fault.ids.includes(id)));
 
-/// Told of every answer while `node` is seen.
+/// Calls the listener with every answer while `node` is visible.
 export function onFaults(listener, node) {
   listeners.set(listener, node);
 }

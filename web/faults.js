@@ -1,4 +1,4 @@
-// Everything that can break, and what came of it.
+// Injection of faults, and the list of their effects.
 
 import {post} from './api.js';
 import {el, labelled, setText} from './dom.js';
@@ -8,12 +8,12 @@ import {figures} from './format.js';
 import {buses, driveName, store} from './store.js';
 import {faultName, language, name as nameOf, said, t} from './words.js';
 
-/// "to, V"; in Chinese as its list has it.
+/// Returns "to, V"; in Chinese the name from the list.
 const parameterName = (key) => nameOf('parameters', key).replace(/ (s|ms|us|m|V|A|C|deg|Nm|Nms|Hz|dps)$/, ', $1');
-/// The list has the program's own names too: whoever writes a scenario needs them.
+/// Includes the program's own name, which users need for scenarios.
 const kindName = (kind) => (language === 'en' ? nameOf('fault_names', kind) : `${nameOf('fault_names', kind)} ${kind}`);
 
-// --- one to be chosen, with its parameters
+// --- choice of a fault, with its parameters
 
 function input(parameter) {
   if (parameter.choices) {
@@ -72,21 +72,21 @@ async function breakIt(name, controls) {
   return names;
 }
 
-// --- what there has been
+// --- list of faults
 
 const kStates = {active: 'bad', armed: 'warn', paused: 'warn', over: '', cleared: ''};
 
 const kUnitNames = {deg: '°', dps: ' °/s', C: ' °C', us: ' µs'};
-/// " V" of to_V.
+/// Returns " V" for to_V.
 function unitOfParameter(key) {
   const unit = /_(s|ms|us|V|A|C|deg|Nm|Nms|Hz|dps)$/.exec(key)?.[1];
   return unit ? kUnitNames[unit] ?? ` ${unit}` : '';
 }
 
-/// "drive 2, 142#9A00": the one word in it is of the language.
+/// Translates the only word in "drive 2, 142#9A00".
 const whereOf = ({first_on}) => String(first_on).replace(/^drive (\d+)/, (all, id) => t('drive_label', {name: id}));
 
-/// What the cells of a fault's row say.
+/// Returns the texts of the cells of a fault's row.
 function cellsOf(fault) {
   const seconds = (s) => (s === null ? '–' : `${figures(s, 7)} s`);
   const parameters = Object.entries(fault.parameters)
@@ -95,7 +95,7 @@ function cellsOf(fault) {
     seconds(fault.began_at_s), seconds(fault.first_effect_at_s), String(fault.effects), fault.effects ? whereOf(fault) : t('nothing_yet')];
 }
 
-/// A row is made once and told what has changed, so that a button in it can keep the focus.
+/// Makes a row once and updates it in place, so that its button keeps the focus.
 function makeRow(fault) {
   const name = faultName(fault.name, fault.kind);
   const clear = el('button', {type: 'button', 'aria-label': t('clear_fault', {name}),

@@ -1,6 +1,6 @@
-// What frequencies are in samples: amplitudes by a Fourier transform of our own, radix 2, under a Hann window.
+// Amplitude spectrum of samples: radix-2 Fourier transform with a Hann window.
 
-const kPadding = 2;  // zeros behind the samples, so that the largest line is near the largest of the continuous spectrum
+const kPadding = 2;  // zero padding factor, so that the largest line is near the peak of the continuous spectrum
 const kMostTables = 4;
 
 const tables = new Map();  // by size: cosines and sines of half a turn
@@ -31,7 +31,7 @@ function reverseBits(re, im) {
   }
 }
 
-/// In place, Σ x[n]·e^(−2πi·k·n/size). The size is a power of two.
+/// Transforms in place: Σ x[n]·e^(−2πi·k·n/size). Pre: the size is a power of two.
 export function fft(re, im) {
   const size = re.length;
   const {cos, sin} = tableOf(size);
@@ -54,7 +54,7 @@ export function fft(re, im) {
   }
 }
 
-/// Amplitudes of `values`, in their unit, of frequencies n·step_Hz; their mean is taken away first. A sine of amplitude 1
+/// Returns the amplitudes of `values` in their unit at frequencies n·step_Hz, without their mean. A sine of amplitude 1
 /// has a line of 1. Null: fewer than 8 values.
 export function spectrum(values, rate_Hz) {
   const count = values.length;
@@ -76,8 +76,8 @@ export function spectrum(values, rate_Hz) {
   return {step_Hz: rate_Hz / size, lines};
 }
 
-/// {frequency_Hz, amplitude} of the highest line, between lines by a parabola through the logarithms of three. Null: all
-/// is flat.
+/// Returns {frequency_Hz, amplitude} of the highest line, interpolated by a parabola through the logarithms of three
+/// lines. Null: the spectrum is flat.
 export function peakOf({step_Hz, lines}) {
   let at = 1;
   for (let n = 2; n < lines.length - 1; ++n) if (lines[n] > lines[at]) at = n;
@@ -88,7 +88,7 @@ export function peakOf({step_Hz, lines}) {
   return {frequency_Hz: (at + shift) * step_Hz, amplitude: Math.exp(b - (a - c) * shift / 4)};
 }
 
-/// Of some `columns` between two frequencies the highest line each, or what is between two lines where they are sparser.
+/// Returns the highest line in each of `columns` between two frequencies; interpolates where lines are sparser.
 export function columnsOf({step_Hz, lines}, from_Hz, to_Hz, columns) {
   const out = new Float64Array(columns);
   for (let n = 0; n < columns; ++n) {

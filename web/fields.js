@@ -1,9 +1,9 @@
-// Numbers out of fields.
+// Reads numbers from input fields.
 
 import {note} from './dom.js';
 import {t} from './words.js';
 
-/// One for each field; null, and a note, when one is empty or not what it takes: nothing is sent then.
+/// Returns one number per field; null, with a note to the user, if one is empty or invalid.
 export function numbersOf(...inputs) {
   const wrong = inputs.find((input) => input.value === '' || !input.checkValidity());
   if (!wrong) return inputs.map((input) => Number(input.value));

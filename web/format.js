@@ -1,10 +1,10 @@
-// Numbers and words for people. Widths stay the same while values change.
+// Formats numbers and words. Widths stay constant while values change.
 
 import {t} from './words.js';
 
 const kMinus = '\u2212';
 
-/// 12.3, −0.50; a dash when there is none.
+/// Returns 12.3, −0.50; a dash for no value.
 export function fixed(value, digits) {
   if (value === null || value === undefined || !Number.isFinite(value)) return '–';
   const text = value.toFixed(digits);
@@ -12,13 +12,13 @@ export function fixed(value, digits) {
   return text.replace('-', kMinus);
 }
 
-/// Six figures, which is what people read.
+/// Returns six significant figures by default.
 export function figures(value, count = 6) {
   if (value === null || value === undefined || !Number.isFinite(value)) return '–';
   return String(Number(value.toPrecision(count))).replace('-', kMinus);
 }
 
-/// Simulated time: 3:25:45.123
+/// Formats simulated time: 3:25:45.123
 export function clockText(time_s) {
   const whole = Math.floor(time_s);
   const two = (n) => String(n).padStart(2, '0');
@@ -28,7 +28,7 @@ export function clockText(time_s) {
   return `${head}:${two(whole % 60)}${rest === '.000' && time_s - whole > 0.5 ? '.999' : rest}`;
 }
 
-/// Of a signal's name: what its axis says.
+/// Returns the unit of a signal by its name, for its axis.
 export function unitOf(signal) {
   const tail = signal.slice(signal.lastIndexOf('_') + 1);
   if (['deg', 'dps', 'A', 'V', 'C', 'Nm'].includes(tail)) return tail;

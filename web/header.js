@@ -1,4 +1,4 @@
-// What is to be seen above all views: clock, bus load, whether anybody answers.
+// Header of all views: clock, bus load, connection.
 
 import {byId, el, setText} from './dom.js';
 import {clockText, figures, fixed} from './format.js';

@@ -1,19 +1,19 @@
-// What moves on dials: the newest sample of each drive, for as long as somebody looks.
+// Values of the dials: the newest sample of each drive, streamed while they are visible.
 
 import {stream} from './api.js';
 import {buses, clockFactor, driveKey, on, store} from './store.js';
 
 const kSignals = ['true_angle_deg', 'angle_deg', 'angle_ref_deg', 'encoder', 'true_speed_dps', 'speed_dps', 'iq_A',
   'voltage_V', 'temperature_C', 'driver_temperature_C', 'bus_current_A', 'power', 'errors', 'bridge_on', 'alive'];
-const kFrames_Hz = 60;        // of the wall
-const kMostValues = 190_000;  // a second; the program allows 200,000
+const kFrames_Hz = 60;        // of real time
+const kMostValues = 190_000;  // per second; the program allows 200,000
 
 const values = new Map();  // by drive: {signal: value}
 let streams = [];
 let wanted = false;
 let rate_Hz = 0;
 
-/// The newest values of a drive: of the stream, or of the last answer where none has come.
+/// Returns the newest values of a drive: from the stream, or from the last answer if no sample has come.
 export const liveValues = (drive) => values.get(driveKey(drive.bus, drive.id)) ?? drive.signals;
 
 function take(bus, samples) {
@@ -32,7 +32,7 @@ function close() {
   values.clear();
 }
 
-/// So that the wall sees kFrames_Hz, however fast simulated time goes.
+/// Rate that gives kFrames_Hz in real time at any speed of simulated time.
 function wantedRate_Hz() {
   const most = Math.min(20_000, kMostValues / ((store.drives.length || 1) * kSignals.length));
   return Math.min(most, Math.max(0.1, kFrames_Hz / (clockFactor() || 1)));
@@ -47,7 +47,7 @@ function open() {
   }
 }
 
-/// Whether anybody looks.
+/// Sets whether a dial is visible.
 export function wantLive(yes) {
   if (yes === wanted) return;
   wanted = yes;
@@ -57,7 +57,7 @@ export function wantLive(yes) {
 
 on('program', () => wanted && open());
 on('change', () => {
-  // The last answer is newer than the last sample where no more come.
+  // If no more samples come, the last answer is newer than the last sample.
   const {clock} = store.status ?? {};
   if (!store.connected || (clock?.mode === 'stepped' && !clock.advancing)) values.clear();
   if (wanted && clock && Math.abs(wantedRate_Hz() / rate_Hz - 1) > 0.05) open();

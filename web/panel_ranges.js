@@ -1,15 +1,15 @@
-// The axes of values of the scope's pictures: automatic, until a hand takes them.
+// Value axes of the scope's plots: automatic, until the user changes them.
 
 const kStep = 0.8;
 
-/// By unit, so that a picture that is made anew keeps its range.
+/// Ranges by unit, so that a plot keeps its range when it is rebuilt.
 export class ValueRanges {
   constructor(onChange) {
     this.byUnit = new Map();
     this.onChange = onChange;
   }
 
-  /// [min, max]; undefined: automatic.
+  /// Returns [min, max]; undefined: automatic.
   get(unit) {
     return this.byUnit.get(unit);
   }
@@ -17,7 +17,7 @@ export class ValueRanges {
   set(unit, min, max) {
     const span = max - min;
     const size = Math.max(Math.abs(min), Math.abs(max), 1e-3);
-    if (!(span > size * 1e-6 && size < 1e12)) return;  // uPlot could not count its ticks
+    if (!(span > size * 1e-6 && size < 1e12)) return;  // otherwise uPlot fails to compute ticks
     this.byUnit.set(unit, [min, max]);
     this.onChange();
   }
@@ -44,7 +44,7 @@ export class ValueRanges {
     this.onChange();
   }
 
-  /// {unit: [min, max]} of those that are not automatic, and the other way round.
+  /// Returns {unit: [min, max]} of the axes that are not automatic; the next method restores them.
   toObject() {
     return Object.fromEntries(this.byUnit);
   }
@@ -54,8 +54,8 @@ export class ValueRanges {
   }
 }
 
-/// The numbers beside a picture: the wheel zooms, dragging moves, two clicks make them automatic again. Keys do the same
-/// while the picture has the focus.
+/// Controls of a plot's value axis: the wheel zooms, dragging moves, a double click makes it automatic again. Keys do
+/// this while the plot has the focus.
 export function byHand(ranges, panel) {
   const {plot, unit, holder} = panel;
   const axis = plot.root.querySelectorAll('.u-axis')[1];
@@ -77,7 +77,7 @@ export function byHand(ranges, panel) {
   });
   for (const end of ['pointerup', 'pointercancel']) axis.addEventListener(end, () => { from = null; });
   axis.addEventListener('dblclick', (event) => {
-    event.stopPropagation();  // two clicks on the picture pause
+    event.stopPropagation();  // a double click on the plot pauses
     ranges.auto(unit);
   });
   holder.addEventListener('keydown', (event) => {

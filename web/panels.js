@@ -1,4 +1,4 @@
-// The scope's pictures: one for each unit, below each other, over one axis of time. uPlot draws.
+// The scope's plots: one for each unit, stacked, with a common time axis. uPlot draws them.
 
 import {el} from './dom.js';
 import {figures, kUnits} from './format.js';
@@ -7,19 +7,19 @@ import {PlotLegend} from './plot_legend.js';
 import {t} from './words.js';
 
 export const kAxis_px = 62;
-const kSide = 0.4;     // of the width, for the spectra
-export const kPadding = [22, null, null, null];  // above a picture its legend
+const kSide = 0.4;     // share of the width for the spectra
+export const kPadding = [22, null, null, null];  // space for the legend above a plot
 const kLeast_px = 76;
-const kMostPoints = 30_000;  // in all pictures: what a processor draws 60 times a second
+const kMostPoints = 30_000;  // in all plots: limit of a processor at 60 frames a second
 const kLeastBins = 160;
-const kFew = 12;             // more traces have no dashes
+const kFew = 12;             // with more traces, none has dashes
 const kPadding_px = 10;
-const kTimes_px = 26;  // more for the picture with the axis of time
-const kDrag_px = 4;    // less is a click: no hand is quite still
+const kTimes_px = 26;  // extra height of the plot with the time axis
+const kDrag_px = 4;    // shorter drags count as clicks, since hands tremble
 
 export const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-/// Never so narrow that numbers cannot tell the ticks of the axis apart: uPlot would count them for ever.
+/// Keeps the range wide enough for distinct ticks; otherwise uPlot would compute ticks for ever.
 export function range(self, min, max) {
   if (!Number.isFinite(min) || !Number.isFinite(max)) return [0, 1];
   const size = Math.max(Math.abs(min), Math.abs(max));
@@ -28,11 +28,11 @@ export function range(self, min, max) {
   return [min - span * 0.06, max + span * 0.06];
 }
 
-/// Of all axes: colours, type.
+/// Common style of all axes: colours, font.
 export const axisStyle = () => ({stroke: css('--dim'), grid: {stroke: css('--grid'), width: 1}, ticks: {show: false}, font: '12px system-ui, sans-serif'});
 
-/// `traces` are {label, colour, dash, unit, shown}; `view` is asked for {from_s, to_s, cursors, marks}; `onToggle` is told
-/// of a trace that is to be hidden or shown.
+/// `traces` are {label, colour, dash, unit, shown}; `view()` returns {from_s, to_s, cursors, marks}; `onToggle` is
+/// called with a trace to hide or show.
 export class Panels {
   constructor(root, {onSelect, onPoint, onToggle, view}) {
     this.root = root;
@@ -41,13 +41,13 @@ export class Panels {
     this.onToggle = onToggle;
     this.view = view;
     this.ranges = new ValueRanges(() => ++this.generation);
-    this.withSides = false;  // room beside each picture, for its spectrum
-    this.onFit = () => {};   // told the height of each picture and the width beside it
+    this.withSides = false;  // space next to each plot for its spectrum
+    this.onFit = () => {};   // called with the height of each plot and the width next to it
     this.plots = [];
     this.width = 0;
-    this.generation = 0;  // of what is to be drawn anew
+    this.generation = 0;  // increases when plots must be redrawn
     this.traces = [];
-    this.dragged = false;  // since the button went down
+    this.dragged = false;  // since the button was pressed
     new ResizeObserver(() => this.fit()).observe(root);
   }
 
@@ -92,7 +92,7 @@ export class Panels {
     return {plot, unit, traces, holder, side, legend};
   }
 
-  /// What `trace.shown` says now.
+  /// Applies `trace.shown`.
   showTrace(trace) {
     ++this.generation;
     for (const {plot, traces, legend} of this.plots) {
@@ -103,7 +103,7 @@ export class Panels {
     }
   }
 
-  /// Values below the pointer, of all pictures.
+  /// Shows the values below the pointer in all plots.
   showLegends() {
     for (const {plot, unit, legend} of this.plots) {
       const {left} = plot.cursor;
@@ -111,13 +111,13 @@ export class Panels {
     }
   }
 
-  /// The wheel over a picture: its values are zoomed where the pointer is.
+  /// Zooms the values of the plot below the pointer.
   zoomAt(event, factor) {
     const panel = this.plots.find(({holder}) => holder.contains(event.target));
     if (panel) this.ranges.zoom(panel, factor, panel.plot.posToVal(event.clientY - panel.plot.over.getBoundingClientRect().top, 'y'));
   }
 
-  /// A part of the screen, measured in pixels: the axis moves below the pointer while the scope runs.
+  /// Selects a part of the screen in pixels, since the axis moves below the pointer while the scope runs.
   selectByDragging(u) {
     let from = null;
     const place = (event) => {
@@ -168,13 +168,13 @@ export class Panels {
     ctx.restore();
   }
 
-  /// Columns of the picture: as many as there are pixels, fewer when there are many traces.
+  /// Number of columns: the width in pixels, fewer with many traces.
   get bins() {
     const pixels = Math.max(200, Math.round(this.width - kAxis_px - 20));
     return Math.min(pixels, Math.max(kLeastBins, Math.round(kMostPoints / 2 / (this.traces.length || 1))));
   }
 
-  /// `dataOf(traces, bins)` gives [times, values…] for the traces of one panel.
+  /// Pre: `dataOf(traces, bins)` returns [times, values…] for the traces of one panel.
   draw(dataOf) {
     for (const {plot, traces} of this.plots) {
       plot.setData(dataOf(traces, this.bins), true);

@@ -1,10 +1,10 @@
-// In a picture of the scope: which line is what, its value below the pointer, and a click hides it.
+// Legend of a plot of the scope: names of lines, values below the pointer; a click hides a line.
 
 import {el, setText} from './dom.js';
 import {figures} from './format.js';
 import {t} from './words.js';
 
-const kMost = 12;  // more would cover the picture; the table below has them all
+const kMost = 12;  // more would cover the plot; the table below has all
 
 export class PlotLegend {
   constructor(holder, traces, {onToggle, onAuto}) {
@@ -26,7 +26,7 @@ export class PlotLegend {
     for (const {trace, button} of this.rows) button.setAttribute('aria-pressed', trace.shown);
   }
 
-  /// Values at an instant; null: none. `byHand`: the axis of values is not automatic.
+  /// Shows the values at an instant; null hides them. `byHand`: the value axis is not automatic.
   show(time_s, byHand) {
     this.auto.hidden = !byHand;
     this.root.classList.toggle('with-values', time_s !== null);

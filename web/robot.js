@@ -1,4 +1,4 @@
-// The robot beside the dials, where the drives turn the joints of a body (GET /body): as it moves, as it moved in the last minute.
+// The robot next to the dials, if drives move the joints of a body (GET /body): live, or a replay of the last minute.
 
 import {get, stream} from './api.js';
 import {el, setText} from './dom.js';
@@ -9,13 +9,13 @@ import {kRate_Hz, RobotRecord} from './robot_record.js';
 import {on, store} from './store.js';
 import {t} from './words.js';
 
-const kWords_ms = 200;          // between changes of words: people have to read them
-const kArrowsAtWeight = 0.6;    // assumed: a force of the robot's weight, in reaches of the robot
+const kWords_ms = 200;          // between updates of texts, so that people can read them
+const kArrowsAtWeight = 0.6;    // assumed: arrow length of the robot's weight, as a share of the robot's reach
 
-let view = null;                // of the program that answers
+let view = null;                // of the current program
 let visible = false;
 
-/// Colours of the page, for what style sheets cannot reach.
+/// Colours of the page for code that style sheets cannot reach.
 function pageColours() {
   const style = getComputedStyle(document.documentElement);
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
@@ -29,14 +29,14 @@ class RobotView {
     this.box = el('div', {class: 'robot-box'}, this.canvas);
     this.root = el('section', {class: 'panel robot', id: 'robot', 'aria-label': t('robot')}, this.box);
     this.dirty = true;
-    this.cursor = null;         // the frame that is held; null: the newest
+    this.cursor = null;         // frame on display while paused; null: the newest
     this.playing = false;
-    this.drawn = 0;             // pictures
-    this.work_ms = 0;           // that all of them took, without WebGL
+    this.drawn = 0;             // frames drawn
+    this.work_ms = 0;           // total CPU time of all frames, without WebGL
     this.run = drawing((at) => this.frame(at));
   }
 
-  /// What three.js is needed for comes when there is a robot.
+  /// Loads three.js and its users only if there is a robot.
   async begin() {
     const [shape, {RobotScene}, {Colouring, jointValues, kColourings}, {Hand}] = await Promise.all(
       [get('/body'), import('./robot_scene.js'), import('./robot_colours.js'), import('./robot_push.js')]);
@@ -57,7 +57,7 @@ class RobotView {
     this.camera = new OrbitCamera(this.scene.camera, this.canvas, {moved: () => (this.dirty = true), taken: (event) => this.hand.take(event)});
     this.camera.setHome(this.scene.radius * 1.15);
     this.camera.follow(...centre);
-    // A robot that walks is followed; one that is fixed stays where it is.
+    // The camera follows a free body; for a fixed robot it stays.
     const free = shape.bodies.findIndex((body) => body.free);
     if (free >= 0) this.follows = {body: free, shift: centre.map((value, n) => value - shape.poses[free][n])};
     this.buildControls();
@@ -102,7 +102,7 @@ class RobotView {
     this.wordsAt = 0;
   }
 
-  /// The frame with this number stands still; null: it goes on as it moves.
+  /// Pauses at the frame with this number; null: live.
   hold(number) {
     this.playing = false;
     this.cursor = number;
@@ -118,7 +118,7 @@ class RobotView {
     this.wordsAt = 0;
   }
 
-  /// Poses come for as long as somebody looks.
+  /// Streams poses while visible.
   look() {
     const looked = visible && !document.hidden && this.slider !== undefined && this.root.isConnected;
     if (looked && !this.poses) {
@@ -138,7 +138,7 @@ class RobotView {
     if (this.cursor === null) this.dirty = true;
   }
 
-  /// A floor that has got a step. What fails is tried again at the next message.
+  /// Reloads the world's geometry, e.g. after a new step on the floor. After a failure the next message retries.
   async lookAtWorld() {
     if (this.looking) return;
     this.looking = true;
@@ -172,13 +172,13 @@ class RobotView {
     }
     if (!this.dirty) return;
     this.show(this.record.frame(this.cursor === null ? this.record.end - 1 : Math.floor(this.cursor)));
-    this.dirty = false;  // following it moved the camera
+    this.dirty = false;  // following has moved the camera
     this.work_ms += performance.now() - began;
     this.scene.draw();
     ++this.drawn;
   }
 
-  /// What is replayed ends where it is live.
+  /// Advances the replay; at its end it becomes live.
   goOn(frames) {
     this.cursor = Math.max(this.record.begin, this.cursor + Math.max(0, frames));
     this.dirty = true;
@@ -224,7 +224,7 @@ class RobotView {
   }
 }
 
-/// The panel of the robot; nothing where the drives are on no body.
+/// Returns the panel of the robot; nothing if the drives move no body.
 export function robotPanel() {
   view?.close();
   view = store.status.body ? new RobotView() : null;
@@ -242,7 +242,7 @@ export function showRobot(yes) {
   view?.look();
 }
 
-/// For tests.
+/// State for tests.
 export const inspectRobot = () => view && {
   frames: view.record ? [view.record.begin, view.record.end] : null, drawn: view.drawn, work_ms: view.work_ms, cursor: view.cursor,
   streams: view.poses ? 1 : 0, project: (point) => view.scene.project(point), camera: view.scene?.camera.position.toArray(),

@@ -1,4 +1,4 @@
-// Where the robot is looked at from: around a point, with mouse, wheel, fingers and keys. The world's z is up.
+// Camera of the robot: orbits a point by mouse, wheel, fingers and keys. The world's z is up.
 
 const kSteps = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]};
 const kStep_rad = Math.PI / 24;
@@ -7,18 +7,18 @@ const kHighest_rad = Math.PI / 2 - 0.01;
 const kZoomPerNotch = 1.15;
 
 export class OrbitCamera {
-  /// Moves `camera`, whose `up` is z; `moved()` is called after each move. `taken(event)`: somebody else has this drag.
+  /// Moves `camera`, whose `up` is z; `moved()` is called after each move. `taken(event)`: another control has this drag.
   constructor(camera, canvas, {moved, taken}) {
     this.camera = camera;
     this.moved = moved;
     this.centre = {x: 0, y: 0, z: 0};  // of the robot, followed
-    this.shift = {x: 0, y: 0, z: 0};   // of what is looked at, from there
+    this.shift = {x: 0, y: 0, z: 0};   // of the target, relative to `centre`
     this.home = {distance: 2, azimuth: -8 * kStep_rad, elevation: 3 * kStep_rad};
     this.reset();
     this.listen(canvas, taken);
   }
 
-  /// Stands so that a sphere of this radius is seen as a whole.
+  /// Sets the default distance, from which a sphere of this radius is visible as a whole.
   setHome(radius) {
     this.home.distance = radius / Math.sin(this.camera.fov * Math.PI / 360);
     this.reset();
@@ -51,7 +51,7 @@ export class OrbitCamera {
     this.place();
   }
 
-  /// In shares of the picture's height.
+  /// Pans by shares of the picture's height.
   pan(right, up) {
     const scale = 2 * this.distance * Math.tan(this.camera.fov * Math.PI / 360);
     const m = this.camera.matrixWorld.elements;

@@ -1,4 +1,4 @@
-// What the joints of the robot are coloured by.
+// Colours of the robot's joints by a chosen quantity.
 
 import {Color} from './vendor/three.module.min.js';
 import {goingOn} from './fault_list.js';
@@ -7,11 +7,11 @@ import {liveValues} from './live.js';
 import {driveKey, driveOf} from './store.js';
 
 export const kColourings = ['current', 'temperature', 'error'];
-const kLeastCurrent_A = 1;      // assumed: below, noise would be bright
+const kLeastCurrent_A = 1;      // assumed: keeps noise dark
 const kNone = NaN;              // a joint without a drive
 const kState = {good: 0, free: 1, fault: 2, bad: 3};
 
-/// Of one drive, in the order of kColourings.
+/// Returns the values of one drive, in the order of kColourings.
 function valuesOf(joint) {
   const drive = joint.bus === null ? null : driveOf(driveKey(joint.bus, joint.id));
   if (!drive) return [kNone, kNone, kNone];
@@ -25,7 +25,7 @@ export const jointValues = (joints) => joints.flatMap(valuesOf);
 
 const kColours = ['good', 'warn', 'bad', 'dim'];
 
-/// One way to colour, with the ends of its scale.
+/// The selected quantity and the ends of its scale.
 export class Colouring {
   constructor(joints) {
     this.what = kColourings[0];
@@ -37,24 +37,24 @@ export class Colouring {
     this.to_C = drive?.registers.ram.protection.motor_temperature.threshold_C ?? 100;
   }
 
-  /// The scale of the current is as long as the largest there has been.
+  /// Extends the scale of the current to the largest value so far.
   heed(values) {
     for (let n = 0; n < values.length; n += kColourings.length) if (values[n] > this.most_A) this.most_A = values[n];
   }
 
-  /// Colours of the page, as style sheets say them.
+  /// Sets the colours from the page's style sheets.
   paint(colours) {
     for (const name of kColours) this.palette[name].set(colours[name]);
   }
 
-  /// From little to much.
+  /// Returns the colour at a share of the scale.
   ramp(share) {
     const {good, warn, bad} = this.palette;
     const at = 2 * Math.max(0, Math.min(1, share));
     return at < 1 ? this.mixed.lerpColors(good, warn, at) : this.mixed.lerpColors(warn, bad, at - 1);
   }
 
-  /// Good until the next one is asked for.
+  /// Returns a joint's colour; valid until the next call.
   colour(values, joint) {
     const {good, warn, bad, dim} = this.palette;
     const value = values[joint * kColourings.length + kColourings.indexOf(this.what)];
@@ -64,7 +64,7 @@ export class Colouring {
     return [good, dim, warn, bad][value];
   }
 
-  /// What stands at the ends of the legend; null: it has words of its own.
+  /// Returns the labels at the ends of the legend; null: the legend has words.
   ends() {
     if (this.what === 'current') return [`0 A`, `${fixed(this.most_A, 1)} A`];
     if (this.what === 'temperature') return [`${fixed(this.from_C, 0)} °C`, `${fixed(this.to_C, 0)} °C`];

@@ -1,15 +1,15 @@
-// A hand that pulls at a body of the robot: as far as the mouse is drawn, so strong is it.
+// Pulls at a body of the robot by mouse; the force is proportional to the distance.
 
 import {post} from './api.js';
 import {note} from './dom.js';
 import {clockFactor} from './store.js';
 
-const kPeriod_ms = 100;        // each push lasts as long: the next one takes over, and when the page is gone, none does
-const kWeightsAtReach = 1;      // assumed: drawn as far as the robot reaches, it pulls with the robot's weight
+const kPeriod_ms = 100;        // duration of a push; the next one replaces it, and none follows if the page closes
+const kWeightsAtReach = 1;      // assumed: at a distance of the robot's reach the force is the robot's weight
 const kGravity_m_s2 = 9.81;
 
 export class Hand {
-  /// `shape` is that of GET /body, `mayPush()` says whether it may, `changed()` is called when there is something to draw.
+  /// `shape` is that of GET /body; `mayPush()` returns permission; `changed()` is called to request a redraw.
   constructor(scene, shape, canvas, {mayPush, changed}) {
     this.scene = scene;
     this.shape = shape;
@@ -47,14 +47,14 @@ export class Hand {
     this.changed();
   }
 
-  /// Where it holds and the force there, in the world: x y z fx fy fz; null: it holds nothing.
+  /// Returns contact point and force in the world, x y z fx fy fz; null: no body is held.
   force() {
     if (!this.held) return null;
     const point = this.scene.fromBody(this.held.body, this.held.at);
     return [...point.toArray(), ...this.held.to.clone().sub(point).multiplyScalar(this.strength_N_m).toArray()];
   }
 
-  /// For as long as it holds. The program knows forces at a body's centre of mass; what else they do is a torque.
+  /// Sends pushes while a body is held. The program takes forces at the centre of mass, so a torque is added.
   async tell() {
     if (this.telling) return;
     this.telling = true;

@@ -1,13 +1,13 @@
-// The last minute of the robot: poses, contacts and what its joints are coloured by, in one ring.
+// Ring buffer with the robot's last minute: poses, contacts and joint values for colours.
 
-export const kRate_Hz = 60;       // frames that come, of the wall
+export const kRate_Hz = 60;       // frames per second of real time
 const kFrames = 60 * kRate_Hz;
-const kMostContacts = 32;         // that are kept of a frame
+const kMostContacts = 32;         // kept per frame
 
 export const kPose = 7;           // x y z qw qx qy qz
 export const kContact = 6;        // x y z fx fy fz
 
-/// Frames have numbers, which go on for ever; those from `begin` up to `end` are there.
+/// Frame numbers increase for ever; frames `begin` to `end` - 1 are stored.
 export class RobotRecord {
   constructor(bodies, joints, valuesOfJoint) {
     this.parts = {poses: bodies * kPose, joints: joints * valuesOfJoint, contacts: kMostContacts * kContact};
@@ -19,7 +19,7 @@ export class RobotRecord {
     this.end = 0;
   }
 
-  /// `jointValues` in the order of joints. Time that has gone back is another program's: what was is forgotten.
+  /// Adds a frame; `jointValues` in the order of joints. If time went back (a restart), clears the buffer first.
   add({time_s, poses, contacts}, jointValues) {
     if (this.end > this.begin && time_s < this.times[(this.end - 1) % kFrames]) this.begin = this.end;
     const slot = this.end % kFrames;
@@ -38,7 +38,7 @@ export class RobotRecord {
     this.begin = Math.max(this.begin, this.end - kFrames);
   }
 
-  /// The frame `number`, or the nearest that is there; null: none is. Views, not copies.
+  /// Returns the frame `number` or the nearest stored one, as views; null: the buffer is empty.
   frame(number) {
     if (this.begin === this.end) return null;
     const slot = Math.max(this.begin, Math.min(this.end - 1, number)) % kFrames;

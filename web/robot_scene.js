@@ -1,4 +1,4 @@
-// The robot in three dimensions, drawn by three.js: what it is made of once, then where its bodies are.
+// The robot in 3D, drawn by three.js: meshes are built once, then only moved.
 
 import {
   BoxGeometry, CapsuleGeometry, CircleGeometry, Color, ConeGeometry, CylinderGeometry, DataTexture, DirectionalLight, Fog,
@@ -9,10 +9,10 @@ import {
 import {kContact, kPose} from './robot_record.js';
 
 const kMostArrows = 32;
-const kGround = 20;  // reaches of the robot, until it has vanished in the distance
-const kUp = new Vector3(0, 1, 0);  // the way that three.js builds cylinders
+const kGround = 20;  // in reaches of the robot; the fog hides the edge
+const kUp = new Vector3(0, 1, 0);  // axis of three.js cylinders
 
-/// Along z, as the program has them.
+/// Rotates a geometry to the z axis, as in the program.
 const alongZ = (geometry) => geometry.rotateX(Math.PI / 2);
 
 const kGeometry = {
@@ -36,7 +36,7 @@ function put(object, position, quaternion) {
   if (quaternion) object.quaternion.set(quaternion[1], quaternion[2], quaternion[3], quaternion[0]);
 }
 
-/// How far the robot reaches, as it first stands: centre and radius of a sphere, in metres.
+/// Returns the bounding sphere of the robot's first pose: centre and radius in metres.
 function reachOf(robot) {
   const box = [[Infinity, -Infinity], [Infinity, -Infinity], [Infinity, -Infinity]];
   const at = new Vector3();
@@ -55,7 +55,7 @@ function reachOf(robot) {
 }
 
 export class RobotScene {
-  /// Throws where there is no WebGL.
+  /// Throws without WebGL.
   constructor(canvas, shape) {
     this.renderer = new WebGLRenderer({canvas, antialias: true});
     this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
@@ -66,7 +66,7 @@ export class RobotScene {
     const sun = new DirectionalLight(0xffffff, 1.9);
     sun.position.set(-2, -3, 5);
     this.scene.add(sun);
-    this.ground = [];  // what takes the page's colours
+    this.ground = [];  // meshes that take the page's colours
     this.bodies = shape.bodies.map(() => new Group());
     this.robot = new Group().add(...this.bodies);
     this.furniture = new Group();
@@ -86,14 +86,14 @@ export class RobotScene {
     (geom.body === null ? this.furniture : this.bodies[geom.body]).add(mesh);
   }
 
-  /// What stands in the world, the ground aside, is this now.
+  /// Replaces the fixed objects of the world, except the ground.
   furnish(geoms) {
     for (const mesh of this.furniture.children) release(mesh);
     this.furniture.clear();
     for (const geom of geoms) if (geom.body === null && !isEndless(geom)) this.addGeom(geom);
   }
 
-  /// A plane without end is a board whose fields the page colours.
+  /// Adds an infinite plane as a chequered board in the page's colours.
   addGround(geom) {
     const mesh = new Mesh(undefined, new MeshBasicMaterial());
     put(mesh, geom.position_m, geom.quaternion);
@@ -101,7 +101,7 @@ export class RobotScene {
     this.ground.push(mesh);
   }
 
-  /// Four fields of the board: `cells` of them across the ground.
+  /// Makes the texture of the board, `cells` of its four fields across the ground.
   board(colours, cells) {
     const [one, other] = [colours.panel, colours.grid].map((colour) => [...new Color(colour).convertLinearToSRGB().toArray().map((part) => Math.round(part * 255)), 255]);
     const texture = new DataTexture(new Uint8Array([...one, ...other, ...other, ...one]), 2, 2);
@@ -115,7 +115,7 @@ export class RobotScene {
     return texture;
   }
 
-  /// The size of joints, arrows and the ground is that of the robot, which is known once it stands.
+  /// Sizes joints, arrows and the ground by the robot's reach at its first pose.
   measure(poses) {
     this.pose(poses);
     const {centre, radius} = reachOf(this.robot);
@@ -152,7 +152,7 @@ export class RobotScene {
     this.placing = {from: new Vector3(), along: new Vector3(), turn: new Quaternion(), one: new Vector3(1, 1, 1), matrix: new Matrix4()};
   }
 
-  /// Colours of the page: {panel, line, grid, arrow}.
+  /// Applies the colours of the page: {panel, line, grid, arrow}.
   paint(colours) {
     this.scene.background = new Color(colours.panel);
     this.scene.fog.color.set(colours.panel);
@@ -177,10 +177,10 @@ export class RobotScene {
   colourJoint(n, colour) {
     const {material} = this.joints[n];
     material.color.copy(colour);
-    material.emissive.copy(colour).multiplyScalar(0.35);  // so that a shadow leaves it what it is
+    material.emissive.copy(colour).multiplyScalar(0.35);  // keeps the colour recognisable in shadow
   }
 
-  /// Points and forces of contacts, and of the hand, or null; `length_m_N` says how long an arrow is.
+  /// Shows contact forces and that of the hand (or null) as arrows; `length_m_N` is their scale.
   arrows(contacts, hand, length_m_N) {
     const count = Math.min(contacts.length / kContact, kMostArrows - 1);
     for (let n = 0; n < count; ++n) this.arrow(n, contacts, n * kContact, length_m_N, this.contactColour);
@@ -215,14 +215,14 @@ export class RobotScene {
     this.renderer.render(this.scene, this.camera);
   }
 
-  /// What is under a place of the picture (−1 to 1): {body, point}; null: nothing that moves.
+  /// Returns the moving body at a point of the picture (−1 to 1): {body, point}; null: none.
   pick(x, y) {
     this.raycaster.setFromCamera(new Vector2(x, y), this.camera);
     const hit = this.raycaster.intersectObject(this.robot, true)[0];
     return hit ? {body: hit.object.userData.body, point: hit.point} : null;
   }
 
-  /// Where a ray through a place of the picture meets the plane through `point` that faces the camera.
+  /// Returns the intersection of the ray through a picture point with the plane through `point` that faces the camera.
   along(x, y, point) {
     this.raycaster.setFromCamera(new Vector2(x, y), this.camera);
     const {origin, direction} = this.raycaster.ray;
@@ -231,7 +231,7 @@ export class RobotScene {
     return origin.clone().addScaledVector(direction, far);
   }
 
-  /// A point of the world in the picture, −1 to 1, and its depth.
+  /// Projects a world point to the picture: −1 to 1, and depth.
   project(point) {
     return new Vector3().fromArray(point).project(this.camera).toArray();
   }
@@ -240,7 +240,7 @@ export class RobotScene {
     return new Vector3().fromArray(numbers);
   }
 
-  /// A point of the world, kept where it is in its body.
+  /// Converts a world point to coordinates of its body.
   inBody(body, point) {
     return this.bodies[body].worldToLocal(point.clone());
   }

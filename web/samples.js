@@ -1,4 +1,4 @@
-// Samples of chosen signals, as many as a fixed amount of memory holds; the oldest go first.
+// Samples of chosen signals in a fixed amount of memory; the oldest are dropped first.
 
 import {Bins} from './bins.js';
 
@@ -10,15 +10,14 @@ export class Samples {
   constructor(columns) {
     this.columns = columns;
     this.capacity = Math.min(kMost, Math.floor(kBudget_bytes / 8 / 2 / (columns + 1)));
-    // Twice as long as needed: what is kept is always in one piece, and is moved to the front when
-    // the end is reached.
+    // Twice the capacity, so that the samples are always contiguous: at the end of the array they move to its front.
     this.times = new Float64Array(2 * this.capacity);
     this.values = Array.from({length: columns}, () => new Float64Array(2 * this.capacity));
     this.begin = 0;
     this.end = 0;
-    this.keepFrom = Infinity;  // while somebody looks at a past instant: nothing from there on goes
-    this.received = 0;         // since the beginning
-    this.bins = new Map();     // by columns: those of one picture
+    this.keepFrom = Infinity;  // while a past instant is displayed: samples from here on are kept
+    this.received = 0;         // total count
+    this.bins = new Map();     // by number of columns: Bins of one plot
   }
 
   get length() {
@@ -31,7 +30,7 @@ export class Samples {
     return this.length ? this.times[this.end - 1] : NaN;
   }
 
-  /// `row` has a value for each column, null where there is none.
+  /// Appends a row with a value for each column, null where missing.
   push(time_s, row) {
     if (this.length && time_s <= this.last_s) return;
     if (this.length === this.capacity) {
@@ -45,7 +44,7 @@ export class Samples {
     ++this.received;
   }
 
-  /// What another one has, as much of it as there is room for; `places[n]` is its column that is column n here, -1: none.
+  /// Copies samples of another Samples, as many as fit; `places[n]` is its column for column n here, -1: none.
   adopt(other, places) {
     this.keepFrom = other.keepFrom;
     const newest = Math.max(other.begin, other.end - this.capacity);
@@ -66,7 +65,7 @@ export class Samples {
     this.begin = 0;
   }
 
-  /// The first place whose time is not before `time_s`.
+  /// Returns the first index with a time of at least `time_s`. O(log n).
   find(time_s) {
     let low = this.begin;
     let high = this.end;
@@ -78,13 +77,13 @@ export class Samples {
     return low;
   }
 
-  /// The value at the last sample not after `time_s`; null: there is none.
+  /// Returns the value of the last sample up to `time_s`, or null.
   at(column, time_s) {
     const place = this.find(time_s + 1e-9) - 1;
     return place >= this.begin ? this.values[column][place] : null;
   }
 
-  /// {min, max} between two times; null: nothing there.
+  /// Returns {min, max} between two times; null without samples.
   extremes(column, from_s, to_s) {
     const values = this.values[column];
     let min = Infinity;
@@ -98,8 +97,8 @@ export class Samples {
     return min <= max ? {min, max} : null;
   }
 
-  /// What a plot of `bins` columns needs: [times, values…]. With more samples than that, each bin
-  /// has its least and its largest value, so that no peak is lost.
+  /// Returns [times, values…] for a plot of `bins` columns. With more samples than that, each bin has its least and its
+  /// largest value, so that no peak is lost.
   view(from_s, to_s, bins, columns) {
     const first = Math.max(this.begin, this.find(from_s) - 1);
     const last = Math.min(this.end, this.find(to_s) + 1);

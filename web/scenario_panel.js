@@ -1,4 +1,4 @@
-// A scenario on the running bus: started, watched, judged.
+// Runs a scenario on the running bus: start, progress, verdict.
 
 import {get, post, remove} from './api.js';
 import {el, labelled, setText} from './dom.js';
@@ -17,7 +17,7 @@ function verdict(report) {
       el('td', {class: 'dim', text: one.says ? `${one.expected}: ${one.measured}` : one.measured}))),
     ...report.faults.map((one) => el('tr', {}, el('td', {}, el('span', {class: 'chip', text: t(one.took_effect ? 'took_effect' : 'no_effect')})), el('td', {text: one.name}), el('td', {class: 'dim', text: one.evidence}))),
   ];
-  // Until it is over, all that has not happened yet would be there.
+  // While it runs, all pending checks would be listed as invalid.
   const reasons = report.state === 'running' ? [] : report.invalid;
   const invalid = reasons.map((why) => el('tr', {}, el('td', {}, chip('invalid')), el('td', {colspan: 2, text: why})));
   return el('table', {}, el('tbody', {}, ...invalid, ...rows));
@@ -25,7 +25,7 @@ function verdict(report) {
 
 const kMostNamed = 3;
 
-/// What its expectations are worth here: it was made for drives that these need not be.
+/// Warns that the scenario was made for a robot other than the running one.
 function robotText({robot, foreign}) {
   if (!foreign?.length) return '';
   const named = foreign.slice(0, kMostNamed).map(({bus, id, meant, running}) =>
@@ -49,7 +49,7 @@ export function scenarioPanel() {
     select.append(...list.map((one) => el('option', {value: one.file, text: name('scenarios', one.name)})));
   }, () => {});
   const tellAbout = () => setText(about, delivered.find((one) => one.file === select.value)?.about ?? '');
-  // One or the other: what was chosen last.
+  // File or list: the last choice counts.
   select.addEventListener('change', () => {
     file.value = '';
     tellAbout();

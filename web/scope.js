@@ -1,4 +1,4 @@
-// The scope: chosen signals of chosen drives over simulated time.
+// The scope: plots of chosen signals of drives over simulated time.
 
 import {pace} from './capture.js';
 import {byId, el, note} from './dom.js';
@@ -19,7 +19,7 @@ import {t} from './words.js';
 
 const kTable_ms = 150;
 const kLegend_ms = 50;
-const kLatest_s = 1e9;     // assumed: nobody simulates thirty years
+const kLatest_s = 1e9;     // assumed: no simulation lasts thirty years
 
 const chosen = {drives: [], signals: ['angle_ref_deg', 'angle_deg', 'speed_dps', 'iq_A'], rate_Hz: 1000, hidden: new Set()};
 let captures = [];
@@ -30,9 +30,9 @@ let spectra = null;
 let controls = null;
 let triggerControls = null;
 let table = null;
-let frames = [];   // when the last pictures were drawn, for the display of their rate
+let frames = [];   // times of the last frames, for the display of the frame rate
 
-// --- what is shown
+// --- display
 
 const newest_s = () => Math.max(0, ...captures.map((capture) => capture.samples.last_s || 0));
 const trigger = new Trigger();
@@ -47,7 +47,7 @@ const shown = new ScopeWindow({newest: newest_s, trigger,
     controls.showHeld(false);
   },
   onWidth: (width_s) => controls.showWidth(width_s)});
-let cursorsBefore = shown.cursors;  // the first click of what may become two
+let cursorsBefore = shown.cursors;  // before the first click of a possible double click
 
 function view() {
   const {from_s, to_s} = shown.span;
@@ -58,12 +58,12 @@ function view() {
   return {from_s, to_s, marks};
 }
 
-/// While paused, what is in view stays.
+/// Keeps the samples in view while paused.
 function keep() {
   for (const capture of captures) capture.samples.keepFrom = shown.held?.from_s ?? Infinity;
 }
 
-// --- what is kept
+// --- recording
 
 function restart() {
   traces = [];
@@ -99,7 +99,7 @@ function showSpectra(yes) {
   repaint();
 }
 
-// --- the trigger
+// --- trigger
 
 function retrigger() {
   trigger.listen(driveOf(trigger.settings.drive)?.bus);
@@ -108,7 +108,7 @@ function retrigger() {
   restart();
 }
 
-/// One picture that was waited for stays, as if somebody had paused.
+/// Pauses at the plot of a single trigger.
 function lookForTrigger() {
   if (!trigger.on || shown.held) return;
   const drive = driveOf(trigger.settings.drive);
@@ -118,9 +118,9 @@ function lookForTrigger() {
   shown.hold(from_s, to_s);
 }
 
-// --- pictures
+// --- plots
 
-/// While it stands the picture stays what it is, until something of this changes.
+/// Returns a value that changes when a plot that stands still must be redrawn; null: always redraw.
 function state() {
   if (!shown.stands) return null;
   const {from_s, to_s, marks} = view();
@@ -156,7 +156,7 @@ const run = drawing((at) => {
 const layout = () => ({drives: chosen.drives.map(({bus, id}) => driveKey(bus, id)), signals: chosen.signals, hidden: [...chosen.hidden], rate_Hz: chosen.rate_Hz,
   width_s: shown.width_s, ranges: panels.ranges.toObject(), spectra: spectra.on, trigger: {...trigger.settings}});
 
-/// Drives and signals that this program has not are left out; of drives at least those stay that were chosen.
+/// Omits drives and signals that this program lacks; if no drive remains, keeps the previous choice.
 function applyLayout({drives, signals, hidden, rate_Hz, width_s, ranges, spectra: withSpectra, trigger: settings}) {
   const there = drives.map(driveOf).filter(Boolean).map(({bus, id}) => ({bus, id}));
   if (there.length) chosen.drives = there;
@@ -174,7 +174,7 @@ function applyLayout({drives, signals, hidden, rate_Hz, width_s, ranges, spectra
   retrigger();
 }
 
-// --- the view
+// --- view
 
 function exportCsv() {
   const {from_s, to_s} = shown.span;
@@ -224,7 +224,7 @@ function build() {
   spectra = new Spectra(panels);
   panels.onFit = (heights, width) => spectra.fit(heights, width);
   plots.addEventListener('wheel', (event) => !event.target.closest('.panel-side') && onWheel(event, plots), {passive: false});
-  // Two clicks put no cursors: those that they did put go again.
+  // A double click sets no cursors: it restores those from before its first click.
   const ofPicture = (event) => !event.target.closest('button, .panel-side');
   plots.addEventListener('click', (event) => { if (event.detail === 1 && ofPicture(event)) cursorsBefore = {...shown.cursors}; }, true);
   plots.addEventListener('dblclick', (event) => {
@@ -244,7 +244,7 @@ export function show(yes) {
   run(yes);
 }
 
-/// From elsewhere: a drive, that one alone; or an instant of it, among whatever drives are shown.
+/// Opens the view from a link: with a drive, only that; or at an instant, with the drives already shown.
 export function visit(query) {
   const key = query.get('drive');
   const drive = driveOf(key);
@@ -258,7 +258,7 @@ export function visit(query) {
   if (!traces.some(({capture, column}) => Number.isFinite(capture.samples.at(column, time_s) ?? NaN))) note(t('not_watched'), true);
 }
 
-/// For tests and scripts: what is drawn of a trace.
+/// State of the traces for tests and scripts.
 export const inspect = () => ({traces, captures, view: view(), held: shown.held !== null, cursors: shown.cursors, frames: frames.length,
   time_s: busTime(buses()[0]?.bus), triggered_s: trigger.shot_s, ...(panels && {peaks: spectra.peaks, layout: layout(),
     values: panels.plots.map(({plot, unit}) => ({unit, min: plot.scales.y.min, max: plot.scales.y.max}))})});
@@ -274,7 +274,7 @@ on('program', () => {
   retrigger();
   if (visible) show(true);
 });
-// A faster clock may be too much; one that is slow or stands changes nothing.
+// A faster clock may exceed the rate limit; a slow or stopped one changes nothing.
 on('change', () => {
   if (traces.length && captures.some((one) => one.pace !== pace())) restart();
 });

@@ -1,4 +1,4 @@
-// What the scope is told: drives, signals, rate, width, pause.
+// Controls of the scope: drives, signals, rate, width, pause.
 
 import {el, labelled, setText} from './dom.js';
 import {figures} from './format.js';
@@ -47,7 +47,7 @@ export class ScopeControls {
         this.layouts = el('details', {}, el('summary', {text: t('layouts')}))));
   }
 
-  /// The controls of others.
+  /// Adds the controls of trigger and layouts.
   add({trigger, layouts}) {
     this.more.append(trigger);
     this.layouts.append(layouts);
@@ -75,7 +75,7 @@ export class ScopeControls {
     return this.chosen.drives.length === store.drives.length;
   }
 
-  /// All of them, and back to those that were chosen before.
+  /// Selects all drives; the next time restores the previous choice.
   toggleAll() {
     if (this.showsAll) {
       this.pick(this.before ?? this.chosen.drives.slice(0, 1));

@@ -1,4 +1,4 @@
-// Saved layouts of the scope: what is chosen, and how it is shown, by name. Kept by the browser; files carry them elsewhere.
+// Named layouts of the scope: choice and display. The browser stores them; files transfer them.
 
 import {el, note} from './dom.js';
 import {defaults, kErrors, kKinds, kModes} from './trigger.js';
@@ -14,7 +14,7 @@ const isNumber = (value) => Number.isFinite(value);
 const isList = (of) => (value) => Array.isArray(value) && value.length < 1000 && value.every(of);
 const isRange = (value) => isList(isNumber)(value) && value.length === 2 && value[0] < value[1];
 
-/// What a layout holds, and what each part must be.
+/// Parts of a layout, with a check of each.
 const kParts = {
   drives: isList(isText),
   signals: isList(isText),
@@ -50,7 +50,7 @@ function checked(layout, name) {
 
 export const print = (layouts) => JSON.stringify({lk_emu_scope_layouts: kFormat, layouts}, null, 2);
 
-/// {name: layout}. Throws an Error that says what is wrong.
+/// Parses {name: layout}. Throws an Error with the reason.
 export function parse(text) {
   if (text.length > kMostText) throw new Error('too long');
   const json = JSON.parse(text);
@@ -62,12 +62,12 @@ function kept() {
   try {
     return parse(localStorage.getItem(kKept) ?? print({}));
   } catch (problem) {
-    console.debug(problem);  // of another version: a new one takes its place
+    console.debug(problem);  // from another version: discarded
     return {};
   }
 }
 
-/// A row of controls; `current` gives the layout that is shown now, `apply` shows another one.
+/// A row of controls; `current` returns the present layout, `apply` shows another.
 export class Layouts {
   constructor({current, apply}) {
     this.current = current;

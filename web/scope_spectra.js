@@ -1,4 +1,4 @@
-// Beside each picture of the scope its spectrum: the amplitudes of the samples in view, in their unit, against frequency.
+// A spectrum next to each plot of the scope: amplitudes of the samples in view, in their unit, against frequency.
 
 import {columnsOf, peakOf, spectrum} from './fft.js';
 import {el} from './dom.js';
@@ -6,13 +6,13 @@ import {figures, kUnits} from './format.js';
 import {axisStyle, kAxis_px, kPadding} from './panels.js';
 import {t} from './words.js';
 
-const kMostRunning = 1 << 13;  // samples of a moving picture: what is worked out within a frame
+const kMostRunning = 1 << 13;  // samples of a moving plot, to finish within a frame
 const kMostHeld = 1 << 17;
-const kEach_ms = 50;           // between two transforms of a moving picture
+const kEach_ms = 50;           // between two transforms of a moving plot
 const kColumns = 500;
-const kMostLabels = 4;         // in one picture
+const kMostLabels = 4;         // in one plot
 
-/// The newest samples of a trace in view that have no gap among them: {values, rate_Hz, from_s, to_s}; null: too few.
+/// Returns the newest samples of a trace in view without a gap: {values, rate_Hz, from_s, to_s}; null: too few.
 export function piece({capture, column}, {from_s, to_s}, most) {
   const {samples} = capture;
   const values = samples.values[column];
@@ -33,14 +33,14 @@ export class Spectra {
     this.plots = [];
     this.of = new Map();  // by trace: {step_Hz, lines, peak, key}
     this.at = 0;
-    this.next = 0;        // of the traces
+    this.next = 0;        // index of the next trace
   }
 
   get on() {
     return this.panels.withSides;
   }
 
-  /// For the pictures that there are now.
+  /// Builds the spectra for the present plots.
   set() {
     this.plots.forEach(({plot}) => plot.destroy());
     this.of.clear();
@@ -83,7 +83,7 @@ export class Spectra {
     if (width > 100) this.plots.forEach(({plot}, n) => plot.setSize({width, height: heights[n]}));
   }
 
-  /// One transform now and then of a moving picture, one a frame of one that stands, until it has them all.
+  /// Computes one transform: every kEach_ms for a moving plot, every frame for a standing one until all are done.
   update(at, {from_s, to_s}, stands) {
     if (!this.on || (!stands && at - this.at < kEach_ms)) return;
     const all = this.plots.flatMap((one) => one.traces.filter((trace) => trace.shown).map((trace) => ({trace, plot: one})));
@@ -100,7 +100,7 @@ export class Spectra {
     }
   }
 
-  /// Traces were hidden or shown.
+  /// Call after traces were hidden or shown.
   refresh() {
     this.plots.forEach((one) => this.show(one));
   }
@@ -116,7 +116,7 @@ export class Spectra {
     span.textContent = found ? t('spectrum_span', {s: figures(found.to_s - found.from_s, 3)}) : t('spectrum_none');
   }
 
-  /// The peaks of the strongest traces.
+  /// Labels the peaks of the strongest traces.
   label(u, traces) {
     const {ctx} = u;
     const ratio = devicePixelRatio;
@@ -140,7 +140,7 @@ export class Spectra {
     ctx.restore();
   }
 
-  /// For tests and scripts: by label.
+  /// The peaks by label, for tests and scripts.
   get peaks() {
     return Object.fromEntries([...this.of].map(([trace, {peak}]) => [trace.label, peak]));
   }

@@ -1,4 +1,4 @@
-// Below the scope's pictures: what each trace is now, at the cursors, between them.
+// Table below the scope's plots: value of each trace now, at the cursors, and between them.
 
 import {el, setText} from './dom.js';
 import {figures} from './format.js';
@@ -7,7 +7,7 @@ import {t} from './words.js';
 const kFew = 16;
 
 export class ScopeTable {
-  /// `onToggle` is told of a trace that is to be hidden or shown.
+  /// `onToggle` is called with a trace to hide or show.
   constructor(onToggle) {
     this.onToggle = onToggle;
     this.body = el('tbody');
@@ -34,7 +34,7 @@ export class ScopeTable {
     for (const {trace, button} of this.rows) button.setAttribute('aria-pressed', trace.shown);
   }
 
-  /// Those that can be seen: a hundred traces are a lot of work otherwise.
+  /// Returns the visible rows; updating a hundred rows would be slow.
   seen() {
     if (this.rows.length <= kFew) return this.rows;
     const height = this.rowHeight ||= this.rows[0].root.offsetHeight || 24;

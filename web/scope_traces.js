@@ -1,10 +1,10 @@
-// What the scope keeps: streams of the chosen signals, and the traces that are drawn of them.
+// Recordings of the scope: streams of the chosen signals, and the traces drawn from them.
 
 import {Capture, possibleRate_Hz} from './capture.js';
 import {unitOf} from './format.js';
 import {buses, driveKey, driveName, driveOf, store} from './store.js';
 
-const kWatchAll = 50_000;  // values a second: up to as many, all drives are watched, so that each has a past
+const kWatchAll = 50_000;  // values per second: below this all drives are recorded, so that each has a history
 
 export const traceKey = ({bus, id, signal}) => `${driveKey(bus, id)} ${signal}`;
 
@@ -14,14 +14,14 @@ function colourOf(index, count) {
   return `hsl(${hue} ${light ? 75 : 70}% ${light ? 36 : 64}%)`;
 }
 
-/// References are dashed, true values dotted, so that they can lie on what was measured.
+/// References are dashed, true values dotted, so that they can overlap the measured lines.
 function dashOf(signal) {
   if (signal.includes('_ref_')) return [9, 5];
   return signal.startsWith('true_') ? [2, 3] : undefined;
 }
 
-/// Of `chosen`, and of what a trigger needs besides, the captures. What is watched goes on as long as it serves; what is
-/// watched anew begins with what there is of the same signals.
+/// Returns the captures for `chosen` and for the signals that a trigger needs. Keeps captures that suffice; new ones
+/// take over existing samples of the same signals.
 export function watch(captures, chosen, needs) {
   const other = needs && driveOf(needs.drive);
   const signals = [...new Set([...chosen.signals, ...(other ? [needs.signal] : [])])];
@@ -54,7 +54,7 @@ export function recolour(traces) {
   for (const trace of traces) trace.colour = colourOf(trace.index, trace.of);
 }
 
-/// [times, values…] of some traces: times are those of the first capture; another bus is brought to them.
+/// Returns [times, values…] of traces at the times of the first capture, also for other buses.
 export function dataOf(some, {from_s, to_s}, bins) {
   const byCapture = new Map();
   for (const trace of some) {

@@ -1,4 +1,4 @@
-// What part of time the scope shows: the newest, what the trigger found, or a past instant; and the cursors in it.
+// Time window of the scope (newest, triggered or past) and the cursors in it.
 
 const kShortest_s = 0.001;
 const kLongest_s = 600;
@@ -6,14 +6,14 @@ const kLongest_s = 600;
 const within = (s) => Math.min(kLongest_s, Math.max(kShortest_s, s));
 
 export class ScopeWindow {
-  /// `newest` gives the time of the newest sample; `onHold` is called when what is held has changed, `onRelease` when the
-  /// scope runs again, `onWidth` with another width.
+  /// `newest` returns the time of the newest sample. `onHold` is called when the held window has changed, `onRelease`
+  /// when the scope runs again, `onWidth` with a new width.
   constructor({newest, trigger, onHold, onRelease, onWidth}) {
     Object.assign(this, {newest, trigger, onHold, onRelease, onWidth});
     this.width_s = 5;
     this.held = null;   // {from_s, to_s}: paused there
     this.cursors = {A: null, B: null};
-    this.mark_s = null;  // an instant that somebody came for
+    this.mark_s = null;  // instant of the link that opened the view
   }
 
   get span() {
@@ -21,7 +21,7 @@ export class ScopeWindow {
     return this.held ?? this.trigger.window(to_s, this.width_s) ?? {from_s: to_s - this.width_s, to_s};
   }
 
-  /// The picture stands, by hand or by the trigger.
+  /// Whether the window stands still, by pause or trigger.
   get stands() {
     return this.held !== null || this.trigger.window(this.newest(), this.width_s) !== null;
   }
@@ -75,7 +75,7 @@ export class ScopeWindow {
     this.cursors[name] = time_s;
   }
 
-  /// At a share of what is in view.
+  /// Sets a cursor at a share of the window.
   putCursorAt(name, share) {
     const {from_s, to_s} = this.span;
     this.putCursor(name, from_s + (to_s - from_s) * share);

@@ -1,4 +1,4 @@
-// A shaft to take hold of.
+// A shaft that the user can turn.
 
 import {Dial, shaftOf} from './dial.js';
 import {el, note, setText} from './dom.js';
@@ -13,10 +13,10 @@ import {t} from './words.js';
 let dial = null;
 let drive = null;
 let numbers = null;
-let owed_deg = 0;     // turned by hand, not told yet
+let owed_deg = 0;     // turned by hand, not yet sent
 let telling = false;
 
-/// As fast as the program answers; what comes meanwhile is added up.
+/// Sends turns as fast as the program answers; adds up turns in between.
 async function tellTurns() {
   if (telling) return;
   telling = true;
@@ -29,7 +29,7 @@ async function tellTurns() {
   telling = false;
 }
 
-/// Says why not.
+/// Returns whether turning is possible; if not, shows why.
 function mayTurn() {
   if (store.mayWrite && store.connected && drive) return true;
   note(t(!store.mayWrite ? 'page_only_looks' : store.connected ? 'choose_first' : 'lost'), true);
@@ -60,7 +60,7 @@ function showNone() {
   for (const cell of [numbers.angle, numbers.target, ...numbers.cells]) setText(cell, '–');
 }
 
-/// Told to run once there is a panel.
+/// Starts when the panel exists.
 export const showShaft = drawing((at) => {
   const current = drive && driveOf(driveKey(drive.bus, drive.id));
   if (!current) return;

@@ -1,4 +1,4 @@
-// What is known of the program: asked for again and again, and told to whoever wants to know.
+// State of the program, polled; calls listeners on changes.
 
 import {get} from './api.js';
 
@@ -9,16 +9,16 @@ export const store = {
   connected: false,
   status: null,       // GET /status
   drives: [],         // GET /drives
-  rates: new Map(),   // by bus: {load, ratio}; by drive: replies a second
+  rates: new Map(),   // by bus: {load, ratio}; by drive: replies per second
   signals: [],
   kinds: [],
   mayWrite: false,
 };
 
-const listeners = {change: new Map(), program: new Map()};  // by listener: the node it serves, or null
+const listeners = {change: new Map(), program: new Map()};  // by listener: its node, or null
 
-/// 'change': there is news. 'program': another program, or the first one, has answered.
-/// Who serves a node is forgotten with it, once the page has it no more.
+/// 'change': new answers. 'program': the first answer of a program. A listener with a node is removed once the page no
+/// longer contains that node.
 export function on(event, listener, node = null) {
   listeners[event].set(listener, node);
 }
@@ -34,19 +34,19 @@ export const driveKey = (bus, id) => `${bus}/${id}`;
 export const driveOf = (key) => store.drives.find((drive) => driveKey(drive.bus, drive.id) === key);
 export const buses = () => store.status?.buses ?? [];
 export const busTime = (bus) => buses().find((one) => one.bus === bus)?.time_s ?? 0;
-/// With several buses a drive is called by both.
+/// With several buses a drive's name includes its bus.
 export const driveName = (bus, id) => (buses().length > 1 ? `${bus} ${id}` : String(id));
 
-/// Simulated seconds in a second, as the clock is set; 0: it is stepped.
+/// Simulated seconds per real second, as the clock is set; 0: stepped.
 export function clockFactor() {
   const mode = store.status?.clock.mode ?? 'realtime';
   if (mode === 'stepped') return 0;
   return mode === 'realtime' ? 1 : Number(mode.slice(1)) || 1;
 }
 
-// --- differences between answers
+// --- rates from differences between answers
 
-const kSpan_ms = 1500;  // rates are over as much, or a little more
+const kSpan_ms = 1500;  // rates average over this time or a little more
 let history = [];
 
 function perSecond(now, then, seconds) {
@@ -75,17 +75,17 @@ function updateRates(at_ms) {
   store.rates = rates;
 }
 
-// --- asking
+// --- polling
 
-let told = null;  // the status of the program that everybody was told of
+let told = null;  // last status that was sent to the listeners
 
-/// What does not change while a program runs.
+/// Fetches data that is constant while a program runs.
 async function learn(status) {
   const [signals, kinds] = await Promise.all([get('/signals'), get('/faults/kinds')]);
   return {signals, kinds, mayWrite: status.pages_may_write};
 }
 
-/// All of it or nothing: an answer that is missing is asked for again the next time.
+/// Updates all or nothing: after a failed request the next poll repeats all.
 async function look() {
   const status = await get('/status');
   const other = told === null || told.pid !== status.pid || status.clock.time_s < told.clock.time_s;
@@ -98,7 +98,7 @@ async function look() {
   told = status;
 }
 
-/// Never ends.
+/// Polls for ever.
 export async function follow() {
   for (;;) {
     try {

@@ -8,11 +8,11 @@ import {figures} from './format.js';
 import {driveName, on} from './store.js';
 import {t} from './words.js';
 
-const plain = (value) => String(Number(value.toPrecision(6)));  // as inputs want it
+const plain = (value) => String(Number(value.toPrecision(6)));  // format for input fields
 const number = (attributes) => el('input', {type: 'number', step: 'any', ...attributes});
 const button = (text, onclick, attributes = {}) => el('button', {type: 'button', onclick, ...attributes}, text);
 
-/// Fields show what applies, until somebody writes into them; `says` goes on saying it.
+/// Fields show the present values until the user edits them; `says` always shows the present values.
 function follow(inputs, says, show, sentence) {
   const say = () => {
     const drive = chosenDrives()[0];
@@ -41,7 +41,7 @@ function follow(inputs, says, show, sentence) {
   return restore;
 }
 
-/// Done with what was in these fields, unless somebody has written into them again.
+/// Marks these fields as unedited, unless the user has edited them again.
 function settled(values) {
   for (const [input, value] of values) if (input.value === value) delete input.dataset.edited;
 }
@@ -58,7 +58,7 @@ export function supplyPanel() {
     supply.value = plain(now.supply_V);
     ambient.value = plain(now.ambient_C);
   }, (name, now) => t('now_supplied', {name, power: t(`now_${now.power}`), V: figures(now.supply_V), C: figures(now.ambient_C)}));
-  /// What `make` makes of the numbers in these fields.
+  /// Sends the directive that `make` returns for the numbers in these fields.
   const set = async (inputs, make, done) => {
     const numbers = numbersOf(...inputs);
     const wanted = new Map(inputs.map((input) => [input, input.value]));
@@ -98,7 +98,7 @@ export function loadPanel() {
   }), (name, {load}) => t('load_now', {name, text: kLoad.filter(([key]) => isThere(key, load))
     .map(([key, word, unit]) => `${t(word)} ${figures(load[key])} ${unit}`).join(', ')}));
   const mayBeEmpty = (input) => isStop(input.dataset.key) && !input.validity.badInput;
-  /// A directive replaces all of a load: each drive keeps its own but for what was edited. An empty end stop is none.
+  /// A load directive replaces a whole load, so unedited values are sent again. An empty end stop means none.
   const set = async () => {
     const edited = inputs.filter((input) => 'edited' in input.dataset);
     if (!numbersOf(...edited.filter((input) => input.value !== '' || !mayBeEmpty(input)))) return;

@@ -1,4 +1,4 @@
-// The traffic: every frame in words, as the program reads it (GET /frames).
+// The traffic view: every frame, decoded by the program (GET /frames).
 
 import {stream} from './api.js';
 import {byId, el, labelled, note, setText} from './dom.js';
@@ -9,24 +9,24 @@ import {filter, forget, frameAt, frameBefore, keep, kept, lostFrames, refilter, 
 import {frameRow} from './traffic_row.js';
 import {t} from './words.js';
 
-const kRow_px = 24;       // of each line of a row (views.css)
-const kOneLine_px = {one: 1215, several: 1270};  // so wide rows have one line, with one bus or with several
-const kMargin = 12;     // rows drawn beyond what is seen
-const kDraw_ms = 80;    // nobody reads faster
+const kRow_px = 24;       // height of one line of a row (views.css)
+const kOneLine_px = {one: 1215, several: 1270};  // minimum width for rows of one line, with one bus or several
+const kMargin = 12;     // rows drawn outside the visible part
+const kDraw_ms = 80;    // faster updates are not readable
 
 let streams = [];
 let listening = false;
 let paused = false;
-let stale = true;       // the picture
+let stale = true;       // the table must be redrawn
 let visible = false;
 let wanted = false;
 let parts = null;
 let drawnAt = 0;
 let row_px = kRow_px;
-let rows = new Map();   // by frame: those in the table
-let dropped = 0;        // frames of which the place in the list knows that they are gone
+let rows = new Map();   // rows in the table, by frame
+let dropped = 0;        // frames dropped so far, as far as the scroll position accounts for them
 
-/// "9C, a4 0xA2": command bytes, or nothing.
+/// Parses "9C, a4 0xA2" as command bytes; null if empty.
 function readCommands(text) {
   const list = text.toUpperCase().split(/[\s,]+/).map((one) => one.replace(/^0X/, '')).filter(Boolean);
   return list.length ? new Set(list) : null;
@@ -34,12 +34,12 @@ function readCommands(text) {
 
 function refresh() {
   refilter();
-  rows = new Map();  // the gap to the one before is another
+  rows = new Map();  // the previous visible frame, and so the gap, has changed
   dropped = 0;
   stale = true;
 }
 
-// --- what comes
+// --- input
 
 function take(bus, message) {
   if (!listening) stale = listening = true;
@@ -49,7 +49,7 @@ function take(bus, message) {
   stale = true;
 }
 
-/// From the first time on that somebody looks: it is work for the program too.
+/// Opens the streams the first time the view is visible, since they cost the program time.
 function open() {
   if (!wanted || !store.status) return;
   streams.forEach((one) => one.close());
@@ -58,16 +58,16 @@ function open() {
   streams = buses().map(({bus}) => stream(`/frames?bus=${encodeURIComponent(bus)}`, {onMessage: (message) => take(bus, message)}));
 }
 
-// --- what is seen
+// --- display
 
-/// A row that stays is not touched: whoever is about to click it still finds it.
+/// Rows that stay are not touched, so that a pending click still hits them.
 function showRows(body, first, last) {
   const before = rows;
   rows = new Map();
   for (let n = first; n < last; ++n) {
     const frame = kept.shown[n];
     const row = before.get(frame) ?? frameRow(frame, frameBefore(n));
-    if (row.ariaRowIndex !== String(n + 2)) row.ariaRowIndex = n + 2;  // the head is the first
+    if (row.ariaRowIndex !== String(n + 2)) row.ariaRowIndex = n + 2;  // the header is row 1
     rows.set(frame, row);
   }
   const wanted = [...rows.values()];
@@ -78,7 +78,7 @@ function showRows(body, first, last) {
   });
 }
 
-/// Rows get a second line where one would be cut. Whoever reads goes on reading.
+/// Gives rows a second line if one would be cut off; keeps the scroll position.
 function fit() {
   const {scroller, table} = parts;
   if (!scroller.clientWidth) return;
@@ -90,14 +90,14 @@ function fit() {
   stale = true;
 }
 
-/// Only the rows that can be seen are there.
+/// The table contains only the visible rows.
 const run = drawing((at) => {
   if (!stale || (!parts.scrolled && at - drawnAt < kDraw_ms)) return;
   stale = parts.scrolled = false;
   drawnAt = at;
   const {scroller, body, above, below, info} = parts;
   const {all, shown} = kept;
-  if (kept.dropped !== dropped) scroller.scrollTop -= (kept.dropped - dropped) * row_px;  // whoever reads goes on reading
+  if (kept.dropped !== dropped) scroller.scrollTop -= (kept.dropped - dropped) * row_px;  // keep the reader's position
   dropped = kept.dropped;
   const following = !paused && parts.follow;
   const fits = Math.ceil(scroller.clientHeight / row_px);
@@ -128,7 +128,7 @@ function build() {
     read = [commands.value, text.value].join('\n');
     refresh();
   };
-  // Not all that empties a field tells of an input. And whoever leaves a field may do so for a row, which has to stay.
+  // Some browsers clear fields without an input event. Leaving a field keeps the rows, one of which may be clicked.
   let read = '\n';
   const readFields = () => {
     if ([commands.value, text.value].join('\n') !== read) applyFields();
@@ -180,7 +180,7 @@ function buildDrives() {
   showDrives();
 }
 
-/// The buttons stay: whoever has pressed one is still at it.
+/// Updates the buttons in place, so that they keep focus and pending clicks.
 function showDrives() {
   for (const button of parts.drives.querySelectorAll('[data-drive-key]')) button.setAttribute('aria-pressed', filter.drives.has(button.dataset.driveKey));
   refresh();
@@ -205,7 +205,7 @@ export function visit(query) {
   if (query.has('time_s')) goTo(bus, Number(query.get('time_s')));
 }
 
-/// The frame of that instant on top, if it is still here; what comes later does not move it.
+/// Scrolls to the frame of that instant, if still kept, and pauses.
 function goTo(bus, time_s) {
   const frame = frameAt(bus, time_s);
   if (!frame) {

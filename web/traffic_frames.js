@@ -1,17 +1,17 @@
-// The frames that are kept, of all buses in order of time, and those among them that pass the filter.
+// The kept frames of all buses in order of time, and those that pass the filter.
 
 import {frameText} from './traffic_row.js';
 import {driveKey} from './store.js';
 
 const kMost = 50_000;   // frames kept
 
-/// Drives are keys: with several buses an id alone says nothing.
+/// Drives are keys, because IDs are ambiguous with several buses.
 export const filter = {drives: new Set(), commands: null, from: '', marked: false, text: ''};
 
 export const kept = {
   all: [],      // oldest first
-  shown: [],    // those that pass
-  dropped: 0,   // of those, from the front, since the filter was set
+  shown: [],    // frames that pass
+  dropped: 0,   // dropped from the front of `shown` since the filter was set
 };
 
 let lost = new Map();  // by bus
@@ -39,7 +39,7 @@ export function forget() {
   refilter();
 }
 
-/// Each bus has a stream of its own, and what it tells comes when it comes.
+/// Inserts in order of time, because the buses' streams are not synchronised.
 function insert(list, frame) {
   let place = list.length;
   while (place > 0 && list[place - 1].time_s > frame.time_s) --place;
@@ -60,11 +60,11 @@ export function keep(bus, frames) {
   kept.dropped += before - kept.shown.length;
 }
 
-/// Each stream says how many there were in all.
+/// Sets the total number of lost frames of a bus, as counted by its stream.
 export const tellLost = (bus, count) => lost.set(bus, count);
 export const lostFrames = () => [...lost.values()].reduce((sum, count) => sum + count, 0);
 
-/// The one before it on its bus, of those that are shown: there is a gap between them.
+/// Returns the previous shown frame on the same bus, for the gap.
 export function frameBefore(place) {
   const {shown} = kept;
   let n = place - 1;
@@ -74,7 +74,7 @@ export function frameBefore(place) {
 
 const kSameInstant_s = 1.5e-6;  // clocks are read in whole microseconds
 
-/// A host's frame rather than what else happened then; null: none of that instant is kept. Any bus: null.
+/// Returns a frame of that instant, preferably a host's; null: none is kept. `bus` null: any bus.
 export function frameAt(bus, time_s) {
   const then = kept.all.filter((frame) => (!bus || frame.bus === bus) && Math.abs(frame.time_s - time_s) < kSameInstant_s);
   return then.find((frame) => frame.from === 'host') ?? then[0] ?? null;

@@ -1,4 +1,4 @@
-// A frame as the traffic shows it.
+// A row of the traffic table.
 
 import {adviceOf} from './advice.js';
 import {el} from './dom.js';
@@ -6,18 +6,18 @@ import {fixed} from './format.js';
 import {buses, driveKey} from './store.js';
 import {language, name as nameOf, said, t} from './words.js';
 
-/// The program says it in English; a command is known by its byte, if it means anything at all.
+/// The program names frames in English; other languages translate the command byte, if it is known.
 const nameOfFrame = (frame) => (language !== 'en' && frame.name ? nameOf('commands', frame.command) : frame.name);
 const saysOfFrame = (frame) => said(frame, 'says');
 const drawbackOf = (frame) => (frame.drawback ? nameOf('marks', frame.drawback) : '');
 
-/// All that can be searched: what is on the screen, and the keys of the program.
+/// Returns all searchable text: what is displayed, and the program's own names.
 export const frameText = (frame) => [nameOfFrame(frame), saysOfFrame(frame), drawbackOf(frame), frame.advice ?? '', frame.frame,
   frame.name, frame.values].join(' ');
 
 export function frameRow(frame, before) {
   const gap = before ? frame.time_s - before.time_s : null;
-  const whom = frame.id ? `drive=${driveKey(frame.bus, frame.id)}&` : '';  // else whatever the scope shows
+  const whom = frame.id ? `drive=${driveKey(frame.bus, frame.id)}&` : '';  // without a drive, the scope keeps its choice
   const scope = el('a', {href: `#scope?${whom}time_s=${frame.time_s}`,
     'aria-label': t('instant_in_scope', {time: fixed(frame.time_s, 6)}), text: t('scope_link')});
   const known = frame.advice ? adviceOf(frame.bus, frame.id, frame.advice) : null;

@@ -1,4 +1,4 @@
-// When the scope's picture stands still: at a level that a signal crosses, an error bit, a command on the bus.
+// Trigger of the scope: a level crossing, an error bit, or a command on the bus.
 
 import {stream} from './api.js';
 import {driveKey} from './store.js';
@@ -7,15 +7,15 @@ export const kModes = ['off', 'auto', 'normal', 'single'];
 export const kKinds = ['level', 'error', 'command'];
 export const kErrors = ['under_voltage', 'over_voltage', 'driver_temperature', 'motor_temperature', 'over_current', 'short_circuit', 'stall', 'lost_input'];
 
-const kMostAtOnce = 100_000;  // samples that one look goes through: a millisecond
-const kMostShots = 16;        // that one look finds
-const kMostCommands = 1000;   // that wait for their pictures
-const kPatience_s = 0.5;      // automatic: after so long without a trigger, or two pictures, the picture runs
+const kMostAtOnce = 100_000;  // samples per look: takes a millisecond
+const kMostShots = 16;        // triggers found in one look
+const kMostCommands = 1000;   // kept until their plots are complete
+const kPatience_s = 0.5;      // auto mode: after this time without a trigger, or two plots, the plot runs
 
 export const defaults = () => ({mode: 'off', kind: 'level', drive: '', signal: 'speed_dps', edge: 'rising', level: 0, error: 'any', command: 'A4', before: 0.25});
 
-/// The first change to what `holds` after from_s: {at_s, next_s}, or {next_s} with null where there is none. The instant is
-/// that of the sample, or between two samples where they pass `level`.
+/// Returns the first change to `holds` after from_s: {at_s, next_s}, at_s null if there is none. at_s is the time of
+/// the sample, or interpolated where the signal crosses `level`.
 export function findChange(samples, column, from_s, holds, level = null) {
   const values = samples.values[column];
   const begin = samples.find(from_s);
@@ -38,7 +38,7 @@ const maskOf = (error) => (error === 'any' ? 0xFFFF : 1 << kErrors.indexOf(error
 export class Trigger {
   constructor() {
     this.settings = defaults();
-    this.commands = [];  // instants of those that were seen
+    this.commands = [];  // times of the commands seen
     this.stream = null;
     this.arm(0);
   }
@@ -46,23 +46,23 @@ export class Trigger {
   get on() {
     return this.settings.mode !== 'off';
   }
-  /// What has to be sampled for it, {drive, signal}; null: nothing.
+  /// The signal to sample for the trigger, {drive, signal}; null: none.
   get needs() {
     const {kind, drive, signal} = this.settings;
     if (!this.on || kind === 'command') return null;
     return {drive, signal: kind === 'error' ? 'errors' : signal};
   }
 
-  /// Waits for what comes after now_s.
+  /// Waits for triggers after now_s.
   arm(now_s) {
     this.from_s = this.armed_s = now_s;
-    this.pending_s = null;  // its picture is not complete
-    this.shot_s = null;     // the last with a complete picture
-    this.done = false;      // single: it was that one
+    this.pending_s = null;  // trigger whose plot is not yet complete
+    this.shot_s = null;     // last trigger with a complete plot
+    this.done = false;      // single mode: has triggered
     this.commands = [];
   }
 
-  /// Listens to the frames of a bus for as long as commands are waited for.
+  /// Streams the frames of a bus while a command trigger is on.
   listen(bus) {
     this.stream?.close();
     this.stream = null;
@@ -79,7 +79,7 @@ export class Trigger {
     if (this.commands.length > kMostCommands) this.commands.splice(0, this.commands.length - kMostCommands);
   }
 
-  /// {at_s, next_s} of the first after from_s.
+  /// Returns {at_s, next_s} of the first trigger after from_s.
   find(capture, id) {
     const {kind, edge, level, error} = this.settings;
     if (kind === 'command') {
@@ -96,7 +96,7 @@ export class Trigger {
     return findChange(capture.samples, column, this.from_s, holds, level);
   }
 
-  /// Looks at what has come since; `capture` has the signal of drive `id`. Returns whether there is another picture.
+  /// Examines new samples; `capture` has the signal of drive `id`. Returns whether there is a new plot.
   look(capture, id, newest_s, width_s) {
     const after_s = (1 - this.settings.before) * width_s;
     let another = false;
@@ -116,7 +116,7 @@ export class Trigger {
     return another;
   }
 
-  /// The picture that stands, {from_s, to_s}; null: it runs.
+  /// Returns the standing window {from_s, to_s}; null: running.
   window(newest_s, width_s) {
     if (!this.on || this.shot_s === null) return null;
     const from_s = this.shot_s - this.settings.before * width_s;

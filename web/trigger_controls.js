@@ -1,4 +1,4 @@
-// What the scope's trigger is told.
+// Controls of the scope's trigger.
 
 import {el, labelled, note, setText} from './dom.js';
 import {figures} from './format.js';
@@ -11,7 +11,7 @@ const kShares = [0, 0.1, 0.25, 0.5, 0.75, 0.9];
 const options = (list, text) => list.map((value) => el('option', {value, text: text(value)}));
 
 export class TriggerControls {
-  /// `onChange` is called when the trigger's settings have changed: it waits anew.
+  /// `onChange` is called when the settings have changed and the trigger is armed again.
   constructor(trigger, onChange) {
     this.trigger = trigger;
     this.onChange = onChange;
@@ -50,7 +50,7 @@ export class TriggerControls {
     this.onChange();
   }
 
-  /// Another program may have other drives.
+  /// Builds the lists again, because another program may have other drives.
   build() {
     const {drive, signal} = this.fields;
     drive.replaceChildren(...store.drives.map(({bus, id}) => el('option', {value: driveKey(bus, id), text: t('drive', {name: driveName(bus, id)})})));

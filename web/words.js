@@ -1,4 +1,4 @@
-// The language of the page: ?lang=zh, else what was chosen here, else lk-emu --lang, else the browser's.
+// Language of the page: ?lang=zh, else the user's choice, else lk-emu --lang, else the browser's.
 
 import {kEnglish} from './words_en.js';
 import {kChinese} from './words_zh.js';
@@ -16,27 +16,27 @@ export const language = wanted().toLowerCase().startsWith('zh') ? 'zh' : 'en';
 const words = language === 'zh' ? kChinese : kEnglish;
 const names = language === 'zh' ? {...kChineseNames, ...kChineseFaults} : {};
 
-/// t('lost_frames', {n: 3}): what {n} stands for is put in its place.
+/// Returns a text with {n} replaced by its value: t('lost_frames', {n: 3}).
 export function t(key, values = {}) {
   return (words[key] ?? kEnglish[key] ?? key).replace(/\{(\w+)\}/g, (all, name) => values[name] ?? all);
 }
 
-/// What the program calls something, in words: name('errors', 'under_voltage'). English is the name itself.
+/// Translates a name of the program: name('errors', 'under_voltage'). In English the name itself, without underscores.
 export const name = (group, key) => names[group]?.[key] ?? key.replaceAll('_', ' ');
 
-/// A sentence that comes from the program, in this language where it is known.
+/// Translates a sentence of the program if known.
 export const about = (group, key, english) => names[group]?.[key] ?? english;
 
-/// A fault by the name that it was given: of its kind, perhaps with a number, unless somebody thought of another one.
+/// Translates a fault's default name, its kind with an optional number; leaves other names.
 export function faultName(given, kind) {
   const number = given.startsWith(kind) ? /^(-\d+)?$/.exec(given.slice(kind.length)) : null;
   return number ? name('fault_names', kind) + number[0] : given;
 }
 
-/// What an object says in both languages: said(advice, 'what') of `what` and `what_zh`.
+/// Returns a text that an object has in both languages: said(advice, 'what') reads `what` or `what_zh`.
 export const said = (object, key) => (language === 'zh' && object[`${key}_zh`]) || object[key] || '';
 
-/// The page in the other language; where it stands is kept.
+/// Reloads the page in the other language at the same place.
 export function switchLanguage() {
   const other = language === 'zh' ? 'en' : 'zh';
   localStorage.setItem(kKept, other);
@@ -46,7 +46,7 @@ export function switchLanguage() {
   else location.replace(address);
 }
 
-/// Elements of index.html say which words are theirs.
+/// Fills in the texts of elements in index.html by their data-t attributes.
 export function translatePage() {
   document.documentElement.lang = language === 'zh' ? 'zh-CN' : 'en';
   for (const node of document.querySelectorAll('[data-t]')) node.textContent = t(node.dataset.t);

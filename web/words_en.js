@@ -1,7 +1,7 @@
-// All words of the page in English; words_zh.js translates them, and what it lacks is shown in English.
+// All texts of the page in English; words_zh.js translates them, and missing translations appear in English.
 
 export const kEnglish = {
-  // the frame
+  // header
   to_content: 'To the content', views: 'Views', bus: 'Bus', scope: 'Scope', traffic: 'Traffic', bench: 'Bench',
   simulated: 'simulated', clock: 'clock', of_real_time: 'of real time', slipped: 'slipped', theme: 'Dark or light',
   other_language: '中文', other_language_label: '中文（切换语言）',

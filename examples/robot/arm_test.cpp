@@ -1,5 +1,5 @@
-// The robot's shoulder with the motor that it has, and an arm that hangs on it: TOML, as lk-emu
-// reads it, and lk-emu's own motor files.
+// Tests the robot's shoulder with its real motor and an arm on it, described in TOML with lk-emu's
+// own motor files.
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ lk::emulator::Profile motor(const std::string& name) {
   return lk::emulator::parse_profile(text.str(), path, name);
 }
 
-/// An arm that carries `mass_kg` 10 cm from the shaft and hangs at 0°.
+/// An arm that hangs at 0° and carries `mass_kg` 10 cm from the shaft.
 lk::emulator::BusConfig arm(double mass_kg) {
   const std::string text = R"(
     [[bus]]

@@ -1,6 +1,6 @@
-// The robot's shoulder as a program, for `lk-emu campaign`: swings to 90 degrees and back, and says
-// what goes wrong. It knows lk-emu's slcan and clock by their environment, and links nothing of it.
-// Exit status: 0 when it was everywhere, 3 when it has noticed that it was not.
+// The robot's shoulder as a program for `lk-emu campaign`: swings to 90 degrees and back, and
+// reports problems. Finds lk-emu's slcan and clock by environment variables; links no library of
+// it. Exit status: 0: reached both angles, 3: noticed that it did not.
 
 #include <cstdint>
 #include <cstdlib>
@@ -24,7 +24,7 @@ std::string environment(const char* name) {
   return value != nullptr ? value : "";
 }
 
-/// "slcan-tcp:29536"
+/// Returns the port of "slcan-tcp:29536".
 std::uint16_t port_in(const std::string& bus) {
   constexpr const char* kScheme = "slcan-tcp:";
   if (!bus.starts_with(kScheme)) throw std::runtime_error("LKEMU_BUS is not slcan-tcp:PORT");

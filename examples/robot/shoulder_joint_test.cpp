@@ -1,5 +1,5 @@
-// The robot's shoulder against lk::emulator alone: the drive is described here, by lk-emu's
-// defaults and what these tests are about.
+// Tests the robot's shoulder with lk::emulator alone. The drive has lk-emu's defaults, except for
+// the values that these tests need.
 
 #include "host/shoulder_joint.hpp"
 
@@ -20,14 +20,14 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int kShoulder = 1;
-// The host calls 0.1° arrived; noise and the encoder's own error add a little.
+// The host accepts 0.1°; noise and the encoder's own error add a little.
 constexpr double kThere_deg = 0.2;
 
 lk::emulator::BusConfig one_drive() {
   lk::emulator::ServoConfig drive;
   drive.id = kShoulder;
-  drive.profile.drive.supply.i_logic = 0.04;  // A: without its supply it lives for half a second
-  drive.profile.drive.mechanics.tau_coulomb = 0.013;  // Nm: nothing coasts for long
+  drive.profile.drive.supply.i_logic = 0.04;  // A: empties the link in half a second
+  drive.profile.drive.mechanics.tau_coulomb = 0.013;  // Nm: stops coasting quickly
   drive.profile.drive.mechanics.tau_static = 0.013;
   drive.rom = drive.profile.factory;
   drive.rom.protections[static_cast<std::size_t>(lk::model::Error::kUnderVoltage)] = {
@@ -41,7 +41,7 @@ lk::emulator::BusConfig one_drive() {
 
 class ShoulderJointTest : public testing::Test {
  protected:
-  /// Where it is, whatever the drive says.
+  /// The true angle, independent of the drive's reports.
   double true_angle_deg() const {
     return can.bus.truth(kShoulder).theta_out * 180 / std::numbers::pi;
   }
@@ -52,7 +52,7 @@ class ShoulderJointTest : public testing::Test {
 
 TEST_F(ShoulderJointTest, IsWhereItWasSentAfterASecond) {
   ASSERT_TRUE(joint.move_to(90, 180));
-  can.wait(1s);  // half a second on the way at 180 °/s
+  can.wait(1s);  // half a second of motion at 180 °/s
   EXPECT_NEAR(joint.angle_deg().value(), 90, kThere_deg);
   EXPECT_NEAR(true_angle_deg(), 90, kThere_deg);
 }
@@ -61,7 +61,7 @@ TEST_F(ShoulderJointTest, TakesAsLongAsTheWayIs) {
   const auto start = can.bus.time();
   ASSERT_TRUE(joint.move_and_wait(-90, 45, 5s));
   const auto took = can.bus.time() - start;
-  EXPECT_GE(took, 1950ms);  // 90° at 45 °/s; noise on the limit of the speed
+  EXPECT_GE(took, 1950ms);  // 90° at 45 °/s, minus noise of the speed limit
   EXPECT_LT(took, 2500ms);
 }
 
@@ -71,7 +71,7 @@ TEST_F(ShoulderJointTest, NobodyElseAnswersForIt) {
   EXPECT_FALSE(absent.move_and_wait(10, 90, 1s));
 }
 
-// The turns are counted in RAM: after a power cycle the drive knows only where within a turn it is.
+// Turns are counted in RAM: after a power cycle the drive knows only the angle within a turn.
 TEST_F(ShoulderJointTest, APowerCycleInterruptsTheMoveAndForgetsTheTurns) {
   ASSERT_TRUE(joint.move_and_wait(450, 720, 3s));
   can.bus.apply({kShoulder, lk::emulator::PowerCycle{}});
@@ -126,8 +126,8 @@ TEST_F(ShoulderJointTest, AMistakeInAFaultIsReported) {
                std::out_of_range);
 }
 
-// Same configuration, seed and frames at the same times: the same world, to the last bit. And a bus
-// is a value: its copy goes on by itself.
+// Equal configuration, seed and frame times give bit-identical results. A bus is a value, so its
+// copy runs independently.
 TEST_F(ShoulderJointTest, ACopyOfTheWorldLivesTheSameLife) {
   ASSERT_TRUE(joint.move_to(90, 180));
   can.wait(200ms);

@@ -21,8 +21,8 @@
 
 namespace robot {
 
-/// A bus behind slcan on a TCP port of this machine, in real time: lk-emu's slcan-tcp, or an
-/// adapter behind ser2net.
+/// A bus in real time, by slcan on a local TCP port: lk-emu's slcan-tcp, or an adapter behind
+/// ser2net.
 class SlcanCan : public CanPort {
  public:
   explicit SlcanCan(std::uint16_t port)
@@ -72,7 +72,7 @@ class SlcanCan : public CanPort {
     }
   }
 
-  /// "t14189A1900F000000000"; acknowledgements and frames of other kinds are passed over.
+  /// Returns a frame such as "t14189A1900F000000000"; skips acknowledgements and other frames.
   std::optional<CanFrame> take_frame() {
     constexpr std::size_t kWhole = 5 + 16;
     for (;;) {

@@ -16,12 +16,12 @@
 
 namespace robot {
 
-/// The clock of a running lk-emu that was started with --clock stepped, at its control socket.
+/// The clock of a running lk-emu with --clock stepped, at its control socket.
 class SteppedClock {
  public:
   explicit SteppedClock(std::string path) : path_(std::move(path)) {}
 
-  /// When it returns, all that happens by then has happened, and replies can be received.
+  /// On return all events up to the new time have happened, and replies can be received.
   void advance(std::chrono::microseconds by) const {
     const std::string body =
         "{\"by_s\": " + std::to_string(std::chrono::duration<double>(by).count()) + "}";
@@ -56,7 +56,7 @@ class SteppedClock {
   std::string path_;
 };
 
-/// The same bus with a clock that moves while the robot's code waits, and at no other moment.
+/// A bus of a running lk-emu whose clock only advances while the robot's code waits.
 class SteppedCan : public CanPort {
  public:
   SteppedCan(std::uint16_t port, std::string control) : can_(port), clock_(std::move(control)) {}

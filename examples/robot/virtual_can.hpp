@@ -10,8 +10,8 @@
 
 namespace robot {
 
-/// A bus of virtual drives in virtual time: it passes while the robot's code waits, and at no other
-/// moment. A second takes as long as computing it takes, and is the same second on every machine.
+/// A bus of virtual drives in virtual time, which only advances while the robot's code waits. The
+/// results are equal on every machine, and a second takes only its computing time.
 class VirtualCan : public CanPort {
  public:
   explicit VirtualCan(const lk::emulator::BusConfig& config) : bus(config) {}
@@ -25,7 +25,7 @@ class VirtualCan : public CanPort {
   std::optional<CanFrame> receive(std::chrono::microseconds timeout) override {
     const lk::emulator::SimTime deadline = bus.time() + timeout;
     while (next_ == replies_.size() && bus.time() < deadline) {
-      // To the next thing that happens, so that a reply is handed out when it came.
+      // Advances to the next event, so that a reply is returned at its time of arrival.
       bus.advance_to(std::min(bus.next_due().value_or(deadline), deadline));
       replies_.clear();
       next_ = 0;
@@ -42,7 +42,7 @@ class VirtualCan : public CanPort {
 
   void wait(std::chrono::microseconds duration) override { bus.advance_to(bus.time() + duration); }
 
-  lk::emulator::Bus bus;  // for what happens besides frames, and for a look behind the scenes
+  lk::emulator::Bus bus;  // public for faults and true values
 
  private:
   std::vector<lk::emulator::TimedFrame> replies_;

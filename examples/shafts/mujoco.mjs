@@ -1,12 +1,11 @@
-// A model of MuJoCo, in WebAssembly, whose joints the drives of lk-emu turn:
+// A MuJoCo model in WebAssembly whose joints are driven by lk-emu:
 //
 //     npm install @mujoco/mujoco
 //     lk-emu --config two_drives.toml --shafts unix:/tmp/shafts &
 //     node mujoco.mjs unix:/tmp/shafts two_joints.xml 2 shoulder elbow > angles.csv
 //
-// The joints that are named are given to the drives in their order; the time is the simulator's. For each step it prints where
-// all hinges and slides of the model are, in rad and m, and the sum of all normal forces of contacts. docs/shafts.md has the
-// layout of the messages.
+// The named joints get the drives in their order; the simulator owns the time. Prints for each step the positions of all
+// hinges and slides in rad and m, and the sum of all normal contact forces. docs/shafts.md defines the messages.
 import {readFileSync} from "node:fs";
 import {createConnection} from "node:net";
 
@@ -43,7 +42,7 @@ async function next(stream, kind) {
   return value;
 }
 
-const engineFile = process.env.MUJOCO_WASM ?? "@mujoco/mujoco";  // where it is not installed beside this file
+const engineFile = process.env.MUJOCO_WASM ?? "@mujoco/mujoco";  // if not installed next to this file
 const mujoco = await (await import(engineFile)).default();
 const model = mujoco.MjModel.from_xml_string(readFileSync(file, "utf8"));
 const data = new mujoco.MjData(model);
@@ -66,7 +65,7 @@ function states(number) {
   const bytes = message(STATES, dofs.length, 32, 0, number);
   dofs.forEach(({q, v}, n) => {
     const J = inertia(v);
-    const others = J * data.qacc[v] - data.qfrc_applied[v];  // of gravity, and of the rest of the arm
+    const others = J * data.qacc[v] - data.qfrc_applied[v];  // gravity and the rest of the arm
     [data.qpos[q], data.qvel[v], J, others].forEach((value, k) => bytes.writeDoubleLE(value, HEAD + 32 * n + 8 * k));
   });
   return bytes;

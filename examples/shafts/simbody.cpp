@@ -1,12 +1,12 @@
-// An arm of two links in Simbody whose joints the drives of lk-emu turn:
+// A two-link arm in Simbody whose joints are driven by lk-emu:
 //
 //     g++ -std=c++17 -I/usr/include/simbody simbody.cpp -o simbody_arm -lSimTK{simbody,math,common}
 //     lk-emu --config two_drives.toml --shafts unix:/tmp/shafts &
 //     ./simbody_arm /tmp/shafts 2 > angles.csv
 //
-// Simbody gives the mass matrix and the forces of gravity and of speed. Its joints have no
-// armature, so that is added to the matrix here, and the equations are integrated here too, by
-// Runge and Kutta's fourth-order method.
+// Simbody computes the mass matrix and the torques of gravity and velocity. Its joints have no
+// armature. Therefore this program adds the armature to the matrix and integrates with the
+// fourth-order Runge-Kutta method.
 #include <Simbody.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -29,7 +29,7 @@ constexpr std::uint32_t kJoints = 2;
 using Two = std::array<double, kJoints>;
 using Bytes = std::vector<unsigned char>;
 
-/// The arm of two_joints.xml: links that turn about y, hanging down at 0.
+/// The arm of two_joints.xml: two links that rotate about y and hang down at 0.
 class Arm {
  public:
   Arm() : matter_(system_), forces_(system_), gravity_(forces_, matter_, SimTK::Vec3(0, 0, -9.81)) {
@@ -38,7 +38,7 @@ class Arm {
     const Inertia about_middle(0.0016, 0.0016, 0.00003);
     const Body::Rigid link(
         MassProperties(0.3, middle, about_middle.shiftFromMassCenter(middle, 0.3)));
-    // A pin turns about z of its frame, which is put along y here.
+    // A pin rotates about z of its frame; this rotation maps z to y.
     const Rotation z_along_y(-Pi / 2, XAxis);
     MobilizedBody::Pin upper(matter_.Ground(), Transform(z_along_y, Vec3(0, 0, 1)), link,
                              Transform(z_along_y, Vec3(0)));
@@ -48,8 +48,8 @@ class Arm {
   }
 
   struct Equations {
-    SimTK::Matrix M;  // armature included
-    Two torque;       // of gravity and of speed
+    SimTK::Matrix M;  // including armature
+    Two torque;       // gravity and velocity terms
   };
   Equations at(const Two& q, const Two& v, const Two& armature) {
     for (int n = 0; n < 2; ++n) {
@@ -186,7 +186,7 @@ void run(const std::string& path, double seconds) {
     const Two a = arm.acceleration(q, v, armature, given);
     const SimTK::Matrix M = arm.at(q, v, armature).M;
     const double det = M(0, 0) * M(1, 1) - M(0, 1) * M(1, 0);
-    const Two inertia = {det / M(1, 1), det / M(0, 0)};  // 1 over the inverse's entries
+    const Two inertia = {det / M(1, 1), det / M(0, 0)};  // 1 / diagonal of the inverse
     Bytes states = message(LK_SHAFTS_STATES, 0, number);
     for (std::uint32_t n = 0; n < kJoints; ++n) {
       const lk_shafts_state state = {q[n], v[n], inertia[n], inertia[n] * a[n] - given[n]};

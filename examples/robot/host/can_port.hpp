@@ -12,13 +12,13 @@ struct CanFrame {
   std::array<std::uint8_t, 8> data{};
 };
 
-/// All that the robot's code knows of the outside: frames, and time that passes. On the robot it is
-/// a CAN socket and a clock, in tests a VirtualCan.
+/// The robot code's interface to the outside: frames and time. On the robot it is a CAN socket and
+/// a clock, in tests a VirtualCan.
 class CanPort {
  public:
   virtual ~CanPort() = default;
   virtual void send(const CanFrame& frame) = 0;
-  /// The next frame, or none within `timeout`.
+  /// Returns the next frame, or none within `timeout`.
   virtual std::optional<CanFrame> receive(std::chrono::microseconds timeout) = 0;
   virtual void wait(std::chrono::microseconds duration) = 0;
 };

@@ -37,7 +37,7 @@ std::optional<double> ShoulderJoint::angle_deg() {
   if (!reply) {
     return std::nullopt;
   }
-  std::uint64_t bits = 0;  // 56 of them, in bytes 1 to 7
+  std::uint64_t bits = 0;  // 56 bits, in bytes 1 to 7
   for (std::size_t k = 7; k >= 1; --k) {
     bits = bits << 8U | reply->data[k];
   }

@@ -8,7 +8,7 @@
 
 namespace robot {
 
-/// What the drive says of itself.
+/// State reported by the drive.
 struct Health {
   int temperature_C = 0;
   double voltage_V = 0;
@@ -18,20 +18,20 @@ struct Health {
   bool well() const { return !under_voltage && !too_hot; }
 };
 
-/// A joint behind an LK-TECH drive without gear: the angle is the motor's, over several turns.
+/// A joint on an LK-TECH drive without gear; the angle counts turns.
 class ShoulderJoint {
  public:
   ShoulderJoint(CanPort& port, int drive_id);
 
-  // No value, or false: the drive did not answer.
+  // No value, or false, means that the drive did not answer.
   std::optional<double> angle_deg();
   std::optional<Health> health();
-  /// Starts a move; the drive goes on by itself.
+  /// Starts a move and returns; the drive completes it.
   bool move_to(double target_deg, int speed_dps);
-  /// After a protection has tripped: clears what is over and switches the drive on again.
+  /// After a protection has tripped: clears errors that are over and enables the drive again.
   bool recover();
 
-  /// Moves, and waits until the joint is there. False: it is not by then, or does not answer.
+  /// Moves and waits. Returns false if the joint has not arrived by `timeout` or does not answer.
   bool move_and_wait(double target_deg, int speed_dps, std::chrono::milliseconds timeout);
 
  private:
