@@ -1,4 +1,4 @@
-// The tick does not touch the heap. A program of its own, because it replaces operator new.
+// The tick allocates no memory. A separate program, because it replaces operator new.
 #include <gtest/gtest.h>
 
 #include <atomic>

@@ -1,4 +1,4 @@
-// The loops as built against what they were designed for (docs/model.md §10, §11).
+// The control loops behave as designed (docs/model.md §10, §11).
 #include <complex>
 
 #include "model/control/current_loop_params.hpp"
@@ -17,7 +17,7 @@ TEST(VoltageLimits, StallCurrentIsTheVoltageOverTheResistance) {
   DriveBank bank = one_drive(d);
   bank.command(0, Torque{30.0});
   bank.advance(ticks_in(d, 0.05));  // 400 time constants L/R
-  // The legs swing 0.96 of the link: a circle of 0.96/√3 · 24 V; the link sags by 1 mΩ · 9 A.
+  // The legs use 0.96 of the link: a circle of 0.96/√3 · 24 V; the link sags by 1 mΩ · 9 A.
   EXPECT_NEAR(bank.truth(0).i_q, 0.96 / std::sqrt(3.0) * 24.0 / 1.0, 0.02);
   EXPECT_NEAR(bank.truth(0).i_d, 0.0, 0.02);
 }
@@ -49,7 +49,8 @@ TEST(VoltageMode, SpeedRisesWithTheMechanicalTimeConstant) {
   EXPECT_NEAR(bank.truth(0).omega_m, 2.0 / p_psi, 0.01 * 2.0 / p_psi);
 }
 
-/// Gain and phase of i_q over its reference at `omega` rad/s, locked rotor, tick by tick.
+/// Returns gain and phase of i_q over its reference at `omega` rad/s, with a locked rotor, tick by
+/// tick.
 std::complex<double> current_response(const DriveParams& d, const ControlSettings& settings,
                                       double omega) {
   BarePlant plant(d);
@@ -90,13 +91,13 @@ TEST(CurrentLoop, ClosesAtItsDesignedBandwidth) {
   const double T = 1.0 / d.inverter.f_pwm;
   for (const double part : {0.1, 0.5, 1.0, 2.0}) {
     const double omega = part * d.control.current_bandwidth;
-    // K_p = ω_c·L, K_i = ω_c·R cancel the winding's pole: open loop ω_c/(jω)·e^(−jω·1.5·T), the
-    // delay of the computation (one period) and of the hold (half of one).
+    // K_p = ω_c·L, K_i = ω_c·R cancel the winding's pole. The open loop is ω_c/(jω)·e^(−jω·1.5·T):
+    // a delay of one period for computation and half a period for the hold.
     const std::complex<double> j(0.0, 1.0);
     const std::complex<double> open = 1.0 / (j * part) * std::exp(-j * omega * 1.5 * T);
     const std::complex<double> expected = open / (1.0 + open);
     const std::complex<double> measured = current_response(d, settings, omega);
-    // The continuous-time picture is good to (ω·T)²; at 2·ω_c that is 4 %.
+    // The continuous-time model is accurate to (ω·T)²; at 2·ω_c that is 4 %.
     EXPECT_NEAR(std::abs(measured), std::abs(expected), 0.02 + 0.5 * std::pow(omega * T, 2))
         << part;
     EXPECT_NEAR(std::arg(measured / expected), 0.0, 0.03 + std::pow(omega * T, 2)) << part;
@@ -104,8 +105,7 @@ TEST(CurrentLoop, ClosesAtItsDesignedBandwidth) {
 }
 
 TEST(CurrentLoop, BandwidthScalesWithTheByte) {
-  // At a tenth of the frequency where byte `b` has its bandwidth the phase lag is its 0.1 rad and
-  // the delay's.
+  // At a tenth of the frequency of byte `b`'s bandwidth the phase lag is 0.1 rad plus the delay's.
   const DriveParams d = ideal_drive();
   double last = 0.0;
   for (const int byte : {10, 20, 40, 60}) {
@@ -132,7 +132,7 @@ TEST(CurrentLoop, FollowsATorqueCommandWithoutError) {
   EXPECT_NEAR(bank.truth(0).omega_m, 2.0 * k_t(d.motor) / 2e-3, 0.02 * 105.0);
 }
 
-/// Time from a small speed step to half of it, s.
+/// Returns the time from a small speed step to half of it, s.
 double time_to_half(const DriveParams& d, const GainBytes& gains) {
   ControlSettings settings = unlimited();
   settings.gains = gains;
@@ -155,8 +155,8 @@ TEST(SpeedLoop, RisesAtItsDesignedBandwidth) {
   d.control.estimator_bandwidth = 3000.0;
   GainBytes gains;
   gains.speed_kp = static_cast<std::uint8_t>(d.control.ref_speed_kp_byte);
-  // First order: ln 2/ω_s; later by what is faster: current loop 1/ω_c, observer 2/ω_o, a motion
-  // period.
+  // First order: ln 2/ω_s, delayed by the faster elements: current loop 1/ω_c, observer 2/ω_o, one
+  // motion period.
   const double expected = std::log(2.0) / 50.0;
   const double later = 1.0 / d.control.current_bandwidth + 2.0 / 3000.0 +
                        2.0 * d.control.motion_divider / d.inverter.f_pwm;
@@ -186,7 +186,7 @@ TEST(SpeedLoop, LargerBytesAreFasterAndTheExtremesStayFinite) {
       bank.advance(ticks_in(d, 0.5));
       const Truth t = bank.truth(0);
       EXPECT_TRUE(std::isfinite(t.omega_m) && std::isfinite(t.i_q) && std::isfinite(t.i_d)) << byte;
-      if (byte == 0) {  // no gains: no force, but the decoupling of a turning rotor
+      if (byte == 0) {  // no gains: no torque except the decoupling of a turning rotor
         EXPECT_NEAR(t.omega_m, 0.0, 0.1);
       }
     }
@@ -194,7 +194,7 @@ TEST(SpeedLoop, LargerBytesAreFasterAndTheExtremesStayFinite) {
 }
 
 TEST(PositionLoop, LargerBytesAreStifferAgainstALoad) {
-  // With the integrators off the shaft gives way by τ/(K_angle·K_speed·k_t).
+  // Without integrators the shaft yields by τ/(K_angle·K_speed·k_t).
   double last = 1e9;
   for (const int byte : {20, 40, 80, 160}) {
     DriveParams d = ideal_drive();
@@ -214,7 +214,7 @@ TEST(PositionLoop, LargerBytesAreStifferAgainstALoad) {
   }
 }
 
-/// An integral gain of 0 switches its term off, also what it has gathered (docs/model.md §11).
+/// An integral gain of 0 disables its term and clears its state (docs/model.md §11).
 TEST(IntegralGains, ZeroForgetsTheSpeedLoops) {
   DriveParams d = ideal_drive();
   d.load.tau = 0.05;
@@ -226,12 +226,13 @@ TEST(IntegralGains, ZeroForgetsTheSpeedLoops) {
   settings.gains.speed_ki = 0;
   bank.configure(0, settings);
   bank.advance(ticks_in(d, 1.0));
-  // The load wants a current of −τ/k_t, which is K_p times the error.
+  // The load needs a current of −τ/k_t, which is K_p times the error.
   const double error = 0.05 / (k_t(d.motor) * motion_params(d, settings).speed_kp);
   EXPECT_NEAR(bank.truth(0).omega_m, 20.0 + error, 0.02 * error);
 }
 
-/// Both are late by what docs/model.md says: seen on a shaft that speeds up evenly.
+/// The delays of both estimates match docs/model.md, measured on a shaft with constant
+/// acceleration.
 TEST(Estimator, IsAsLateAsItsBandwidthsSay) {
   DriveParams d = ideal_drive();
   d.encoder.bits = 18;
@@ -254,10 +255,10 @@ TEST(Estimator, IsAsLateAsItsBandwidthsSay) {
       late_report += (t - s.omega_report / kAcceleration) / (periods - settled);
     }
   }
-  // Counts average out: within one of them over the time, 2.4e-5 rad/(0.9 s·200 rad/s²) = 1e-7 s.
+  // Quantisation averages out to one count over the run: 2.4e-5 rad/(0.9 s·200 rad/s²) = 1e-7 s.
   EXPECT_NEAR(late, 1.0 / 4000.0 + 0.5 * p.T_m, 1e-6);
-  // The mean age of what is held: a window's middle, half a window old, for one window; the last
-  // period of which is not seen any more.
+  // Mean age of the held value: from the middle of a window, half a window, plus half a hold. The
+  // last period of a hold is not sampled.
   EXPECT_NEAR(late_report, 1e-3 - 0.5 * p.T_m, 1e-6);
 }
 
@@ -267,7 +268,7 @@ TEST(IntegralGains, ZeroForgetsTheAngleLoops) {
   MotionParams p = motion_params(d, settings);
   MotionState s = motion_state_at(p, 0.0);
   CurrentOrders<double> orders;
-  const Position target{0.01};  // of a shaft that is held at 0
+  const Position target{0.01};  // of a shaft held at 0
   for (int n = 0; n < 100; ++n) {
     motion_loops(p, target, 0.0, 24.0, s, orders);
   }

@@ -1,4 +1,4 @@
-// A drive's bits depend on its parameters, seed and commands, and on nothing else.
+// A drive's bits depend only on its parameters, seed and commands.
 #include <gtest/gtest.h>
 
 #include "model/tick.hpp"
@@ -14,7 +14,7 @@ TEST(Determinism, TheSameRunTwice) {
 }
 
 TEST(Determinism, TheRunIsNotTrivial) {
-  // Else everything below would hold for drives that do nothing.
+  // Otherwise the tests below would also pass for drives that do nothing.
   const auto bits = mixed_run(kCompany, best_lane_kernel());
   for (std::size_t a = 0; a < bits.size(); ++a) {
     for (std::size_t b = 0; b < a; ++b) {
@@ -26,10 +26,10 @@ TEST(Determinism, TheRunIsNotTrivial) {
 TEST(Determinism, AloneOrInAnyCompany) {
   const auto together = mixed_run(kCompany, best_lane_kernel());
   for (std::size_t n = 0; n < kCompany.size(); ++n) {
-    // Alone the drive runs in the scalar tick: this is lanes against `double` too.
+    // A single drive uses the scalar tick, so this also compares lanes with `double`.
     EXPECT_EQ(mixed_run({kCompany[n]}, best_lane_kernel()).front(), together[n]) << "drive " << n;
   }
-  // Another order, other neighbours, another lane.
+  // Changed order, neighbours and lane.
   const auto reversed = mixed_run({12, 3, 3, 7, 0}, best_lane_kernel());
   EXPECT_EQ(reversed[0], together[12]);
   EXPECT_EQ(reversed[1], together[3]);
@@ -46,7 +46,7 @@ TEST(Determinism, HoweverTimeIsSliced) {
   }
 }
 
-/// A drive's bits in the company of seven like it, each changed by `change` if it is not the first.
+/// Returns the bits of the first of eight equal drives, with `change` applied to the other seven.
 template <class Change>
 std::vector<std::uint64_t> beside_changed(Change change) {
   std::vector<DriveInit> inits(kLanes, mixed_drive(0));
@@ -67,7 +67,7 @@ std::vector<std::uint64_t> beside_changed(Change change) {
 }
 
 TEST(Determinism, WhatANeighbourNeedsChangesNoBit) {
-  // Blocks are run with as much of the tick as some drive of theirs needs (tick.hpp, Parts).
+  // A block runs the parts of the tick that any of its drives needs (tick.hpp, Parts).
   const auto expected = beside_changed([](DriveParams&) {});
   EXPECT_EQ(beside_changed([](DriveParams& d) { d.load.tau_gravity = 0.3; }), expected);
   EXPECT_EQ(beside_changed([](DriveParams& d) { d.load.theta_max = 0.5; }), expected) << "a stop";
@@ -180,7 +180,7 @@ TEST_P(Kernels, GiveTheSameBits) {
 INSTANTIATE_TEST_SUITE_P(Determinism, Kernels, testing::Values("avx2", "avx512"),
                          [](const auto& name) { return std::string(name.param); });
 
-/// Drives of several banks, some of them faulty, become one bank; some of that become another.
+/// Merges drives of several banks, some faulty, into one bank, and some of these into another.
 TEST(Determinism, DrivesGoOnTheSameInAnotherBank) {
   for (const char* const name : {"baseline", "avx2", "avx512"}) {
     const NamedKernel kernel = lane_kernel(name);
@@ -233,7 +233,7 @@ TEST(Determinism, ACopyGoesOnLikeTheOriginal) {
   copy.command(0, Off{});
   copy.advance(500);
   EXPECT_NE(bits_of(bank, 0), bits_of(copy, 0));
-  EXPECT_EQ(bits_of(bank, 0), bits_of(later, 0));  // untouched by what its copy does
+  EXPECT_EQ(bits_of(bank, 0), bits_of(later, 0));  // not affected by its copy
 }
 
 TEST(Determinism, SeedChangesTheNoiseAndNothingElse) {

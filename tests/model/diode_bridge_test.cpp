@@ -1,4 +1,4 @@
-// The bridge switched off: the diodes take the current down, and conduct only above the link (§3).
+// With the bridge off the diodes reduce the current, and conduct only above the link voltage (§3).
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
@@ -15,7 +15,7 @@ LegBridgeInput at_rest(const Dq<double>& i) {
 }
 
 TEST(DiodeBridge, CurrentDecaysAtTheRateOfTheLinkVoltageAndThenStaysZero) {
-  // Current in at a, out at b: b − a sees −(V + 2·v_d), so 2·L·di/dt = −(V + 2·v_d) − 2·R·i.
+  // Current into a, out of b: b − a has −(V + 2·v_d), so 2·L·di/dt = −(V + 2·v_d) − 2·R·i.
   LegBridgeInput in = at_rest(park(clarke(Abc<double>{5.0, -5.0, 0.0}), sincos(0.0)));
   const double v = 0.5 * (in.v_link + 2.0 * kDiode);
   for (int n = 1; n <= 8; ++n) {
@@ -24,8 +24,8 @@ TEST(DiodeBridge, CurrentDecaysAtTheRateOfTheLinkVoltageAndThenStaysZero) {
     const double t = n * in.T_s;
     const double expected =
         std::max(0.0, -v / in.R_s + (5.0 + v / in.R_s) * std::exp(-in.R_s / in.L_d * t));
-    // Second order in a sixteenth of a period: (R·h/L)²/6 of what changes = 1e-6 of v/R = 91 A; and
-    // the instant of zero is known to one part of sixteen.
+    // Second order in a sixteenth of a period: (R·h/L)²/6 of the change = 1e-6 of v/R = 91 A; the
+    // instant of zero is known to a sixteenth of a period.
     const double tolerance = expected > 0.0 ? 5e-4 : v / in.L_d * in.T_s / 16;
     EXPECT_NEAR(i.a, expected, tolerance) << n;
     EXPECT_NEAR(i.b, -expected, tolerance) << n;
@@ -64,16 +64,15 @@ TEST(DiodeBridge, ConductsOnlyAboveTheLineToLineThreshold) {
       in.theta_e += in.omega_e * in.T_s;
       const WindingStep<double> step = diode_bridge(in);
       ASSERT_TRUE(std::isfinite(step.i_next.d) && std::isfinite(step.i_next.q));
-      // A rectifier only ever charges the link; an instant of zero is known to a sixteenth of a
-      // period, in which a current changes by V/L·T/16 = 0.4 A at most, for a sixteenth of the
-      // mean.
+      // A rectifier only charges the link. An instant of zero is known to a sixteenth of a period;
+      // in it a current changes by V/L·T/16 = 0.4 A at most, over a sixteenth of the mean.
       ASSERT_LE(step.i_link, 0.03);
       charge += step.i_link;
       torque_sign += step.i_mean.q * in.omega_e;
       in.i = step.i_next;
     }
     EXPECT_LT(charge, 0.0) << part;
-    EXPECT_LT(torque_sign, 0.0) << part;  // and brakes
+    EXPECT_LT(torque_sign, 0.0) << part;  // braking
   }
 }
 
@@ -104,8 +103,8 @@ TEST(DiodeBridge, EnergyBalances) {
         in.theta_e += in.omega_e * in.T_s;
         in.i = s.i_next;
       }
-      // Each commutation's instant is known to a sixteenth of a period: a per cent of what was
-      // stored or turned over. (A ledger over a whole run sees far less: the bridge is rarely off.)
+      // Each commutation's instant is known to a sixteenth of a period: 1 % of the stored or
+      // converted energy. (A ledger over a whole run shows far less: the bridge is rarely off.)
       EXPECT_NEAR(link, copper + diodes + mechanical + magnetic() - before, 0.01 * turnover)
           << part << ' ' << ratio;
       EXPECT_GT(diodes, 0.0);
@@ -121,13 +120,13 @@ TEST(DiodeBridge, FreeWheelingMotorBelowTheThresholdFeelsNothing) {
   for (int n = 0; n < 32000; ++n) {
     plant.free_step();
   }
-  EXPECT_NEAR(plant.s.omega, omega, omega * 32000 * 2.3e-16);  // a rounding a period
+  EXPECT_NEAR(plant.s.omega, omega, omega * 32000 * 2.3e-16);  // one rounding per period
   EXPECT_EQ(plant.copper(), 0.0);
 }
 
 TEST(DiodeBridge, OverspeedIsBrakedTowardsTheThresholdAndChargesTheLink) {
   DriveParams d = ideal_drive();
-  d.supply.i_regen_max = 0.0;  // a rectifier: the link keeps what the motor gives
+  d.supply.i_regen_max = 0.0;  // a rectifier: the link keeps the motor's energy
   d.supply.C_link = 470e-6;
   BarePlant plant(d);
   const double threshold = (24.0 + 1.6) / (std::sqrt(3.0) * d.motor.psi_f * d.motor.pole_pairs);
@@ -138,8 +137,8 @@ TEST(DiodeBridge, OverspeedIsBrakedTowardsTheThresholdAndChargesTheLink) {
     ASSERT_TRUE(std::isfinite(plant.s.i_q));
   }
   EXPECT_LT(plant.s.omega, 1.5 * threshold);
-  // In the end no line-to-line voltage exceeds the link any more (diodes included; the hair is
-  // ringing).
+  // In the end no line-to-line voltage exceeds the link, diodes included; the margin covers
+  // ringing.
   EXPECT_LE(std::sqrt(3.0) * d.motor.psi_f * d.motor.pole_pairs * plant.s.omega,
             plant.s.v_link + 1.6 + 0.1);
   EXPECT_GT(plant.s.v_link, 24.0 * 1.3);

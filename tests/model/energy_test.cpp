@@ -1,5 +1,4 @@
-// The energy ledger closes: what the supply gave is what was lost, delivered or stored
-// (docs/model.md §8).
+// The energy balance holds: supplied = lost + delivered + stored (docs/model.md §8).
 #include "tests/model/profiles.hpp"
 
 namespace lk::model::test {
@@ -12,7 +11,7 @@ double residual(const EnergyLedger& now, const EnergyLedger& start) {
   return (now.supply - start.supply) - (spent - spent_before);
 }
 
-/// Two seconds in which everything happens: accelerate, reverse, positions, torque, coasting.
+/// Two seconds with all kinds of motion: accelerate, reverse, positions, torque, coasting.
 void mixed_two_seconds(DriveBank& bank, const std::vector<NamedDrive>& drives) {
   const auto all = [&](auto setpoint_of) {
     for (std::size_t n = 0; n < drives.size(); ++n) {
@@ -56,10 +55,10 @@ void expect_closed(const std::vector<NamedDrive>& drives) {
   for (std::size_t n = 0; n < drives.size(); ++n) {
     const EnergyLedger e = bank.energy(n);
     const double supplied = e.supply - start[n].supply;
-    EXPECT_GT(supplied, 0.05) << drives[n].name;  // else the bound below would be about nothing
+    EXPECT_GT(supplied, 0.05) << drives[n].name;  // otherwise the bound below would mean little
     EXPECT_GT(e.friction, 0.0) << drives[n].name;
     EXPECT_GT(e.copper, 0.0) << drives[n].name;
-    // Required: 0.1 % of what was supplied.
+    // Requirement: 0.1 % of the supplied energy.
     EXPECT_LT(std::abs(residual(e, start[n])), 1e-3 * supplied) << drives[n].name;
   }
 }

@@ -1,4 +1,4 @@
-// DriveBank::takes_effect: a fault that changes nothing says so (docs/model.md §14).
+// DriveBank::takes_effect reports whether a fault changes anything (docs/model.md §14).
 #include "model/fault_effects.hpp"
 
 #include "tests/model/support.hpp"
@@ -6,7 +6,7 @@
 namespace lk::model::test {
 namespace fault_effects_test {
 
-/// A drive with a little of everything, told `setpoint` for a while.
+/// Returns a drive with some of every effect after running `setpoint` for a while.
 DriveBank drive_at(const Setpoint& setpoint, const Faults& in_force = {}) {
   DriveParams d = ideal_drive();
   d.mechanics.tau_coulomb = 0.01;
@@ -15,7 +15,7 @@ DriveBank drive_at(const Setpoint& setpoint, const Faults& in_force = {}) {
   d.supply.i_logic = 0.05;
   d.supply.R_source = 0.05;
   d.logic.v_reset = 6.0;
-  d.current_sensor.bits = 12;  // steps of 16 mA: the encoder's half count makes 2 mA in phase a
+  d.current_sensor.bits = 12;  // steps of 16 mA: half an encoder count makes 2 mA in phase a
   DriveBank bank = one_drive(d);
   bank.command(0, Off{});
   bank.advance(3200);
@@ -49,7 +49,7 @@ TEST(TakesEffect, AStuckEncoderOnceTheShaftHasMoved) {
 TEST(TakesEffect, SensorsWhereTheyShowAnotherStep) {
   const DriveBank off = drive_at(Off{});
   EXPECT_TRUE(of(off, {.encoder_offset = 1e-3}));
-  EXPECT_FALSE(of(off, {.encoder_latency = 1e-3}));  // nothing moves
+  EXPECT_FALSE(of(off, {.encoder_latency = 1e-3}));  // no motion
   EXPECT_TRUE(of(off, {.encoder_noise = 1e-4}));
   EXPECT_FALSE(of(off, {.encoder_noise = 1e-7}));
   EXPECT_FALSE(of(off, {.current_a = {.gain = 0.5}}));  // no current
@@ -101,10 +101,10 @@ TEST(TakesEffect, TheStageWhereItWouldCarryCurrent) {
   EXPECT_TRUE(of(pushing, {.legs = {LegFault::kNone, LegFault::kHighOpen}}));
   EXPECT_TRUE(of(pushing, {.legs = {LegFault::kNone, LegFault::kNone, LegFault::kLowOpen}}));
   EXPECT_TRUE(of(pushing, {.legs = {LegFault::kHighShorted}}));
-  // In force, the current is gone; it would come back without.
+  // The fault has removed the current; without it the current would return.
   EXPECT_TRUE(of(drive_at(Torque{5.0}, {.bridge_dead = true, .jam = 1.0}), dead));
   EXPECT_TRUE(of(drive_at(Torque{5.0}, {.legs = open_b.legs, .jam = 1.0}), open_b));
-  // A shaft turned by hand makes a shorted switch a brake.
+  // A shorted switch brakes a shaft turned by hand.
   DriveBank turned = drive_at(Off{});
   turned.kick(0, 933e-7 * 60.0);
   EXPECT_FALSE(of(turned, open_a));
@@ -114,7 +114,7 @@ TEST(TakesEffect, TheStageWhereItWouldCarryCurrent) {
 TEST(TakesEffect, MechanicsWhereShaftsWouldMoveDifferently) {
   const DriveBank off = drive_at(Off{});
   const DriveBank running = drive_at(Speed{40.0});
-  const DriveBank held = drive_at(Torque{0.05});  // 5 mNm, below what its own friction holds
+  const DriveBank held = drive_at(Torque{0.05});  // 5 mNm, less than its own friction
   for (const Faults& fault : {Faults{.jam = 0.2}, Faults{.friction = 2.0}, Faults{.jam = 1.0}}) {
     EXPECT_FALSE(of(off, fault));
     EXPECT_FALSE(of(held, fault));
@@ -127,10 +127,10 @@ TEST(TakesEffect, MechanicsWhereShaftsWouldMoveDifferently) {
   accelerating.command(0, Torque{5.0});
   accelerating.advance(100);
   EXPECT_TRUE(of(accelerating, {.inertia = 2.0}));
-  EXPECT_FALSE(of(running, {.backlash = 5.0}));  // a rigid gear has none
+  EXPECT_FALSE(of(running, {.backlash = 5.0}));  // a rigid gear has no play
   EXPECT_FALSE(of(off, {.coupling_broken = true}));
   EXPECT_TRUE(of(off, {.load_torque = 1.0}));
-  EXPECT_FALSE(of(off, {.load_torque = 1e-6}));  // friction holds the shaft as it did
+  EXPECT_FALSE(of(off, {.load_torque = 1e-6}));  // friction still holds the shaft
   EXPECT_FALSE(of(running, {.theta_max = 1e6}));
   const Faults stop{.theta_max = 0.5};
   DriveBank stopped = drive_at(Torque{2.0}, stop);
@@ -163,12 +163,12 @@ TEST(TakesEffect, ABrokenCouplingOnceAHandPartsIt) {
   const Faults broken{.coupling_broken = true};
   bank.command(0, Off{});
   bank.set_faults(0, broken);
-  bank.turn_shaft(0, 0.3);  // the output; the rotor stays
+  bank.turn_shaft(0, 0.3);  // the output only; the rotor stays
   bank.advance(100);
   EXPECT_EQ(bank.truth(0).theta_out, 0.3);
   EXPECT_EQ(bank.truth(0).theta_m, 0.0);
   EXPECT_EQ(bank.telemetry(0).encoder_position, 0);
-  EXPECT_TRUE(of(bank, broken));  // whole, rotor and output would be at the same angle
+  EXPECT_TRUE(of(bank, broken));  // without the fault, rotor and output would have equal angles
 }
 
 TEST(TakesEffect, BacklashWhereTheHealthyTeethWouldTouch) {
@@ -224,7 +224,7 @@ TEST(TakesEffect, AWorseCooledHousingWhereItIsWarmerThanTheAir) {
   EXPECT_TRUE(of(bank, hotter)) << "without power too";
 }
 
-/// Of a warm winding the way to the housing is blocked: 55 K over what a healthy one has.
+/// Blocks the heat path from a warm winding to the housing: 55 K above a healthy drive.
 TEST(TakesEffect, WhatChangesATemperatureAlone) {
   DriveParams healthy = ideal_drive();
   healthy.thermal.R_winding_housing = 1.0;

@@ -1,5 +1,5 @@
-// Whatever breaks, alone or together, under whatever order: the state stays finite and bounded, and
-// a healed drive does its work again (docs/model.md §14).
+// Under any faults, alone or together, and any setpoint, the state stays finite and bounded. A
+// healed drive works again (docs/model.md §14).
 #include "tests/model/support.hpp"
 #include "tests/support/sweep.hpp"
 
@@ -8,7 +8,7 @@ namespace fault_survival_test {
 
 const int kRounds = lk::test::all_values() ? 600 : 60;
 
-/// Numbers to choose by: xorshift64, no distribution of the library (its bits differ).
+/// Random numbers: xorshift64, because the bits of library distributions differ.
 class Dice {
  public:
   explicit Dice(std::uint64_t seed) : word_(noise_seed(seed)) {}
@@ -21,7 +21,7 @@ class Dice {
   double between(double low, double high) {
     return low + (high - low) * static_cast<double>(upto(1U << 20U)) / (1U << 20U);
   }
-  /// One time in four.
+  /// True one time in four.
   bool seldom() { return upto(4) == 0; }
 
  private:
@@ -76,7 +76,7 @@ std::vector<DriveInit> assorted() {
     init.params.mechanics.tau_static = 0.005;
     init.params.mechanics.B = 1e-5;
     init.params.supply.i_logic = 0.05;
-    // A rectifier's link needs somebody to open the bridge, as on a real bench.
+    // A rectifier's link needs a protection that opens the bridge, as on a real test bench.
     init.settings.protections[static_cast<std::size_t>(Error::kOverVoltage)] = {true, 36.0, 1.0,
                                                                                 0.0};
     init.settings.omega_max = 100.0;
@@ -173,7 +173,7 @@ TEST(FaultSurvival, HealedTheDriveWorksAsBefore) {
       EXPECT_NEAR(bank.telemetry(n).omega, 30.0, 1.5) << "round " << round << " drive " << n;
       EXPECT_NEAR(t.theta_out, t.theta_m / inits[n].params.mechanics.gear_ratio, 0.01)
           << "round " << round << " drive " << n;
-      // The encoder counts as if nothing had been: 30 rad/s are 2.4 counts a period.
+      // The encoder counts as if there had been no fault: 30 rad/s are 2.4 counts a period.
       EXPECT_NEAR(static_cast<double>(bank.telemetry(n).encoder_position),
                   t.theta_m * 16384.0 / (2.0 * kPiT), 8.0)
           << "round " << round << " drive " << n;

@@ -29,13 +29,13 @@ TEST(Gear, LoadTorquePushesTowardsLargerAnglesAndItsWorkIsBooked) {
   shafts.run(0.1, 0.0);
   const double acceleration = 0.02 / 140e-7;
   EXPECT_NEAR(shafts.m.omega, acceleration * 0.1, 1e-9 * acceleration);
-  EXPECT_NEAR(shafts.load, -0.2 * shafts.m.theta_out, 1e-9);  // the world gave this to the drive
+  EXPECT_NEAR(shafts.load, -0.2 * shafts.m.theta_out, 1e-9);  // the load supplied this energy
 }
 
 TEST(Gear, PassesOnItsShareOfThePowerInEitherDirection) {
   DriveParams d = geared();
   d.mechanics.gear_efficiency = 0.8;
-  d.load.tau = -1.0;  // at the output: 100 mNm asked of the rotor
+  d.load.tau = -1.0;  // at the output: needs 100 mNm at the rotor
   // Lifting takes 100/0.8 = 125 mNm, holding back 0.8·100 = 80 mNm.
   Shafts lifting(d);
   lifting.m.omega = 10.0;
@@ -45,12 +45,12 @@ TEST(Gear, PassesOnItsShareOfThePowerInEitherDirection) {
   lowering.m.omega = -10.0;
   lowering.run(0.05, 0.080);
   EXPECT_NEAR(lowering.m.omega, -10.0, 1e-9);
-  // Lost: what went in less what came out, times the way of the rotor.
+  // Loss: input minus output, times the rotor's angle.
   EXPECT_NEAR(lifting.gear, 0.025 * 10.0 * 0.05, 1e-9);
   EXPECT_NEAR(lowering.gear, 0.020 * 10.0 * 0.05, 1e-9);
 }
 
-/// Between what lets it down and what lifts it a load rests, bit for bit, and nothing creeps.
+/// Between the lowering and the lifting torque a load rests exactly, without creep.
 TEST(Gear, HoldsALoadAtRestBetweenItsTwoLosses) {
   DriveParams d = geared();
   d.mechanics.gear_efficiency = 0.8;
@@ -60,7 +60,7 @@ TEST(Gear, HoldsALoadAtRestBetweenItsTwoLosses) {
     resting.run(0.1, tau);
     EXPECT_EQ(resting.m.theta, 0.0) << tau;
   }
-  // Outside, what is left over accelerates it: no more and no less.
+  // Outside this range the rest of the torque accelerates it.
   for (const auto& [tau, left] : {std::pair(0.135, 0.010), std::pair(0.070, -0.010)}) {
     Shafts moving(d);
     moving.run(0.1, tau);
@@ -102,7 +102,7 @@ TEST(Backlash, RotorTurnsFreelyThroughThePlay) {
 }
 
 TEST(Backlash, ReversalCostsThePlay) {
-  // Drive slowly forth, then back: the output's way lags the rotor's by half the play either way.
+  // Drives slowly forward, then back: the output lags the rotor by half the play in each direction.
   DriveParams d = with_play();
   d.mechanics.tau_coulomb_out = 0.2;  // holds the output while the rotor crosses the play
   d.mechanics.B = 1e-3;
@@ -111,7 +111,8 @@ TEST(Backlash, ReversalCostsThePlay) {
   const double twist_forth = shafts.m.theta / 10.0 - shafts.m.theta_out;
   shafts.run(0.5, -0.05);
   const double twist_back = shafts.m.theta / 10.0 - shafts.m.theta_out;
-  // The spring adds torque/stiffness beyond the play: between friction (0.2 Nm) and all of 0.5 Nm.
+  // The spring adds torque/stiffness to the play, with a torque between friction (0.2 Nm) and 0.5
+  // Nm.
   EXPECT_GT(twist_forth, 0.005 + 0.2 / 500.0);
   EXPECT_LT(twist_forth, 0.005 + 0.5 / 500.0);
   EXPECT_LT(twist_back, -0.005 - 0.2 / 500.0);
@@ -145,7 +146,7 @@ TEST(Backlash, TwoBodiesOscillateAtTheirFrequency) {
                         0.5 * 1e-3 * shafts.m.omega_out * shafts.m.omega_out +
                         250.0 * std::pow(shafts.m.theta / 10.0 - shafts.m.theta_out, 2);
   EXPECT_NEAR(energy, 250e-6,
-              0.02 * 250e-6);  // symplectic: it breathes by (ω·T/2) but does not drift
+              0.02 * 250e-6);  // symplectic: oscillates by (ω·T/2) without drift
 }
 
 TEST(Gravity, ArmSwingsWithThePeriodOfAPendulum) {
@@ -191,8 +192,7 @@ TEST(EndStops, HoldTheOutputAndLetItLeave) {
     d.load.theta_max = 0.7;
     Shafts shafts(d);
     shafts.run(2.0, 0.02);
-    EXPECT_NEAR(shafts.m.theta_out, 0.7, 1e-4)
-        << compliant;  // one period's way beyond, then clamped
+    EXPECT_NEAR(shafts.m.theta_out, 0.7, 1e-4) << compliant;  // one period beyond, then clamped
     EXPECT_NEAR(shafts.m.omega_out, 0.0, 1e-2) << compliant;
     shafts.run(0.05, -0.02);
     EXPECT_LT(shafts.m.theta_out, 0.69) << compliant;

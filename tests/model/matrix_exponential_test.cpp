@@ -1,5 +1,5 @@
-// The closed form of one period of the windings against a general matrix exponential (Eigen), which
-// knows nothing of dq, of series or of 2×2 (docs/model.md §3).
+// Compares the closed form of one period of the windings with a general matrix exponential (Eigen),
+// without dq, series or 2×2 formulas (docs/model.md §3).
 #include <Eigen/Dense>
 #include <random>
 #include <unsupported/Eigen/MatrixFunctions>
@@ -9,8 +9,8 @@
 namespace lk::model::test {
 namespace matrix_exponential_test {
 
-/// d/dt [i; ∫i; u] = [A 0 I; I 0 0; 0 0 0]·[i; ∫i; u]: one exponential gives the currents at the
-/// end and their integrals, with the constant input carried along.
+/// d/dt [i; ∫i; u] = [A 0 I; I 0 0; 0 0 0]·[i; ∫i; u]: one exponential gives the final currents and
+/// their integrals; u is the constant input.
 Eigen::Matrix<double, 6, 6> augmented(double R, double L_d, double L_q, double omega_e) {
   Eigen::Matrix2d A;
   A << -R / L_d, omega_e * L_q / L_d, -omega_e * L_d / L_q, -R / L_q;
@@ -22,7 +22,7 @@ Eigen::Matrix<double, 6, 6> augmented(double R, double L_d, double L_q, double o
 }
 
 TEST(MatrixExponential, AgreesWithTheClosedFormForRandomMachines) {
-  std::mt19937_64 random(7);  // any seed: the bound has to hold for all
+  std::mt19937_64 random(7);  // any seed: the bound must always hold
   const auto draw = [&random](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
@@ -48,11 +48,11 @@ TEST(MatrixExponential, AgreesWithTheClosedFormForRandomMachines) {
     x << i.d, i.q, 0.0, 0.0, v.d / d.motor.L_d, (v.q - omega_e * psi) / d.motor.L_q;
     const Eigen::Matrix<double, 6, 1> y = transition * x;
 
-    // The truncated series leave 2e-8 of the currents at the ends of the drawn ranges.
+    // The truncated series have an error of 2e-8 of the currents at the ends of the drawn ranges.
     const double scale = 20.0 + x.tail<2>().norm() * T;
     EXPECT_NEAR(step.i_next.d, y(0), 5e-8 * scale) << "machine " << n;
     EXPECT_NEAR(step.i_next.q, y(1), 5e-8 * scale) << "machine " << n;
-    // The mean divides the same error by T·R/L or ω·T, 0.016 at least.
+    // The mean divides this error by T·R/L or ω·T, at least 0.016.
     EXPECT_NEAR(step.i_mean.d, y(2) / T, 5e-6 * scale) << "machine " << n;
     EXPECT_NEAR(step.i_mean.q, y(3) / T, 5e-6 * scale) << "machine " << n;
   }

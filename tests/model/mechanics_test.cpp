@@ -18,24 +18,24 @@ TEST(Mechanics, ConstantTorqueGivesTheSlopeOfNewton) {
   shafts.run(0.5, 0.1);
   const double acceleration = (0.1 - 0.02) / d.mechanics.J;
   EXPECT_NEAR(shafts.m.omega, acceleration * 0.5,
-              1e-9 * acceleration);  // linear: exact but for rounding
+              1e-9 * acceleration);  // linear: exact except for rounding
   EXPECT_NEAR(shafts.m.theta, 0.5 * acceleration * 0.25, 1e-9 * acceleration);
   EXPECT_NEAR(shafts.friction, 0.02 * shafts.m.theta, 1e-9);
 }
 
 TEST(Mechanics, TorqueOfAnImposedCurrentIsKtTimesIt) {
-  // The whole plant: hold 4 A by giving the voltage that R, L and the back-EMF ask for.
+  // The whole plant: holds 4 A with the voltage for R, L and the back-EMF.
   const DriveParams d = with_friction(0.02);
   BarePlant plant(d);
   plant.s.i_q = 4.0;
   const double T = plant.p.T_s;
   for (int n = 0; n < 3200; ++n) {
-    // The speed of the middle of the period, where the plant takes it.
+    // The speed in the middle of the period, as in the plant.
     const double w = d.motor.pole_pairs * (plant.s.omega + 0.5 * plant.s.omega_change);
     plant.step_dq({-w * d.motor.L_q * 4.0, d.motor.R_s * 4.0 + w * d.motor.psi_f});
   }
   const double expected = (k_t(d.motor) * 4.0 - 0.02) / d.mechanics.J * 3200 * T;
-  // The duties are given by the link of the period's start and the first period's speed: 1e-4.
+  // The duties use the link at the period's start and the first period's speed: 1e-4.
   EXPECT_NEAR(plant.s.omega, expected, 2e-3 * expected);
   EXPECT_NEAR(plant.s.i_q, 4.0, 0.02);
 }
@@ -50,7 +50,7 @@ TEST(Mechanics, CoulombFrictionStopsACoastingRotorInTheTimeOfItsMomentum) {
     shafts.step(0.0);
     ++n;
   }
-  EXPECT_NEAR(n * shafts.p.T_s, expected, 1.01 * shafts.p.T_s);  // it stops at the end of a period
+  EXPECT_NEAR(n * shafts.p.T_s, expected, 1.01 * shafts.p.T_s);  // stops at the end of a period
   EXPECT_NEAR(shafts.m.theta, 0.5 * 100.0 * expected, 100.0 * shafts.p.T_s);
   EXPECT_NEAR(shafts.friction, 0.5 * d.mechanics.J * 1e4, 1e-9);  // all of the kinetic energy
   const double theta = shafts.m.theta;
@@ -101,7 +101,7 @@ TEST(Mechanics, BreaksAwayAtTheStaticTorqueAndNotBelow) {
 }
 
 TEST(Mechanics, StribeckExcessHalvesAtItsSpeed) {
-  // At ω = ω_s friction is τ_c + (τ_s − τ_c)/2: the deceleration of one period says so.
+  // At ω = ω_s friction is τ_c + (τ_s − τ_c)/2, measured by the deceleration of one period.
   DriveParams d = with_friction(0.010);
   d.mechanics.tau_static = 0.016;
   d.mechanics.omega_stribeck = 2.0;
@@ -150,11 +150,11 @@ TEST(Mechanics, CoggingHoldsTheRotorInAWellAndConservesEnergy) {
     }
     last = shafts.m.theta;
   }
-  // Pendulum at amplitude φ = 0.1·π: period longer by φ²/16 = 0.62 %; crossings are known to a
-  // period.
+  // Pendulum at amplitude φ = 0.1·π: the period is longer by φ²/16 = 0.62 %. Crossings are known to
+  // a period.
   const double measured = (last_at - first_at) / (crossings - 1);
   EXPECT_NEAR(measured, period * (1.0 + std::pow(0.1 * kPiT, 2) / 16.0), 1e-3 * period);
-  // And a rotor pushed above the barrier 2·τ/n passes over it.
+  // A rotor with more energy than the barrier 2·τ/n passes over it.
   Shafts fast(d);
   fast.m.omega = std::sqrt(2.0 * (2.0 * 0.005 / 84) / d.mechanics.J) * 1.01;
   fast.run(1.0, 0.0);

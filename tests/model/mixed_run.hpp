@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file A run that uses everything: several unlike drives, every kind of setpoint, changing loads;
-/// and the bits it leaves behind.
+/// @file A run with all features: several different drives, all kinds of setpoints, changing loads;
+/// and its final bits.
 
 #include <array>
 #include <bit>
@@ -12,7 +12,7 @@
 
 namespace lk::model::test {
 
-/// A drive of the mixed company; `kind` makes them differ in everything that has a branch.
+/// A drive of the mixed run; drives of different `kind` differ in everything that has a branch.
 inline DriveInit mixed_drive(int kind) {
   DriveInit init;
   DriveParams& d = init.params;
@@ -56,7 +56,7 @@ inline DriveInit mixed_drive(int kind) {
   return init;
 }
 
-/// What drive `kind` is told in stretch `n` of the run.
+/// Commands drive `kind` in stretch `n` of the run.
 inline void direct(DriveBank& bank, std::size_t drive, int kind, int n) {
   switch ((kind + n) % 8) {
     case 0:
@@ -95,7 +95,7 @@ inline void direct(DriveBank& bank, std::size_t drive, int kind, int n) {
   }
 }
 
-/// Some of everything that can be broken, by `kind`.
+/// Some faults of every kind, selected by `kind`.
 inline Faults mixed_faults(int kind) {
   Faults f;
   f.encoder = static_cast<EncoderFault>(kind % 4);
@@ -118,7 +118,7 @@ inline Faults mixed_faults(int kind) {
   return f;
 }
 
-/// Every bit of what can be seen of a drive, as 64-bit words.
+/// Returns all observable state of a drive as 64-bit words.
 inline std::vector<std::uint64_t> bits_of(const DriveBank& bank, std::size_t drive) {
   const Truth t = bank.truth(drive);
   const Telemetry m = bank.telemetry(drive);
@@ -142,7 +142,7 @@ inline std::vector<std::uint64_t> bits_of(const DriveBank& bank, std::size_t dri
 inline constexpr int kStretches = 12;
 inline constexpr std::int64_t kStretchTicks = 1200;
 
-/// FNV-1a over words.
+/// FNV-1a hash over words.
 class Hash {
  public:
   void add(std::uint64_t word) {
@@ -156,8 +156,8 @@ class Hash {
   std::uint64_t value_ = 0xCBF29CE484222325U;
 };
 
-/// The states of `kinds` after every stretch, run together in one bank. `broken`: the odd stretches
-/// with mixed_faults().
+/// Returns the states of `kinds` after every stretch, run together in one bank. `broken`: with
+/// mixed_faults() in the odd stretches.
 inline std::vector<std::vector<std::uint64_t>> mixed_run(const std::vector<int>& kinds,
                                                          NamedKernel kernel,
                                                          std::int64_t slice = kStretchTicks,

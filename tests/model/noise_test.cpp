@@ -1,4 +1,4 @@
-// The noise has the moments of four uniform numbers added up (Irwin–Hall), and no memory.
+// The noise has the moments of a sum of four uniform numbers (Irwin–Hall), and no memory.
 #include "model/noise.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ TEST(Noise, HasMeanZeroVarianceOneAndTheKurtosisOfFourUniforms) {
     double sum_2 = 0;
     double sum_4 = 0;
     for (const double x : deviates(seed)) {
-      ASSERT_LE(std::abs(x), 3.4642);  // 2·√3, the ends of the sum
+      ASSERT_LE(std::abs(x), 3.4642);  // 2·√3, the limits of the sum
       sum += x;
       sum_2 += x * x;
       sum_4 += x * x * x * x;
@@ -73,7 +73,7 @@ TEST(Noise, NeighbouringSeedsAreStrangersAndNoSeedIsDead) {
     words.insert(noise_seed(seed));
   }
   EXPECT_EQ(words.size(), 10000U);
-  EXPECT_FALSE(words.contains(0));  // the one state xorshift never leaves
+  EXPECT_FALSE(words.contains(0));  // xorshift never leaves state 0
 
   const std::vector<double> a = deviates(1);
   const std::vector<double> b = deviates(2);
@@ -84,7 +84,7 @@ TEST(Noise, NeighbouringSeedsAreStrangersAndNoSeedIsDead) {
   EXPECT_NEAR(sum / kCount, 0.0, 5.0 / std::sqrt(kCount));
 }
 
-/// xorshift of 0 stays 0: of all seeds this one alone would come out so.
+/// xorshift of 0 stays 0. Only this seed would give that state.
 TEST(Noise, NoSeedIsSilent) {
   std::uint64_t word = noise_seed(0 - 0x9E3779B97F4A7C15U);
   const double first = normal_deviate(word);

@@ -1,4 +1,4 @@
-// The tick's own functions against the standard library.
+// Compares the tick's own functions with the standard library.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace lk::model {
 namespace numbers_test {
 
-constexpr double kSeries = 3e-10;  // what the polynomials promise
+constexpr double kSeries = 3e-10;  // accuracy of the polynomials
 
 TEST(OwnTrigonometry, SinCosFollowTheLibraryOverTenDecades) {
   std::mt19937_64 random(1);
@@ -19,7 +19,7 @@ TEST(OwnTrigonometry, SinCosFollowTheLibraryOverTenDecades) {
     for (int n = 0; n < 20000; ++n) {
       const double theta = angle(random);
       const SinCos<double> own = sincos(theta);
-      // The polynomials' error and the reduction's rounding, ulp(|θ|)/2 a step.
+      // Error of the polynomials plus rounding of the reduction, ulp(|θ|)/2 per step.
       const double tolerance = kSeries + std::abs(theta) * 3e-16;
       ASSERT_NEAR(own.sin, std::sin(theta), tolerance) << theta;
       ASSERT_NEAR(own.cos, std::cos(theta), tolerance) << theta;
@@ -44,7 +44,7 @@ TEST(OwnTrigonometry, QuadrantsAreExactWhereTheyMeet) {
 
 TEST(OwnTrigonometry, SmallAngleFormsKeepTheirPromise) {
   for (double x = -0.5; x <= 0.5; x += 1e-4) {
-    // First omitted terms: x⁹/9! and x⁸/8!; half as much again for the ones after.
+    // First omitted terms: x⁹/9! and x⁸/8!; plus 50 % for later ones.
     EXPECT_NEAR(sincos_small(x).sin, std::sin(x), 1e-15 + 1.5 * std::pow(std::abs(x), 9) / 362880);
     EXPECT_NEAR(sincos_small(x).cos, std::cos(x), 1e-15 + 1.5 * std::pow(x, 8) / 40320);
   }
@@ -89,7 +89,7 @@ TEST(RealNumbers, LanesAndScalarGiveTheSameBits) {
 
 TEST(OwnTrigonometry, DecayIsZeroWhereADoubleIs) {
   for (const double x : {0.0, -0.25, -0.3, -1.0, -7.0, -100.0}) {
-    // Halved n times, the remainder of the series counts 2^n times; 2e-8 at the edge.
+    // With n halvings the remainder of the series counts 2^n times; 2e-8 at the edge.
     EXPECT_NEAR(exp_decay(x), std::exp(x), std::exp(x) * 2e-8 * std::max(1.0, -8.0 * x)) << x;
   }
   for (const double x : {-2000.0, -1e300, -HUGE_VAL}) EXPECT_EQ(exp_decay(x), 0.0) << x;

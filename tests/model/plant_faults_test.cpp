@@ -1,4 +1,4 @@
-// Broken mechanics and power: shafts that jam, rub, come apart, hit stops, and a supply that fails
+// Faults of mechanics and power: jams, friction, broken couplings, end stops, failing supply
 // (docs/model.md §14).
 #include "tests/model/support.hpp"
 
@@ -48,21 +48,22 @@ TEST(MechanicalFault, JammedFullyNothingMovesTheShaft) {
 }
 
 TEST(MechanicalFault, HalfAJamAsksForHalfOfTheTorqueThatFullScaleMakes) {
-  // The same share of the current for any gear: the torque at the output counts.
+  // An equal share of the current for any gear: the output torque counts.
   for (const DriveParams& d : {ideal_drive(), geared(), springy()}) {
     const double half = 0.5 * d.current_sensor.range;
     const DriveBank below = pushing(d, {.jam = 0.5}, 0.99 * half);
     const DriveBank above = pushing(d, {.jam = 0.5}, 1.01 * half);
     EXPECT_NEAR(below.truth(0).i_q, 0.99 * half, 0.05);
     EXPECT_EQ(below.truth(0).omega_out, 0.0);
-    if (d.mechanics.backlash_out == 0.0) {  // else the rotor's run-up hammers it along at first
+    if (d.mechanics.backlash_out ==
+        0.0) {  // with play, the rotor first gains speed and hammers the output along
       EXPECT_EQ(below.truth(0).theta_out, 0.0);
     }
     EXPECT_GT(above.truth(0).omega_out, 0.1);
   }
 }
 
-/// Speed after `seconds` of coasting from 100 rad/s.
+/// Returns the speed after `seconds` of coasting from 100 rad/s.
 double coasted(const DriveParams& d, const Faults& faults, double seconds) {
   DriveBank bank = one_drive(d);
   bank.command(0, Off{});
@@ -107,7 +108,7 @@ TEST(MechanicalFault, TwiceTheInertiaTakesTwiceTheTime) {
 
 TEST(MechanicalFault, BacklashByAFactorLetsTheRotorGoThatFar) {
   const DriveParams d = springy();
-  const double tau = 0.5 * k_t(d.motor);  // of 0.5 A
+  const double tau = 0.5 * k_t(d.motor);  // at 0.5 A
   const double spring = 2.0 * tau * d.mechanics.gear_ratio / d.mechanics.gear_stiffness_out;
   for (const double factor : {0.0, 1.0, 3.0}) {
     DriveBank bank = one_drive(d);
@@ -136,7 +137,7 @@ TEST(MechanicalFault, ABrokenCouplingLeavesTheRotorAlone) {
     EXPECT_NEAR(bank.truth(0).omega_out, 0.05 / 2.5e-3 * 0.1, 1e-9);
     bank.command(0, Torque{1.0});
     bank.advance(ticks_in(d, 0.01));
-    // Its own inertia alone; current and orders take a millisecond.
+    // With its own inertia only; current and setpoint take a millisecond.
     const double acceleration = k_t(d.motor) / d.mechanics.J;
     EXPECT_NEAR(bank.truth(0).omega_m, acceleration * 0.01, 0.1 * acceleration * 0.01);
     EXPECT_NEAR(bank.truth(0).omega_out, 0.05 / 2.5e-3 * 0.11, 1e-9);
@@ -161,7 +162,7 @@ TEST(MechanicalFault, PutTogetherAgainTheShaftsShareTheirMomentum) {
   bank.command(0, Off{});
   bank.advance(8);
   bank.set_faults(0, {.coupling_broken = true});
-  bank.kick(0, 4.2e-3 * 5.0);  // the output alone
+  bank.kick(0, 4.2e-3 * 5.0);  // the output only
   bank.advance(ticks_in(d, 0.1));
   EXPECT_NEAR(bank.truth(0).omega_out, 5.0, 1e-9);
   EXPECT_EQ(bank.truth(0).omega_m, 0.0);
@@ -219,7 +220,7 @@ TEST(PowerFault, ASaggingSourceAndOneThatIsGone) {
   EXPECT_NEAR(bank.truth(0).v_bus, 24.0, 0.01);
   bank.command(0, Off{});
   bank.set_faults(0, {.supply_cut = true});
-  bank.connect_supply(0, true);  // in vain
+  bank.connect_supply(0, true);  // without effect
   bank.advance(ticks_in(d, 0.25));
   EXPECT_NEAR(bank.truth(0).v_bus, 24.0 * std::exp(-0.5), 0.02);
   bank.advance(ticks_in(d, 0.6));
@@ -249,7 +250,7 @@ TEST(PowerFault, WhatNobodyTakesBackChargesTheLink) {
       bank.advance(8);
       const double v = bank.truth(0).v_bus;
       highest = std::max(highest, v);
-      // The link has no more than all had, and what the source gave meanwhile.
+      // The link has at most the initial energy of all parts and the source's supply.
       const double all = start.stored + bank.energy(0).supply - start.supply;
       if (fault) {
         ASSERT_LT(0.5 * 470e-6 * v * v, 1.001 * all);

@@ -11,14 +11,14 @@ TEST(Life, DiesBelowTheThresholdAndBootsAboveTheHysteresis) {
   const LogicParams p{.v_reset = 6.0, .v_reset_hysteresis = 0.5, .boot_time = 0.01};
   LifeState s;
   EXPECT_FALSE(live(p, 6.0, 1e-3, s));
-  EXPECT_TRUE(live(p, 5.99, 1e-3, s));  // dies
+  EXPECT_TRUE(live(p, 5.99, 1e-3, s));  // powers down
   EXPECT_EQ(s.life, Life::kInReset);
   EXPECT_FALSE(live(p, 6.49, 1e-3, s));
   EXPECT_EQ(s.life, Life::kInReset);
   EXPECT_FALSE(live(p, 6.5, 1e-3, s));
   EXPECT_EQ(s.life, Life::kBooting);
-  EXPECT_FALSE(live(p, 6.2, 1e-3, s));  // within the hysteresis it goes on booting
-  EXPECT_FALSE(live(p, 5.9, 1e-3, s));  // a second dip starts it over
+  EXPECT_FALSE(live(p, 6.2, 1e-3, s));  // within the hysteresis booting continues
+  EXPECT_FALSE(live(p, 5.9, 1e-3, s));  // a second dip restarts the boot
   EXPECT_EQ(s.life, Life::kInReset);
   live(p, 24.0, 1e-3, s);
   int periods = 0;
@@ -75,7 +75,7 @@ TEST(Reset, OpensTheBridgeAndForgets) {
   EXPECT_TRUE(bank.alive(0));
   bank.advance(ticks_in(d, 0.1));
   EXPECT_NEAR(bank.truth(0).i_q, 0.0, 0.05);                // idle
-  EXPECT_NEAR(bank.truth(0).omega_m, omega, 0.05 * omega);  // the shaft coasts on
+  EXPECT_NEAR(bank.truth(0).omega_m, omega, 0.05 * omega);  // the shaft keeps coasting
 }
 
 TEST(Reset, ASupplyThatIsTooLowFromTheStartWakesNobody) {
@@ -99,12 +99,12 @@ TEST(Brake, HoldsUpToItsTorqueAndTakesTimeToLift) {
   DriveBank bank = one_drive(d);
   bank.command(0, Off{});
   bank.advance(ticks_in(d, 1.0));
-  EXPECT_EQ(bank.truth(0).theta_m, 0.0);  // engaged from power-up, and what it holds stays exactly
+  EXPECT_EQ(bank.truth(0).theta_m, 0.0);  // engaged from power-up; the shaft stays exactly
   bank.set_brake_coil(0, true);
   bank.advance(ticks_in(d, 0.1));
   EXPECT_GT(bank.truth(0).omega_m, 1.0);
   bank.set_brake_coil(0, false);
-  bank.advance(ticks_in(d, 2.0));  // 0.051 Nm less 0.049 leaves 1 mNm to stop it
+  bank.advance(ticks_in(d, 2.0));  // 0.051 Nm minus 0.049 Nm: only about 1 mNm stops it
   const double before = bank.truth(0).omega_m;
   bank.set_load(0, {});
   bank.advance(ticks_in(d, 0.5));
@@ -152,12 +152,12 @@ TEST(Brake, FallsWithThePower) {
   bank.set_supply_voltage(0, 0.0);
   bank.advance(ticks_in(d, 0.2));
   EXPECT_EQ(bank.truth(0).omega_m, 0.0);
-  bank.set_brake_coil(0, true);  // nobody is there to hear it
+  bank.set_brake_coil(0, true);  // no controller runs to receive it
   bank.set_supply_voltage(0, 24.0);
   bank.advance(ticks_in(d, 0.2));
   bank.command(0, Torque{0.1});
   bank.advance(ticks_in(d, 0.2));
-  EXPECT_EQ(bank.truth(0).omega_m, 0.0);  // after the boot it is still engaged
+  EXPECT_EQ(bank.truth(0).omega_m, 0.0);  // still engaged after the boot
 }
 
 TEST(Protection, WhatIsNotRecoverableStaysUntilARestart) {

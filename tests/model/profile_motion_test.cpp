@@ -1,4 +1,4 @@
-// The trapezoid and the ramps: durations by hand arithmetic (docs/model.md §11).
+// Durations of trapezoids and ramps, computed by hand (docs/model.md §11).
 #include "model/control/motion_loops.hpp"
 #include "tests/model/support.hpp"
 
@@ -9,7 +9,7 @@ struct Move {
   double duration = 0, fastest = 0, steepest = 0, end = 0, overshoot = 0;
 };
 
-/// The reference of a move, without a plant: it does not depend on where the shaft really is.
+/// Returns the reference of a move without a plant: it does not depend on the real angle.
 Move reference_move(double distance, double omega_max, double accel) {
   const DriveParams d = ideal_drive();
   ControlSettings settings = unlimited();
@@ -49,12 +49,12 @@ TEST(Trapezoid, LastsWhatArithmeticSays) {
         const double expected =
             triangle ? 2.0 * std::sqrt(way / accel) : way / omega_max + omega_max / accel;
         const Move move = reference_move(distance, omega_max, accel);
-        // Speed changes in steps of a·T_m once a period of 125 µs: the ends and the corner cost a
-        // few periods; the last step is whatever distance is left.
+        // Speed changes by a·T_m each 125 µs: the ends and the corner take a few periods. The last
+        // step is the remaining distance.
         EXPECT_NEAR(move.duration, expected, 5.0 * 125e-6 + 0.005 * expected)
             << distance << ' ' << omega_max << ' ' << accel;
         EXPECT_LE(move.fastest, omega_max * (1 + 1e-9));
-        // A part of a period is left over at the end: a·T_m²/8 at most.
+        // Part of a period remains at the end: a·T_m²/8 at most.
         EXPECT_LE(move.overshoot, accel * 125e-6 * 125e-6 / 8.0);
         EXPECT_NEAR(move.end, distance, 1e-9);
         EXPECT_LE(move.steepest, 2.0 * accel * (1 + 1e-6));  // the last step may halve
@@ -81,7 +81,7 @@ TEST(Trapezoid, ShaftArrivesWithIt) {
   EXPECT_NEAR(bank.truth(0).omega_m, 0.0, 0.2);
 }
 
-/// A shaft that follows its reference, so that nothing but the profile moves it.
+/// A shaft that follows its reference, so that only the profile moves it.
 struct Followed {
   MotionParams p;
   MotionState s = motion_state_at(p, 0.0);
@@ -109,7 +109,7 @@ TEST(Trapezoid, ComesDownToALowerLimitOnItsRamp) {
   const auto check = [](Followed& drive, const Setpoint& then) {
     ASSERT_NEAR(drive.s.omega_ref, 25.0, 1e-6);
     drive.steepest = 0.0;
-    drive.run(then, 0.5);  // half of the second that 20 rad/s take at 20 rad/s²
+    drive.run(then, 0.5);  // half of the second that a change of 20 rad/s takes at 20 rad/s²
     EXPECT_NEAR(drive.s.omega_ref, 15.0, 20.0 * drive.p.T_m * 1.01);
     drive.run(then, 0.6);
     EXPECT_NEAR(drive.s.omega_ref, 5.0, 1e-6);
@@ -148,7 +148,7 @@ TEST(SpeedRamp, RisesByTheAcceleration) {
   bank.command(0, Speed{50.0});
   bank.advance(ticks_in(d, 0.25));
   EXPECT_NEAR(bank.truth(0).omega_ref, 25.0, 100.0 * 125e-6 * 1.01);
-  EXPECT_NEAR(bank.truth(0).omega_m, 25.0, 1.5);  // lags by the speed loop's time constant
+  EXPECT_NEAR(bank.truth(0).omega_m, 25.0, 1.5);  // lags by the time constant of the speed loop
   bank.advance(ticks_in(d, 0.75));
   EXPECT_NEAR(bank.truth(0).omega_m, 50.0, 0.5);
 }
@@ -173,7 +173,7 @@ TEST(Limits, CurrentNeverExceedsTheSettingNorSpeedTheFrame) {
   bank.advance(ticks_in(d, 3.0));
   EXPECT_NEAR(bank.truth(0).theta_m, 30.0, 0.01);
 
-  // A frame's own current limit counts if it is the smaller one.
+  // A frame's own current limit counts if it is smaller.
   bank.command(0, Speed{-100.0, 1.0});
   bank.advance(400);
   EXPECT_LE(std::abs(bank.truth(0).i_q_ref), 1.0);

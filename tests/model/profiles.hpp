@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file The shipped motor profiles as the model takes them.
+/// @file The shipped motor profiles as inputs of the model.
 
 #include <algorithm>
 #include <filesystem>
@@ -36,7 +36,7 @@ inline std::vector<NamedDrive> all_profiles() {
   return drives;
 }
 
-/// Profiles that share a PWM frequency, so that a bank can hold them.
+/// Groups profiles by PWM frequency, since a bank has only one.
 inline std::vector<std::vector<NamedDrive>> profiles_by_rate() {
   std::vector<std::vector<NamedDrive>> groups;
   for (const NamedDrive& drive : all_profiles()) {

@@ -15,7 +15,7 @@ Settings only(Error error, const Protection& protection) {
   return s;
 }
 
-/// A calm drive with one quantity moved to `value`.
+/// Returns values of a normal drive, with one quantity set to `value`.
 Watched watched(Error error, double value) {
   Watched w{.v_bus = 24.0, .temp_motor = 30.0, .temp_driver = 30.0, .i_peak = 1.0, .omega = 50.0};
   switch (error) {
@@ -58,7 +58,7 @@ TEST_P(Thresholds, TripAfterTheDelayLatchAndClearOnceBackByTheHysteresis) {
   }
   EXPECT_EQ(s.latched, 0);
 
-  // Shorter than the delay: no trip, and the count begins anew.
+  // Shorter than the delay: no trip, and the delay restarts.
   for (int n = 0; n < 70; ++n) {
     EXPECT_FALSE(watch(settings, watched(c.error, c.beyond), kPeriod, s));
   }
@@ -70,7 +70,8 @@ TEST_P(Thresholds, TripAfterTheDelayLatchAndClearOnceBackByTheHysteresis) {
   EXPECT_NEAR((periods + 1) * kPeriod, kDelay, 1.01 * kPeriod);
   EXPECT_EQ(s.latched, bit(c.error));
 
-  // Beyond or within the hysteresis the cause is not over; latched even after it is.
+  // Beyond the threshold or within the hysteresis the cause is not over; the error stays latched
+  // afterwards.
   for (const double value : {c.beyond, c.inside}) {
     watch(settings, watched(c.error, value), kPeriod, s);
     clear_errors(settings, s);
@@ -84,7 +85,7 @@ TEST_P(Thresholds, TripAfterTheDelayLatchAndClearOnceBackByTheHysteresis) {
   EXPECT_EQ(s.latched, 0);
 }
 
-// `inside` is within the hysteresis of 1 of the threshold.
+// `inside` is within the hysteresis of 1 around the threshold.
 INSTANTIATE_TEST_SUITE_P(Protection, Thresholds,
                          testing::Values(Case{Error::kUnderVoltage, 7.0, 7.5, 6.5, 8.5},
                                          Case{Error::kOverVoltage, 30.0, 29.5, 30.5, 28.5},
@@ -112,13 +113,13 @@ TEST(Protection, StallIsStandingStillAgainstTheCurrentLimit) {
   ControlSettings settings = unlimited();
   settings.i_q_max = 4.0;
   settings.protections = only(Error::kStall, {true, 0.5, 0.0, 0.0});
-  // A shaft that turns, at full current or not, is not stalled.
+  // A turning shaft is not stalled, at any current.
   d.mechanics.B = 4.0 * k_t(d.motor) / 60.0;
   DriveBank turning = one_drive(d, settings);
   turning.command(0, Speed{200.0});
   turning.advance(ticks_in(d, 1.5));
   EXPECT_EQ(turning.telemetry(0).errors, 0);
-  // A locked one is, after the threshold's half second.
+  // A locked shaft stalls after the threshold of half a second.
   d.mechanics.J = 1e3;
   DriveBank locked = one_drive(d, settings);
   locked.command(0, Speed{200.0});
@@ -126,12 +127,12 @@ TEST(Protection, StallIsStandingStillAgainstTheCurrentLimit) {
   EXPECT_EQ(locked.telemetry(0).errors, 0);
   locked.advance(ticks_in(d, 0.05));
   EXPECT_EQ(locked.telemetry(0).errors, bit(Error::kStall));
-  // Nor is one that stands under a small torque.
+  // A shaft at rest under a small torque is not stalled.
   DriveBank resting = one_drive(d, settings);
   resting.command(0, Torque{2.0});
   resting.advance(ticks_in(d, 1.5));
   EXPECT_EQ(resting.telemetry(0).errors, 0);
-  // Nor one that is allowed no current, however noisy its sensors are.
+  // A shaft with a current limit near zero is not stalled, at any sensor noise.
   settings.i_q_max = 1e-6;
   d.current_sensor.noise = 0.05;
   DriveBank powerless = one_drive(d, settings);

@@ -1,4 +1,4 @@
-// A winding at its rated torque is as hot as its motor file says (docs/model.md §6).
+// A winding at its rated torque has the temperature of its motor file (docs/model.md §6).
 #include "tests/model/profiles.hpp"
 #include "tests/support/profile.hpp"
 
@@ -10,12 +10,12 @@ constexpr double kOmega = 1.0;  // rad/s at the rotor: friction hardly warms the
 struct RatedDrive {
   std::string name;
   DriveInit init;
-  double friction;   // K, that friction of bearings and gear adds at this speed
+  double friction;   // K, added by friction of bearings and gear at this speed
   double tolerance;  // K
 };
 
-/// The drives whose thermal resistances were made for 90 °C, pushing against their rated torque,
-/// and with so little heat capacity that they are as hot as they get at once.
+/// The drives whose thermal resistances were set for 90 °C, against their rated torque. Small heat
+/// capacities make them reach the final temperature quickly.
 std::vector<RatedDrive> rated_drives() {
   std::vector<RatedDrive> drives;
   for (const NamedDrive& drive : all_profiles()) {
@@ -29,15 +29,14 @@ std::vector<RatedDrive> rated_drives() {
     RatedDrive rated{drive.name, drive.init, 0.0, 0.0};
     DriveParams& d = rated.init.params;
     d.load.tau = -torque;
-    d.mechanics.tau_cogging = 0.0;  // at this speed the winding would follow its ripple
+    d.mechanics.tau_cogging = 0.0;  // the winding would follow its ripple at this speed
     d.thermal.C_winding = d.thermal.C_housing = 0.02;
-    // On its way there nothing switches it off, and nothing holds back its current.
+    // No protection trips meanwhile, and no ramp limits the current.
     rated.init.settings.protections = {};
     rated.init.settings.current_ramp = 0.0;
-    // Three digits are good to 0.5 %, and friction that grows with the speed is not in the rule;
-    // the current goes into the heat squared. ΔT = 65 K·(1 + ε)·g(T), where g, resistance over
-    // flux squared, grows by α_cu/1.2555 + 2·0.0011/0.9285 = 0.0055 per K: it makes 1/(1 −
-    // 65·0.0055) of every error.
+    // Three digits are accurate to 0.5 %, and the rule ignores viscous friction. Heat is the square
+    // of the current. ΔT = 65 K·(1 + ε)·g(T), where g, resistance over flux squared, grows by
+    // α_cu/1.2555 + 2·0.0011/0.9285 = 0.0055 per K: this amplifies errors by 1/(1 − 65·0.0055).
     const double viscous =
         d.mechanics.B * kOmega * d.mechanics.gear_ratio * d.mechanics.gear_efficiency / torque;
     const MechanicsParams& m = d.mechanics;

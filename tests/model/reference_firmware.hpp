@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file The firmware of a drive on a plant that is computed elsewhere.
+/// @file A drive's firmware with an external plant.
 
 #include <array>
 #include <cstdint>
@@ -16,8 +16,7 @@
 
 namespace lk::model::test {
 
-/// The firmware alone, for a plant of any kind: what DriveBank does between its sensors and its
-/// duties.
+/// The firmware alone, for any plant: the part of DriveBank between sensors and duties.
 class Firmware {
  public:
   Firmware(const DriveParams& drive, const ControlSettings& settings)
@@ -31,7 +30,7 @@ class Firmware {
     setpoint_changed(motion_params_, setpoint_, setpoint, loop_.encoder_counts, motion_);
     setpoint_ = setpoint;
   }
-  /// One period: takes what the sensors see now, returns the duties that act in it.
+  /// Runs one period: reads the sensors now, returns the duties for this period.
   std::array<double, 3> step(const ReferenceState& s) {
     const double v_bus =
         measure_slowly(slow_sensors(drive_.slow_sensor), s[4], {s[5], s[6], s[7]}, noise_).v_bus;
@@ -48,7 +47,7 @@ class Firmware {
 
  private:
   DriveParams drive_;
-  PlantParams<double> plant_;  // the sensors' numbers
+  PlantParams<double> plant_;  // for the sensor parameters
   MotionParams motion_params_;
   CurrentLoopParams<double> loop_params_;
   MotionState motion_;

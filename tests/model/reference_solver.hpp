@@ -1,10 +1,9 @@
 #pragma once
 
-/// @file The plant's equations written a second time, in continuous time, and given to SUNDIALS
-/// CVODE.
+/// @file The plant's equations written independently in continuous time, solved by SUNDIALS CVODE.
 ///
-/// Nothing of model/plant/ is used here: three phases and their angles, no dq shortcuts for the
-/// bridge. Smooth effects only (no dry friction, no play): a solver of this kind needs derivatives.
+/// Uses nothing of model/plant/: three phases with their angles, no dq formulas for the bridge.
+/// Smooth effects only (no dry friction, no play), because the solver needs derivatives.
 
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>
@@ -27,7 +26,7 @@ using ReferenceState = std::array<double, 8>;
 
 class ReferenceSolver {
  public:
-  // Made in this order, of each other. NOLINTBEGIN(cppcoreguidelines-prefer-member-initializer)
+  // Each depends on the previous one. NOLINTBEGIN(cppcoreguidelines-prefer-member-initializer)
   ReferenceSolver(const DriveParams& drive, const ReferenceState& start) : drive_(drive) {
     check(SUNContext_Create(nullptr, &context_));
     y_ = N_VNew_Serial(static_cast<sunindextype>(start.size()), context_);
@@ -58,10 +57,10 @@ class ReferenceSolver {
     std::copy_n(N_VGetArrayPointer(y_), s.size(), s.begin());
     return s;
   }
-  /// `seconds` under constant duties of the three legs.
+  /// Advances by `seconds` with constant duties of the three legs.
   void advance(const std::array<double, 3>& duty, double seconds) {
     duty_ = duty;
-    check(CVodeReInit(solver_, time_, y_));  // the duties jump: begin anew
+    check(CVodeReInit(solver_, time_, y_));  // restart, because the duties jump
     time_ += seconds;
     check(CVodeSetStopTime(solver_, time_));
     double reached = 0.0;

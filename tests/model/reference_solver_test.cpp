@@ -1,4 +1,4 @@
-// The same motion computed by an independent solver at tight tolerance.
+// Compares motions with an independent solver at tight tolerance.
 #include "tests/model/reference_solver.hpp"
 
 #include "tests/model/profiles.hpp"
@@ -31,11 +31,11 @@ TEST(ReferenceSolver, AgreesOverTwoSecondsOfClosedLoopMotion) {
   Firmware firmware(d, settings);
   ReferenceSolver reference(d, {0, 0, 0, 0, 24.0, 25.0, 25.0, 25.0});
 
-  // Torque comes last: it leaves the angle free, and what differs there stays (cogging: 84 periods
-  // a turn).
+  // Torque is last: it leaves the angle free, so an angle difference would persist (cogging: 84
+  // periods a turn).
   const std::array<Setpoint, 6> script{Speed{80.0},          Speed{-60.0}, Position{3.0},
                                        Position{-9.0, 40.0}, Speed{120.0}, Torque{-1.0}};
-  // Required: 0.5 % of the rated current, 0.1 % of speed (here: of the fastest of the run).
+  // Requirement: 0.5 % of the rated current, 0.1 % of the fastest speed of the run.
   const double i_rated = 1.0 / k_t(d.motor);  // MF7015-10T: 1 Nm
   const double i_tolerance = 0.005 * i_rated;
   double fastest = 0.0;
@@ -62,14 +62,14 @@ TEST(ReferenceSolver, AgreesOverTwoSecondsOfClosedLoopMotion) {
   EXPECT_LT(worst_i, i_tolerance);
   EXPECT_LT(worst_omega, 1e-3 * fastest);
   EXPECT_LT(worst_temp, 0.01);
-  EXPECT_GT(fastest, 100.0);  // the script has really moved it
+  EXPECT_GT(fastest, 100.0);  // the script has moved it
   EXPECT_GT(largest_i, 4.0);
   RecordProperty("worst_current_of_rated", std::to_string(worst_i / i_rated));
   RecordProperty("worst_speed_of_fastest", std::to_string(worst_omega / fastest));
 }
 
-/// What the plant's equations of the reference leave out is taken from `profile`, and so is what a
-/// sensor adds: the two see the same.
+/// Removes effects from `profile` that the reference equations or ideal sensors lack, so that both
+/// compute equal models.
 DriveParams smooth(DriveParams profile) {
   MechanicsParams& m = profile.mechanics;
   m.tau_coulomb = m.tau_static = m.tau_coulomb_out = m.gear_stiffness_out = m.backlash_out = 0.0;
@@ -81,8 +81,8 @@ DriveParams smooth(DriveParams profile) {
   return profile;
 }
 
-/// Steps of the current with all the voltage there is, to and fro, at rest and at full speed, up to
-/// four fifths of what the sensors show. Required: within 5 % of the step, at its worst.
+/// Current steps at the voltage limit, in both directions, at rest and at full speed, up to four
+/// fifths of the sensor range. Requirement: at most 5 % of the step.
 TEST(ReferenceSolver, AgreesInStepsThatTheVoltageLimits) {
   std::size_t checked = 0;
   for (const NamedDrive& drive : all_profiles()) {
@@ -103,7 +103,7 @@ TEST(ReferenceSolver, AgreesInStepsThatTheVoltageLimits) {
           worst_A = std::max(worst_A, std::abs(bank.truth(0).i_q - reference.state()[1]));
         }
       };
-      // The time between two is what the strongest motor needs to turn as fast as it can.
+      // The strongest motor reaches its top speed between two steps.
       for (const double seconds : {0.005, 0.05}) {
         run(Torque{step_A}, seconds);
         run(Torque{-step_A}, seconds);
@@ -123,7 +123,7 @@ struct Errors {
 };
 Errors errors_with(int parts) {
   DriveParams d = smooth_drive();
-  d.inverter.t_dead = 0.0;  // its sign is by definition that of the period's start
+  d.inverter.t_dead = 0.0;  // its sign is defined at the period's start
   d.supply.C_link = 10e-3;
   d.inverter.f_pwm = 8000.0;
   ReferenceSolver reference(d, {0, 0, 0, 30.0, 24.0, 25.0, 25.0, 25.0});
@@ -132,7 +132,7 @@ Errors errors_with(int parts) {
   plant.s.omega = 30.0;
   Errors worst;
   for (int n = 0; n < 240; ++n) {
-    // A voltage vector that turns with the rotor's initial speed and swells.
+    // A voltage vector that rotates with the rotor's initial speed and varies in amplitude.
     const double angle = d.motor.pole_pairs * 30.0 * (n + 0.5) * 125e-6 + 1.4;
     const double amplitude = (2.2 + 0.6 * std::sin(0.05 * n)) / 24.0;
     const Abc<double> duty =
@@ -153,7 +153,7 @@ TEST(ReferenceSolver, ErrorFallsWithTheSquareOfThePeriod) {
   Errors coarse = errors_with(1);
   for (const int parts : {2, 4, 8}) {
     const Errors fine = errors_with(parts);
-    // Second order: a quarter. Leave room for the next orders on the coarsest step.
+    // Second order: a quarter, with a margin for higher orders at the coarsest step.
     EXPECT_GT(coarse.current / fine.current, 3.3) << parts;
     EXPECT_LT(coarse.current / fine.current, 5.0) << parts;
     EXPECT_GT(coarse.speed / fine.speed, 3.3) << parts;

@@ -1,5 +1,5 @@
-// Broken sensors and a wrong clock: what the firmware is shown, and what it makes of it
-// (docs/model.md §14).
+// Faulty sensors and a wrong clock: sensor readings and the firmware's reaction (docs/model.md
+// §14).
 #include <numeric>
 
 #include "tests/model/support.hpp"
@@ -11,16 +11,16 @@ constexpr double kCounts14 = 16384.0;
 
 double counts_per_rad(const DriveParams& d) { return (1 << d.encoder.bits) / (2.0 * kPiT); }
 
-/// A drive whose bridge is off and whose shaft turns for ever at `omega` rad/s.
+/// A drive with its bridge off and a shaft that turns at constant `omega` rad/s.
 DriveBank coasting(const DriveParams& d, double omega) {
   DriveBank bank = one_drive(d);
   bank.command(0, Off{});
-  bank.advance(8);  // the order is in force
+  bank.advance(8);  // the setpoint is in effect
   bank.kick(0, omega * d.mechanics.J);
   return bank;
 }
 
-/// What the encoder shows in `n` samples, each some ticks after the other.
+/// Returns `n` readings of the encoder, some ticks apart.
 std::vector<double> shown(DriveBank& bank, int n) {
   std::vector<double> result;
   for (int k = 0; k < n; ++k) {
@@ -58,12 +58,12 @@ TEST(EncoderFault, StuckItShowsOneCountWhileTheShaftTurns) {
 
   bank.set_faults(0, {});
   bank.advance(8);
-  // One sample is one period old.
+  // A sample is one period old.
   EXPECT_NEAR(static_cast<double>(bank.telemetry(0).encoder_position),
               bank.truth(0).theta_m * counts_per_rad(d),
               30.0 / d.inverter.f_pwm * counts_per_rad(d) + 1.0);
-  // Nobody saw the speed of the leap: it comes back from zero, and does not overshoot to what
-  // 3 rad in a period would be.
+  // The speed of the jump is not measured: the estimate returns from zero, without an overshoot
+  // towards 3 rad in a period.
   for (int n = 0; n < 300; ++n) {
     bank.advance(4);
     ASSERT_LT(std::abs(bank.telemetry(0).omega), 45.0);
@@ -81,7 +81,8 @@ TEST(EncoderFault, GarbageIsAnythingWithinTheTurn) {
     ASSERT_GE(count, 0.0);
     ASSERT_LT(count, kCounts14);
   }
-  // A uniform number: mean 1/2, deviation 1/√12 of the turn; of 4000, within five of their errors.
+  // Uniform distribution: mean 1/2, deviation 1/√12 of a turn; tolerances are five standard errors
+  // of 4000 samples.
   EXPECT_NEAR(mean(samples), 0.5 * kCounts14, 5.0 * kCounts14 / std::sqrt(12.0 * 4000));
   EXPECT_NEAR(deviation(samples), kCounts14 / std::sqrt(12.0), 0.02 * kCounts14);
   EXPECT_EQ(bank.truth(0).theta_m, 0.0);
@@ -96,7 +97,7 @@ TEST(EncoderFault, WithoutItsMagnetItWandersAroundWhereItWas) {
   const auto before = static_cast<double>(bank.telemetry(0).encoder_position);
   bank.set_faults(0, {.encoder = EncoderFault::kLostMagnet});
   const std::vector<double> samples = shown(bank, 20000);
-  // 0.02 turns of noise beside 0.1 of wandering (lane_faults.cpp).
+  // 0.02 turns of noise added to 0.1 turns of drift (lane_faults.cpp).
   EXPECT_NEAR(deviation(samples), 0.1 * kCounts14, 0.05 * kCounts14);
   EXPECT_NEAR(mean(samples), before, 0.1 * kCounts14);
   std::vector<double> steps;
@@ -117,7 +118,7 @@ TEST(EncoderFault, OffsetLatencyAndNoiseAddUp) {
   d.encoder.noise = 3.0 / counts_per_rad(d);
   DriveBank noisy = coasting(d, 0.0);
   noisy.set_faults(0, {.encoder_noise = 4.0 / counts_per_rad(d)});
-  // 3 and 4 counts make 5, and rounding 1/√12; of 4000 samples within five of their errors.
+  // 3 and 4 counts give 5, and rounding 1/√12; tolerance: five standard errors of 4000 samples.
   EXPECT_NEAR(deviation(shown(noisy, 4000)), std::sqrt(25.0 + 1.0 / 12),
               5.0 * 5.0 / std::sqrt(8000.0));
 
@@ -133,7 +134,7 @@ TEST(EncoderFault, OffsetLatencyAndNoiseAddUp) {
               40.0 * 1e-3 * counts_per_rad(d), 1.01);
 }
 
-/// A locked shaft at `theta_m`, so that currents are what the loop makes of them.
+/// A locked shaft at `theta_m`, so that only the loop changes the currents.
 DriveBank locked(const DriveParams& d, Faults faults, const Setpoint& setpoint) {
   DriveBank bank = one_drive(d);
   faults.jam = 1.0;
@@ -171,7 +172,7 @@ TEST(CurrentFault, AStuckChannelAndNoise) {
   }
   EXPECT_NEAR(std::sqrt(sum / 4000), 0.3, 5.0 * 0.3 / std::sqrt(8000.0));
 
-  d.control.has_current_loop = false;  // there is no such sensor
+  d.control.has_current_loop = false;  // without this sensor
   DriveBank ms = coasting(d, 0.0);
   ms.set_faults(0, {.current_a = {.offset = 1.0, .stuck = 2.5}, .current_b = {.offset = 1.0}});
   ms.advance(100);
@@ -230,7 +231,7 @@ TEST(ClockFault, AFastClockMakesAFastDrive) {
   bank.set_faults(0, {.clock_ratio = 1.01});
   bank.command(0, Speed{100.0});
   bank.advance(ticks_in(d, 1.0));
-  // 100 rad in a second of its own, which is 1/1.01 s.
+  // 100 rad in one second of its own clock, which is 1/1.01 s.
   EXPECT_NEAR(bank.truth(0).omega_m, 101.0, 0.02);
   EXPECT_NEAR(bank.telemetry(0).omega, 100.0, 0.02);
 

@@ -1,4 +1,4 @@
-// Encoder and current converter: what the firmware gets to see (docs/model.md §7).
+// Encoder and current converter: readings of the firmware (docs/model.md §7).
 #include "model/plant/sensors.hpp"
 
 #include "model/control/current_loop_params.hpp"
@@ -69,7 +69,7 @@ TEST(Encoder, NonLinearityHasItsTwoHarmonicsAndNoOther) {
     // a·sin(h·θ + φ) = a·cos φ·sin hθ + a·sin φ·cos hθ
     const double a = harmonic == 1 ? 2e-3 : harmonic == 2 ? 1e-3 : 0.0;
     const double phase = harmonic == 1 ? 0.7 : 1.9;
-    // 2 mrad, to the 2e-9 that the model's sine is good for.
+    // 2 mrad with the accuracy of the model's sine, 2e-9.
     EXPECT_NEAR(sine_part, a * std::cos(phase), 4e-12) << harmonic;
     EXPECT_NEAR(cosine_part, a * std::sin(phase), 4e-12) << harmonic;
   }
@@ -97,7 +97,7 @@ TEST(Encoder, NoiseHasItsSpread) {
     square += x * x;
   }
   const double mean = sum / kCount;
-  // floor() takes half a count off; five standard errors of mean and of variance.
+  // floor() subtracts half a count on average; five standard errors of mean and of variance.
   EXPECT_NEAR(mean, -0.5 / p.counts_per_rad, 5e-3 / std::sqrt(kCount));
   EXPECT_NEAR(std::sqrt(square / kCount - mean * mean), 1e-3,
               1e-3 * 5.0 * std::sqrt(1.7 / kCount) / 2.0);
@@ -145,7 +145,7 @@ TEST(CurrentSensor, NoiseHasItsSpread) {
 TEST(SlowSensors, SeeTheMotorFromTheBoard) {
   std::uint64_t noise = 1;
   const SlowSensorParams p{.temp_lsb = 0.5, .board_share = 0.5};
-  // 60 °C and half of the 10 K that the board is warmer than the housing.
+  // 60 °C plus half of the 10 K by which the board exceeds the housing.
   EXPECT_NEAR(measure_slowly(slow_sensors(p), 24.0, {60.0, 35.0, 45.0}, noise).temp_motor, 65.0,
               1e-12);
 }

@@ -58,7 +58,7 @@ TEST(EndStops, PutBesideTheShaftLetItInAndNeverThrowIt) {
     bank.command(0, Torque{2.0});  // outwards
     bank.advance(ticks_in(d, 0.2));
     EXPECT_NEAR(bank.truth(0).theta_out, 1.0, 0.01) << stiffness;
-    bank.command(0, Torque{-2.0});  // and back in, up to the other stop
+    bank.command(0, Torque{-2.0});  // and back, to the other stop
     bank.advance(ticks_in(d, 2.0));
     EXPECT_NEAR(bank.truth(0).theta_out, -0.2, 0.01) << stiffness;
     EXPECT_TRUE(std::isfinite(bank.truth(0).theta_m));
@@ -108,13 +108,13 @@ TEST(EndStops, WhatAnImpactDestroysIsInTheLedger) {
     bank.advance(ticks_in(d, 0.05));
     const EnergyLedger e = bank.energy(0);
     const double spent = e.copper + e.inverter + e.friction + e.gear + e.load + e.stored - stored;
-    EXPECT_GT(before.stored - stored, 0.1 * before.supply);  // it flew
+    EXPECT_GT(before.stored - stored, 0.1 * before.supply);  // the shaft moved fast
     EXPECT_NEAR(bank.truth(0).omega_out, 0.0, 0.1);
     EXPECT_NEAR(e.supply, spent, 2e-3 * e.supply) << stiffness;
   }
 }
 
-/// A shaft held fast by end stops, the drive asked to turn it for `seconds`.
+/// A shaft blocked by end stops; the drive tries to turn it for `seconds`.
 ErrorBits errors_when_blocked(DriveParams d, const ControlSettings& limits, const Speed& speed) {
   d.load.theta_min = d.load.theta_max = 0.0;
   DriveInit init{.params = d, .settings = limits};

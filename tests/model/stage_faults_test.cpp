@@ -1,4 +1,4 @@
-// A broken power stage: phases open, switches open or shorted (docs/model.md §14).
+// Faults of the power stage: phases open, switches open or shorted (docs/model.md §14).
 #include "model/plant/broken_legs.hpp"
 #include "tests/model/support.hpp"
 
@@ -7,7 +7,7 @@ namespace stage_faults_test {
 
 constexpr double kDiode = 0.8;  // V
 
-/// The plant with a broken stage and a shaft that somebody else turns at `omega` rad/s.
+/// The plant with a faulty stage and a shaft that is turned externally at `omega` rad/s.
 struct TurnedPlant : BarePlant {
   LaneFaults faults;
   double omega;
@@ -27,7 +27,7 @@ struct TurnedPlant : BarePlant {
     lk::model::advance<kFaultyParts>(p, s, duty, bridge_on ? 1.0 : 0.0, currents(), theta_e,
                                      &faults);
   }
-  /// One period with a voltage [V] on the q axis at the period's middle.
+  /// Steps one period with a voltage [V] on the q axis at the period's middle.
   void turn_with(double v_q) {
     const double theta = p.pole_pairs * (s.theta + 0.5 * p.T_s * omega);
     const Abc<double> x = inverse_clarke(inverse_park(Dq<double>{0.0, v_q}, sincos(theta)));
@@ -43,7 +43,7 @@ TEST(BrokenLegs, ThreeWholeOnesAreTheDrivenWindings) {
   d.motor.L_q = 1.5 * d.motor.L_d;
   PlantParams<double> p = plant_params(d);
   const double omega_e = 800.0;
-  for (const double theta_e : {0.3, 1.35, 4.0}) {  // no phase changes its sign
+  for (const double theta_e : {0.3, 1.35, 4.0}) {  // no phase current changes sign
     const Dq<double> i0{-3.0, 8.0};
     const SinCos<double> start = sincos(theta_e);
     const SinCos<double> middle = sincos(theta_e + 0.5 * omega_e * p.T_s);
@@ -59,9 +59,9 @@ TEST(BrokenLegs, ThreeWholeOnesAreTheDrivenWindings) {
     const LegBridgeStep solved = leg_bridge({i0, theta_e, omega_e, 24.0, 0.1, d.motor.R_s,
                                              d.motor.L_d, d.motor.L_q, d.motor.psi_f, p.T_s},
                                             legs);
-    // The driven windings hold the voltage in the rotor's frame for the period, the legs in the
-    // stator's: the frame turns by ±ω·T/2 = 0.0125 rad, which changes the voltage by its square/24
-    // in the mean, and the currents, of which 5 A change in the period, by as much.
+    // During a period the windings hold the voltage in the rotor frame, the legs in the stator
+    // frame. The frame turns by ±ω·T/2 = 0.0125 rad. This changes the mean voltage by its
+    // square/24, and the currents, which change by 5 A per period, by as much.
     EXPECT_NEAR(solved.step.i_next.d, exact.i_next.d, 5e-4);
     EXPECT_NEAR(solved.step.i_next.q, exact.i_next.q, 5e-4);
     EXPECT_NEAR(solved.step.i_mean.q, exact.i_mean.q, 5e-3);
@@ -71,7 +71,7 @@ TEST(BrokenLegs, ThreeWholeOnesAreTheDrivenWindings) {
   }
 }
 
-/// τ(θ_e) over an electrical turn as Fourier amplitudes 0, 1, 2, 3.
+/// Returns τ(θ_e) over an electrical turn as Fourier amplitudes 0, 1, 2, 3.
 std::array<double, 4> torque_harmonics(TurnedPlant& plant, double v_q) {
   const int periods = plant.periods(2.0 * kPiT / (plant.p.pole_pairs * plant.omega));
   for (int n = 0; n < 3 * periods; ++n) {
@@ -105,8 +105,8 @@ TEST(BrokenLegs, WithAnOpenPhaseTorqueIsHalfAndPulsesTwiceATurn) {
     legs[open] = LegFault::kPhaseOpen;
     TurnedPlant plant(d, legs, omega);
     const auto harmonics = torque_harmonics(plant, v_q);
-    // Two phases in series: √3·(v − e)·sin x/(2·R) against √3·e·sin x: 3/4 where three make 3/2,
-    // and sin² is ½ − ½·cos 2x. L lets the current lag by ω_e·L/R = 0.086.
+    // Two phases in series: √3·(v − e)·sin x/(2·R) against √3·e·sin x gives 3/4, three phases 3/2;
+    // sin² is ½ − ½·cos 2x. L delays the current by ω_e·L/R = 0.086.
     EXPECT_NEAR(harmonics[0], 0.5 * whole, 0.01 * whole) << open;
     EXPECT_NEAR(harmonics[2], 0.5 * whole, 0.01 * whole) << open;
     EXPECT_LT(harmonics[1], 0.005 * whole) << open;
@@ -123,7 +123,7 @@ TEST(BrokenLegs, AnOpenPhaseCarriesNothingWhateverTheDriveDoes) {
   bank.command(0, Speed{40.0});
   bank.advance(ticks_in(d, 0.1));
   bank.set_faults(0, {.legs = {LegFault::kPhaseOpen}});
-  bank.advance(2);  // a sample is a period old
+  bank.advance(2);  // a sample is one period old
   double largest = 0.0;
   for (int n = 0; n < 6400; ++n) {
     if (n == 3200) {
@@ -133,7 +133,7 @@ TEST(BrokenLegs, AnOpenPhaseCarriesNothingWhateverTheDriveDoes) {
     const Truth t = bank.truth(0);
     const SinCos<double> theta_e = sincos(d.motor.pole_pairs * t.theta_m);
     const Abc<double> i = inverse_clarke(inverse_park(Dq<double>{t.i_d, t.i_q}, theta_e));
-    // The solver's frame turns evenly, the rotor not quite: 1e-4 rad of up to 50 A.
+    // The solver's frame rotates at constant speed, the rotor almost: 1e-4 rad of up to 50 A.
     ASSERT_NEAR(i.a, 0.0, 5e-3);
     ASSERT_EQ(bank.telemetry(0).i_a, 0.0);
     largest = std::max(largest, std::abs(i.b));
@@ -142,7 +142,7 @@ TEST(BrokenLegs, AnOpenPhaseCarriesNothingWhateverTheDriveDoes) {
 }
 
 TEST(BrokenLegs, AnUpperSwitchThatNeverClosesLetsNoCurrentIn) {
-  // At rest with legs b and c alike: the current of a is 2/3·(v_a − v_b)/R.
+  // At rest with equal legs b and c: the current of a is 2/3·(v_a − v_b)/R.
   const DriveParams d = ideal_drive();
   const double diode_and_back = 1e-6;
   for (const LegFault fault : {LegFault::kHighOpen, LegFault::kLowOpen}) {
@@ -156,7 +156,7 @@ TEST(BrokenLegs, AnUpperSwitchThatNeverClosesLetsNoCurrentIn) {
     const double whole = 2.0 / 3.0 * 24.0 * step / d.motor.R_s;
     if (fault == LegFault::kHighOpen) {
       EXPECT_NEAR(in.currents().a, 0.0, diode_and_back);
-      // Out of the motor: the upper diode where the switch should be, so a is higher by duty·v_d.
+      // Out of the motor: the upper diode replaces the switch, so a is higher by duty·v_d.
       EXPECT_NEAR(out.currents().a, -whole + 2.0 / 3.0 * (0.5 - step) * kDiode / d.motor.R_s,
                   0.01 * whole);
     } else {
@@ -182,14 +182,14 @@ TEST(BrokenLegs, WithTheBridgeOffOpenSwitchesAreNoFault) {
     difference += whole.s.tau_e - healthy.s.tau_e;
   }
   EXPECT_LT(braking / 500, -0.1);
-  // A phase starts and ends to conduct within a sixteenth of a period, of some 20 between two such
-  // instants.
+  // The start and end of conduction are known to a sixteenth of a period, with some 20 periods in
+  // between.
   EXPECT_NEAR(difference, 0.0, 0.003 * -braking);
 }
 
 TEST(BrokenLegs, AShortedSwitchBrakesATurnedShaftOnceItsVoltageExceedsOneDiode) {
-  // With the bridge off: the loop through the shorted switch and another leg's diode on the same
-  // rail. A sound stage would let the shaft turn freely until the voltage exceeds link and diodes.
+  // With the bridge off, current flows through the shorted switch and another leg's diode on that
+  // rail. A healthy stage lets the shaft turn freely until the voltage exceeds link and diodes.
   const DriveParams d = ideal_drive();
   const double one_diode = kDiode / (std::sqrt(3.0) * d.motor.psi_f * d.motor.pole_pairs);
   for (const LegFault fault : {LegFault::kHighShorted, LegFault::kLowShorted}) {
@@ -209,7 +209,7 @@ TEST(BrokenLegs, AShortedSwitchBrakesATurnedShaftOnceItsVoltageExceedsOneDiode) 
       } else {
         EXPECT_LT(std::abs(bank.truth(0).omega_m), 1.1 * one_diode);
         EXPECT_GT(std::abs(bank.truth(0).omega_m), 0.9 * one_diode);
-        // Its energy heats winding and diode, and goes nowhere else.
+        // Its energy only heats winding and diode.
         const double lost = start.stored - e.stored;
         EXPECT_NEAR(e.copper - start.copper + e.inverter - start.inverter, lost, 0.01 * lost);
         EXPECT_NEAR(e.supply, start.supply, 1e-6);
@@ -237,12 +237,12 @@ TEST(BrokenLegs, ShootThroughIsTheCapacitorThroughBothSwitches) {
   DriveParams d = ideal_drive();
   d.inverter.R_on = 50e-3;
   d.supply.C_link = 2e-3;
-  d.supply.v_source = 0.0;  // cut off: what the link has is all there is
+  d.supply.v_source = 0.0;  // disconnected: only the energy of the link remains
   d.supply.i_regen_max = 0.0;
   TurnedPlant plant(d, {LegFault::kNone, LegFault::kNone, LegFault::kHighShorted}, 0.0);
   plant.s.v_link = 24.0;
-  // The shorted leg is half high, half in shoot-through: duty ¼·… no winding current when all legs
-  // are at the same mean voltage: share 1 − ½·(1 − ½) = ¾.
+  // The shorted leg is half high, half in shoot-through. No winding current flows if all legs have
+  // equal mean voltage: share 1 − ½·(1 − ½) = ¾.
   const int periods = 32;
   for (int n = 0; n < periods; ++n) {
     plant.turn({0.75, 0.75, 0.5}, true);
@@ -250,7 +250,7 @@ TEST(BrokenLegs, ShootThroughIsTheCapacitorThroughBothSwitches) {
   }
   const double time = periods * plant.p.T_s;
   EXPECT_NEAR(plant.s.v_link, 24.0 * std::exp(-0.5 * time / (0.1 * 2e-3)), 0.02 * 24.0);
-  // All that left the link has become heat of the switches.
+  // All energy of the link became heat in the switches.
   const double lost = 0.5 * 2e-3 * (24.0 * 24.0 - plant.s.v_link * plant.s.v_link);
   EXPECT_NEAR(plant.inverter() + plant.copper(), lost, 0.01 * lost);
 }
@@ -269,7 +269,7 @@ TEST(BrokenLegs, AShortedSwitchUnderPowerResetsTheDriveAndHeatsTheStage) {
   }
   EXPECT_LT(lowest, 6.0);
   EXPECT_FALSE(bank.alive(0));
-  // Switches open, the link comes back, the controller boots and closes them again.
+  // When the switches open, the link recovers; the controller boots and closes them again.
   int deaths = 0;
   bool alive = false;
   for (int n = 0; n < 4000; ++n) {
@@ -291,7 +291,7 @@ TEST(DeadBridge, DrivesNothingAndItsFirmwareDoesNotKnow) {
   bank.command(0, Speed{40.0});
   bank.advance(ticks_in(d, 0.2));
   bank.set_faults(0, {.bridge_dead = true});
-  bank.advance(ticks_in(d, 0.01));  // the diodes have taken the current down
+  bank.advance(ticks_in(d, 0.01));  // the diodes have reduced the current to zero
   bank.command(0, Torque{10.0});
   const double omega = bank.truth(0).omega_m;
   for (int n = 0; n < 100; ++n) {
@@ -300,7 +300,7 @@ TEST(DeadBridge, DrivesNothingAndItsFirmwareDoesNotKnow) {
     ASSERT_TRUE(bank.telemetry(0).bridge_on);
   }
   EXPECT_EQ(bank.truth(0).omega_m, omega);
-  EXPECT_GT(bank.telemetry(0).power, 0.9);  // it asks for all it can
+  EXPECT_GT(bank.telemetry(0).power, 0.9);  // the controller demands full power
   bank.set_faults(0, {});
   bank.advance(ticks_in(d, 0.01));
   EXPECT_NEAR(bank.truth(0).i_q, 10.0, 0.5);
@@ -335,7 +335,7 @@ TEST_P(LegFaults, TheLedgerCloses) {
     };
     const double supplied = e.supply - start.supply;
     EXPECT_GT(supplied, 0.05);
-    // 0.1 % of what was supplied, as everywhere (energy_test).
+    // 0.1 % of the supplied energy, as in energy_test.
     EXPECT_NEAR(supplied, spent(e) - spent(start), 1e-3 * supplied);
   }
 }

@@ -1,4 +1,4 @@
-// DC link and heat against closed forms (docs/model.md §5, §6).
+// Compares DC link and heat with closed forms (docs/model.md §5, §6).
 #include <span>
 
 #include "tests/model/support.hpp"
@@ -18,9 +18,9 @@ TEST(Supply, LinkFollowsTheRcStepExactly) {
     v = s.v_next;
     charge += s.i_source * p.T_s;
     // 24 V − 0.5 Ω · 6 A = 21 V in the end.
-    // The decay's series ends with x⁷/7!, x = T/τ = 0.13: 1.5e-10 a period, 1.4e-9 V at its worst.
+    // The decay's series ends with x⁷/7!, x = T/τ = 0.13: error 1.5e-10 a period, at most 1.4e-9 V.
     EXPECT_NEAR(v, 21.0 + 3.0 * std::exp(-n * p.T_s / tau), 2e-9);
-    // The source's charge is the load's less what the capacitor gave.
+    // The source's charge is the load's minus the capacitor's.
     EXPECT_NEAR(charge, 6.0 * n * p.T_s + 470e-6 * (v - 24.0), 1e-12);
   }
 }
@@ -30,21 +30,21 @@ TEST(Supply, BlockedRegenerationChargesTheLinkLinearly) {
   d.supply = {.v_source = 24.0, .R_source = 0.05, .C_link = 470e-6, .i_regen_max = 0.0};
   const PlantParams<double> p = plant_params(d);
   double v = 24.0;
-  for (int n = 1; n <= 320; ++n) {  // 10 ms of 1 A coming back
+  for (int n = 1; n <= 320; ++n) {  // 10 ms of 1 A fed back
     const LinkStep<double> s = link(p, v, -1.0);
     v = s.v_next;
     EXPECT_EQ(s.i_source, 0.0);
     EXPECT_NEAR(v, 24.0 + n * p.T_s / 470e-6, 1e-9);
   }
-  // The source takes 0.4 A of it: the rest charges on.
+  // The source absorbs 0.4 A; the rest charges the link.
   d.supply.i_regen_max = 0.4;
   const LinkStep<double> part = link(plant_params(d), v, -1.0);
   EXPECT_EQ(part.i_source, -0.4);
   EXPECT_NEAR(part.v_next - v, 0.6 * p.T_s / 470e-6, 1e-9);
 }
 
-/// A drive spun up and braked to a stop; the highest link voltage on the way down, the lowest on
-/// the way up.
+/// Link voltage of a drive that spins up and brakes to a stop: highest while braking, lowest while
+/// accelerating.
 struct Extremes {
   double lowest = 1e9, highest = -1e9;
 };
@@ -79,7 +79,7 @@ TEST(Supply, SagsUnderLoadAndRisesWhenBraking) {
   EXPECT_LT(blocked.highest, 100.0);
 }
 
-/// Noise around an empty link once read as a negative voltage, and a negative voltage circle as
+/// Regression: noise at an empty link gave a negative voltage, and a negative voltage circle gave
 /// NaN.
 TEST(Supply, EmptyLinkLeavesEverythingFinite) {
   DriveInit init;
@@ -139,9 +139,8 @@ TEST(Heat, SteadyStateIsTheSumOfTheResistances) {
   EXPECT_NEAR(temp.winding, temp.housing + 12.0 * d.thermal.R_winding_housing, 1e-6);
 }
 
-/// Of the friction the iron's part warms the winding, the rest the housing; together they are what
-/// the shaft loses, once. Ten times the friction, as a brake or a jam makes it, is none of the
-/// iron's.
+/// Of the friction, the iron's share warms the winding and the rest the housing; their sum is the
+/// shaft's loss, once. Additional friction of a brake or a jam (ten times here) has no iron share.
 TEST(Heat, IronWarmsTheWindingWithItsPartOfTheFriction) {
   for (const double others : {0.0, 0.2}) {
     DriveParams d = ideal_drive();
@@ -160,7 +159,7 @@ TEST(Heat, IronWarmsTheWindingWithItsPartOfTheFriction) {
     }
     const double iron_W = 0.012 * 100.0 + 0.6e-4 * 100.0 * 100.0;
     const double all_W = (0.02 + others) * 100.0 + 1e-4 * 100.0 * 100.0;
-    // What flows on within a second: 1 s/45 s.
+    // Heat flow onwards within a second: 1 s/45 s.
     EXPECT_NEAR(plant.s.temp_winding - 25.0, iron_W * seconds / d.thermal.C_winding,
                 0.03 * iron_W / d.thermal.C_winding);
     EXPECT_NEAR(plant.s.temp_housing - 25.0, (all_W - iron_W) * seconds / d.thermal.C_housing,
@@ -169,8 +168,8 @@ TEST(Heat, IronWarmsTheWindingWithItsPartOfTheFriction) {
   }
 }
 
-/// The same, of drives in a bank: one is with iron and one without, at the same speed under the
-/// same fault, and what the winding of the one is warmer is a healthy drive's share.
+/// As above, for drives in a bank: one with iron, one without, at equal speed and fault. The
+/// difference of the winding temperatures is the share of a healthy drive.
 TEST(Heat, IronTakesNothingOfTheFrictionOfAFault) {
   const auto winding_C = [](double share) {
     DriveParams d = ideal_drive();
@@ -185,7 +184,7 @@ TEST(Heat, IronTakesNothingOfTheFrictionOfAFault) {
     return bank.truth(0).temp_winding;
   };
   const double iron_W = 0.5 * (0.01 * 60.0 + 1e-4 * 60.0 * 60.0);
-  // A tenth for the start and for what flows on to the housing.
+  // 10 % for the start and for heat flow to the housing.
   const double warmer_K = iron_W * 1.0 / ideal_drive().thermal.C_winding;
   EXPECT_NEAR(winding_C(0.5) - winding_C(0.0), warmer_K, 0.1 * warmer_K);
 }
@@ -199,7 +198,7 @@ TEST(Heat, CopperLossOfAHeldCurrentIsThreeHalvesRISquared) {
   for (int n = 0; n < 3200; ++n) {
     plant.step_dq({0.0, (d.motor.R_s + d.inverter.R_on) * 5.0});
   }
-  // The duty follows the link of the period's start: within 1e-4.
+  // The duty uses the link voltage at the period's start: within 1e-4.
   EXPECT_NEAR(plant.copper(), 1.5 * d.motor.R_s * 25.0 * 0.1, 2e-3);
   EXPECT_NEAR(plant.inverter(), 1.5 * d.inverter.R_on * 25.0 * 0.1, 4e-4);
 }

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file What the tests of model/ share: an ideal drive to disturb one thing at a time, and the
-/// plant alone.
+/// @file Shared helpers of model tests: an ideal drive with single disturbances, and the plant
+/// alone.
 
 #include <gtest/gtest.h>
 
@@ -16,9 +16,8 @@ namespace lk::model::test {
 
 inline constexpr double kPiT = std::numbers::pi;
 
-/// A direct drive with nothing in the way: no friction, no noise, no dead time, constant
-/// temperature coefficients off, a stiff source, sensors fine enough not to matter. Tests add what
-/// they are about.
+/// An ideal direct drive: no friction, noise or dead time, no temperature coefficients, a stiff
+/// source, fine sensors. Tests add the effects under test.
 inline DriveParams ideal_drive() {
   DriveParams d;
   d.motor.alpha_cu = 0.0;
@@ -37,7 +36,7 @@ inline DriveParams ideal_drive() {
   return d;
 }
 
-/// Registers that limit nothing.
+/// Settings without limits.
 inline ControlSettings unlimited() {
   ControlSettings s;
   s.i_q_max = 1e3;
@@ -47,7 +46,7 @@ inline ControlSettings unlimited() {
 
 inline double k_t(const MotorParams& m) { return 1.5 * m.pole_pairs * m.psi_f; }
 
-/// The plant without any firmware.
+/// The plant without firmware.
 struct BarePlant {
   PlantParams<double> p;
   PlantState<double> s;
@@ -56,32 +55,32 @@ struct BarePlant {
     s.v_link = d.supply.v_source;
     s.temp_winding = s.temp_housing = s.temp_stage = d.thermal.temp_ambient;
   }
-  /// One period with duties of the stator's legs.
+  /// Steps one period with duties of the stator's legs.
   void step(const Abc<double>& duty, bool bridge_on = true) {
     const SinCos<double> theta_e = sincos<double>(p.pole_pairs * s.theta);
     const Abc<double> i = inverse_clarke(inverse_park(Dq<double>{s.i_d, s.i_q}, theta_e));
     lk::model::advance(p, s, duty, bridge_on ? 1.0 : 0.0, i, theta_e);
   }
-  /// One period with a voltage [V] in the rotor's frame at the period's middle.
+  /// Steps one period with a voltage [V] in the rotor's frame at the period's middle.
   void step_dq(const Dq<double>& v) {
     const double theta = p.pole_pairs * (s.theta + 0.5 * p.T_s * s.omega);
     const Abc<double> x = inverse_clarke(inverse_park(v, sincos(theta)));
     step({0.5 + x.a / s.v_link, 0.5 + x.b / s.v_link, 0.5 + x.c / s.v_link});
   }
   void free_step() { step({0.5, 0.5, 0.5}, false); }
-  /// Periods in `seconds`, rounded.
+  /// Returns the rounded number of periods in `seconds`.
   int periods(double seconds) const { return static_cast<int>(std::lround(seconds * p.f_s)); }
   double supplied() const { return s.p_supply * p.T_s; }    // J
   double copper() const { return s.p_copper * p.T_s; }      // J
   double inverter() const { return s.p_inverter * p.T_s; }  // J
-  double energy() const {  // J, as in the ledger, of a direct drive without springs
+  double energy() const {  // J, as in the ledger, for a direct drive without springs
     return 0.5 * p.link_rate * p.T_s * s.v_link * s.v_link +
            0.75 * (p.L_d * s.i_d * s.i_d + p.L_q * s.i_q * s.i_q) +
            0.5 * p.T_s * p.inertia_rate * s.omega * s.omega;
   }
 };
 
-/// The shafts alone, under a torque at the rotor.
+/// The shafts alone, with a torque at the rotor.
 struct Shafts {
   PlantParams<double> p;
   Motion<double> m{};
@@ -102,7 +101,7 @@ struct Shafts {
   }
 };
 
-/// One drive alone in its bank.
+/// A bank with one drive.
 inline DriveBank one_drive(const DriveParams& params, const ControlSettings& settings = unlimited(),
                            double theta_m = 0.0, std::uint64_t seed = 1) {
   const DriveInit init{params, settings, seed, theta_m};

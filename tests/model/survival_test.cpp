@@ -1,4 +1,4 @@
-// Under any sequence of commands the state stays finite and within what the hardware can be.
+// Under any commands the state stays finite and within the physical limits.
 #include <functional>
 
 #include "tests/model/profiles.hpp"
@@ -9,7 +9,7 @@ namespace survival_test {
 
 using lk::test::all_values;
 
-/// Simulated seconds, and the length of a stretch relative to that of a full run.
+/// Simulated seconds, and the length of a stretch relative to a full run.
 double run_s() { return all_values() ? 60.0 : 7.0; }
 double stretch_share() { return all_values() ? 1.0 : 0.5; }
 double standstill_s() { return all_values() ? 600.0 : 3.0; }
@@ -31,8 +31,8 @@ void expect_sane(const DriveBank& bank, const std::vector<NamedDrive>& drives,
       ASSERT_GE(duty, 0.0) << drives[n].name << ' ' << what;
       ASSERT_LE(duty, 1.0) << drives[n].name << ' ' << what;
     }
-    // The most a bridge can do: twice the link against R (back-EMF in step with it), at twice the
-    // speed at which the back-EMF is the link's.
+    // Limits of a bridge: twice the link against R (back-EMF in phase with it), at twice the speed
+    // at which the back-EMF equals the link.
     ASSERT_LT(std::hypot(t.i_d, t.i_q), 2.0 * d.supply.v_source / d.motor.R_s)
         << drives[n].name << ' ' << what;
     ASSERT_LT(std::abs(t.omega_m), 2.0 * d.supply.v_source / (d.motor.pole_pairs * d.motor.psi_f))
@@ -42,7 +42,7 @@ void expect_sane(const DriveBank& bank, const std::vector<NamedDrive>& drives,
   }
 }
 
-/// Commands `setpoint_of(drive, n)`, a new one every `stretch` seconds in a full run.
+/// Commands `setpoint_of(drive, n)`, a new one every `stretch` seconds of a full run.
 template <class SetpointOf>
 void survive(
     const std::string& what, double stretch, SetpointOf setpoint_of,
@@ -118,14 +118,15 @@ TEST(Survival, EverySetpointWithExtremeRampsAndABlockedSource) {
   });
   survive("rectifier", 0.7, at_the_limits, [](DriveInit& d) {
     d.settings.accel_max = 1e6;
-    // A braking chopper's place is taken by the protection, as on a real bench.
+    // The protection replaces a braking chopper, as on a real test bench.
     d.params.supply.i_regen_max = 0.0;
     d.settings.protections[static_cast<std::size_t>(Error::kOverVoltage)] = {
         true, 1.5 * d.params.supply.v_source, 1.0, 0.0};
   });
 }
 
-/// More than any rotor bears: a thousand times what tears it off its bench, and blows to match.
+/// More than any rotor withstands: a thousand times the torque that tears it off its bench, and
+/// impacts.
 TEST(Survival, WhateverPushesAtTheOutput) {
   for (std::vector<NamedDrive>& group : profiles_by_rate()) {
     DriveBank bank = bank_of(group);
@@ -145,7 +146,7 @@ TEST(Survival, WhateverPushesAtTheOutput) {
                                t.tau_e, t.v_bus, t.temp_winding, t.temp_stage}) {
           ASSERT_TRUE(std::isfinite(x)) << group[drive].name << ", step " << n;
         }
-        // Two radians of the field in a PWM period (docs/model.md §4), where a whole turn is 2 pi.
+        // Two radians of the field in a PWM period (docs/model.md §4); a whole turn is 2 pi.
         const double most = 2.0 * d.inverter.f_pwm / d.motor.pole_pairs;
         ASSERT_LE(std::abs(t.omega_m), most * (1 + 1e-12)) << group[drive].name;
       }
@@ -153,7 +154,7 @@ TEST(Survival, WhateverPushesAtTheOutput) {
   }
 }
 
-/// The drives under a third of their break-away torque, bridges off; nothing moves once it has
+/// Loads the drives with a third of their break-away torque, bridges off; they must not move once
 /// settled.
 void expect_standstill(std::vector<NamedDrive> drives, double seconds) {
   for (NamedDrive& drive : drives) {
@@ -167,7 +168,7 @@ void expect_standstill(std::vector<NamedDrive> drives, double seconds) {
   for (std::size_t n = 0; n < drives.size(); ++n) {
     bank.command(n, Off{});
   }
-  bank.advance(ticks_in(drives.front().init.params, 2.0));  // the load takes up the play of a gear
+  bank.advance(ticks_in(drives.front().init.params, 2.0));  // the load takes up the gear's play
   const DriveBank settled = bank;
   bank.advance(ticks_in(drives.front().init.params, seconds));
   for (std::size_t n = 0; n < drives.size(); ++n) {

@@ -50,7 +50,7 @@ TEST(Transforms, WhatThePhasesHaveInCommonDropsOut) {
 }
 
 constexpr double kVBus = 24.0;
-constexpr double kFine = 1e9;  // timer counts: no rounding to speak of
+constexpr double kFine = 1e9;  // timer counts: negligible rounding
 
 AlphaBeta<double> request(double amplitude, double theta) {
   return {amplitude * std::cos(theta), amplitude * std::sin(theta)};
@@ -62,7 +62,7 @@ TEST(SpaceVector, AverageOfTheLegsIsTheRequestForAllAngles) {
       const AlphaBeta<double> v = request(amplitude, theta);
       const Abc<double> duty = svpwm(v, 1.0 / kVBus, kFine, 1.0 / kFine, 1.0);
       const AlphaBeta<double> given = clarke(duty);
-      // A rounding of 1/kFine a leg, amplified by at most 4/3.
+      // Rounding by 1/kFine per leg, amplified by at most 4/3.
       EXPECT_NEAR(given.alpha * kVBus, v.alpha, kVBus * 1e-9);
       EXPECT_NEAR(given.beta * kVBus, v.beta, kVBus * 1e-9);
     }
@@ -73,14 +73,14 @@ TEST(SpaceVector, CommonModeIsTheTriangularThirdHarmonic) {
   const double amplitude = 10.0;
   for (double theta = 0.0; theta < 6.3; theta += 0.003) {
     const Abc<double> duty = svpwm(request(amplitude, theta), 1.0 / kVBus, kFine, 1.0 / kFine, 1.0);
-    // −(max + min)/2 of three cosines: half the one in the middle; periodic three times a turn.
+    // −(max + min)/2 of three cosines is half the middle one, with three periods per turn.
     std::array<double, 3> phase{amplitude * std::cos(theta),
                                 amplitude * std::cos(theta - 2 * std::numbers::pi / 3),
                                 amplitude * std::cos(theta + 2 * std::numbers::pi / 3)};
     std::sort(phase.begin(), phase.end());
     const double common = (duty.a + duty.b + duty.c) / 3.0 - 0.5;
     EXPECT_NEAR(common * kVBus, 0.5 * phase[1], kVBus * 2e-9);
-    // Centred: the highest and the lowest leg are as far from the rails.
+    // Centred: the highest and the lowest leg have equal distances from the rails.
     const double high = std::max({duty.a, duty.b, duty.c});
     const double low = std::min({duty.a, duty.b, duty.c});
     EXPECT_NEAR(high + low, 1.0, 3e-9);
@@ -88,8 +88,7 @@ TEST(SpaceVector, CommonModeIsTheTriangularThirdHarmonic) {
 }
 
 TEST(SpaceVector, LinearRangeEndsAtTheInscribedCircle) {
-  // At |v| = V/√3 the duties touch the rails (at the middle of each sextant) and nowhere cross
-  // them.
+  // At |v| = V/√3 the duties reach the rails in the middle of each sextant and never exceed them.
   double widest = 0.0;
   for (double theta = 0.0; theta < 6.3; theta += 0.001) {
     const Abc<double> duty =
@@ -98,14 +97,14 @@ TEST(SpaceVector, LinearRangeEndsAtTheInscribedCircle) {
   }
   EXPECT_NEAR(widest, 0.5, 1e-6);  // the scan's step: 1 − cos(0.0005) = 1.3e-7
 
-  // Beyond it the clamp cuts the request: 10 % more is not delivered at 30° but is at 0°.
+  // Above this the clamp limits the voltage: at 30° 10 % more is not delivered, at 0° it is.
   const double more = 1.1 * kVBus / std::sqrt(3.0);
   const auto given = [&](double theta) {
     const AlphaBeta<double> v =
         clarke(svpwm(request(more, theta), 1.0 / kVBus, kFine, 1.0 / kFine, 1.0));
     return kVBus * std::hypot(v.alpha, v.beta);
   };
-  EXPECT_NEAR(given(0.0), more, 1e-6);  // towards a corner of the hexagon (2/3·V) there is room
+  EXPECT_NEAR(given(0.0), more, 1e-6);  // towards a corner of the hexagon (2/3·V)
   EXPECT_NEAR(given(std::numbers::pi / 6), kVBus / std::sqrt(3.0), 1e-6);  // a side of the hexagon
 }
 

@@ -1,4 +1,4 @@
-// The windings over one period against closed forms and a fine Runge–Kutta (docs/model.md §3).
+// Compares a period of the windings with closed forms and a fine Runge–Kutta (docs/model.md §3).
 #include <functional>
 
 #include "tests/model/support.hpp"
@@ -25,7 +25,7 @@ Dq<double> slope(const Machine& m, const Dq<double>& i, const Dq<double>& v) {
           (v.q - m.R * i.q - m.omega_e * (m.L_d * i.d + m.psi)) / m.L_q};
 }
 
-/// Runge–Kutta 4 in `steps` parts; also the means of i_d, i_q, i², i_d·i_q by Simpson's rule.
+/// Runge–Kutta 4 with `steps` steps; also the means of i_d, i_q, i², i_d·i_q by Simpson's rule.
 struct Reference {
   Dq<double> end, mean{};
   double mean_square = 0, mean_dq = 0;
@@ -62,7 +62,7 @@ TEST(Windings, LockedRotorIsTwoIndependentRlCircuits) {
     const double T = 1.0 / 32e3;
     for (int n = 1; n <= 400; ++n) {
       i = one_period(m, i, v).i_next;
-      // Rounding and the exponential's remainder, (R·T/L)⁷/7! = 2e-14, over 400 periods.
+      // Rounding, and the remainder of the exponential, (R·T/L)⁷/7! = 2e-14, over 400 periods.
       EXPECT_NEAR(i.d, v.d / m.R * (1.0 - std::exp(-m.R / m.L_d * n * T)), 1e-10);
       EXPECT_NEAR(i.q, v.q / m.R * (1.0 - std::exp(-m.R / m.L_q * n * T)), 1e-10);
     }
@@ -98,19 +98,19 @@ TEST(Windings, OnePeriodAgreesWithAFineRungeKutta) {
       const Dq<double> v{-4.0, 9.0};
       const WindingStep<double> step = one_period(m, i0, v);
       const Reference r = runge_kutta(m, i0, v, T, 1000);
-      // sinh and cosh series are cut at s⁴/8!, s = (ω·T)², of what decays, i(0) − i∞: less than 60
-      // A.
+      // The sinh and cosh series end before s⁴/8!, s = (ω·T)², of the decaying part i(0) − i∞: less
+      // than 60 A.
       const double x = std::abs(omega_e) * T;
       const double cut = 60.0 * std::pow(x, 8) / 40320 + 1e-11;
       EXPECT_NEAR(step.i_next.d, r.end.d, cut) << omega_e;
       EXPECT_NEAR(step.i_next.q, r.end.q, cut) << omega_e;
-      // The means come out of the same numbers divided by |A|·T.
+      // The means use these numbers divided by |A|·T.
       const double damping = m.R / std::min(m.L_d, m.L_q) * T;
       const double decay = std::max(m.R / std::max(m.L_d, m.L_q) * T, x);
       EXPECT_NEAR(step.i_mean.d, r.mean.d, 4 * cut / decay + 1e-10) << omega_e;
       EXPECT_NEAR(step.i_mean.q, r.mean.q, 4 * cut / decay + 1e-10) << omega_e;
-      // A parabola through the ends takes the cubic's part, i‴·T³/120, for slope: Δi·i‴·T³/360 of a
-      // mean square, i‴·T³ ≤ (x + R·T/L)²·Δi; twice that for the two axes' cross terms.
+      // A parabola through the ends takes the cubic part, i‴·T³/120, for slope. Error of a mean
+      // square: Δi·i‴·T³/360, i‴·T³ ≤ (x + R·T/L)²·Δi; twice that for cross terms.
       const double change = std::hypot(r.end.d - i0.d, r.end.q - i0.q);
       const double missed = 2.0 * change * change * std::pow(x + damping, 2) / 360 + 1e-9;
       EXPECT_NEAR(step.mean_square, r.mean_square, missed + 40 * cut / decay) << omega_e;
@@ -136,8 +136,8 @@ TEST(Windings, ElectricalPowerBalancesWithinThePeriod) {
     const auto magnetic = [&m](const Dq<double>& i) {
       return 0.75 * (m.L_d * i.d * i.d + m.L_q * i.q * i.q);
     };
-    // What the parabola misses of i² (see above), (ω·T)²·Δi²/360 = 1e-4 A² of 65, is copper loss of
-    // a hundredth of the power.
+    // The parabola's error of i² (see above), (ω·T)²·Δi²/360 = 1e-4 A² of 65, affects copper loss,
+    // 1 % of the power.
     EXPECT_NEAR(in, copper + mechanical + magnetic(s.i_next) - magnetic(i0), in * 1e-7);
   }
 }
@@ -183,13 +183,12 @@ TEST(Windings, ResistanceAndFluxFollowTheTemperature) {
   for (int n = 0; n < 3200; ++n) {  // 0.1 s = 116 time constants
     plant.step_dq({0.0, 0.5});
   }
-  // Link: 0.5 V·i over 1 mΩ lowers it by a few millivolts, which the duty follows: v_q is exact to
-  // 1e-4.
+  // 0.5 V·i over 1 mΩ lowers the link by a few millivolts; the duty follows: v_q is exact to 1e-4.
   EXPECT_NEAR(plant.s.i_q, 0.5 / (0.14 * 1.393), 1e-3);
   EXPECT_NEAR(plant.s.tau_e, 1.5 * 14 * 0.00499 * (1.0 - 0.11) * plant.s.i_q, 1e-9);
 }
 
-/// Linear in the temperature ψ would be 0 at 25 + 1/0.0011 = 934 °C and then change its sign.
+/// If linear in temperature, ψ would be 0 at 25 + 1/0.0011 = 934 °C and then change sign.
 TEST(Windings, ALostMagnetDoesNotComeBackReversed) {
   DriveParams d = ideal_drive();
   d.motor.alpha_pm = -0.0011;
@@ -201,7 +200,7 @@ TEST(Windings, ALostMagnetDoesNotComeBackReversed) {
     plant.step_dq({0.0, 0.5});
   }
   ASSERT_GT(plant.s.i_q, 1.0);
-  EXPECT_EQ(plant.s.tau_e, 0.0);  // L_d = L_q: without a magnet there is no torque
+  EXPECT_EQ(plant.s.tau_e, 0.0);  // L_d = L_q: no torque without a magnet
 }
 
 }  // namespace windings_test

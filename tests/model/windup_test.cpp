@@ -1,4 +1,4 @@
-// What the motion loops must not pile up while they cannot have their way (docs/model.md §11).
+// The motion loops do not wind up while they are limited (docs/model.md §11).
 #include <span>
 
 #include "tests/model/support.hpp"
@@ -30,11 +30,11 @@ TEST(CurrentRamp, BoundsTheGrowthFromRest) {
   bool reached = false;
   for (int n = 1; n <= 160; ++n) {
     bank.advance(kPeriod);
-    // The reference after n periods is the envelope's at most; one period of slack for the start.
+    // The reference after n periods is at most that of the envelope, plus one period for the start.
     EXPECT_LE(std::abs(bank.truth(0).i_q_ref), 25.0 * kPeriod_s * (n + 1)) << "period " << n;
     reached = reached || bank.truth(0).i_q_ref > 0.9 * 25.0 * kPeriod_s * n;
   }
-  EXPECT_TRUE(reached);  // the ramp was what limited it
+  EXPECT_TRUE(reached);  // the ramp was the limit
 }
 
 TEST(CurrentRamp, DoesNotDelayBraking) {
@@ -46,14 +46,14 @@ TEST(CurrentRamp, DoesNotDelayBraking) {
   bank.advance(64000);
   bank.command(0, Speed{0.0, 0.0});
   bank.advance(2 * kPeriod);
-  // Unramped PI: K_p·50 rad/s at least half of it; the ramp alone would allow 6 mA.
+  // Unramped PI: at least half of K_p·50 rad/s; the ramp alone would allow 6 mA.
   const ControlParams& c = init.params.control;
   const double k_p = c.speed_bandwidth * c.J_nominal / k_t(init.params.motor);
   EXPECT_LT(bank.truth(0).i_q_ref, -0.5 * k_p * 50.0);
 }
 
-/// A load that has turned the shaft backwards is caught by a current that stays when the shaft has
-/// come to rest. Let through anew by the ramp, that current would take two seconds to come back.
+/// A current catches a load that has turned the shaft backwards, and must stay when the shaft is at
+/// rest. If it restarted the ramp, it would take two seconds to return.
 TEST(CurrentRamp, HoldsWhatBrakingHasCaught) {
   constexpr double kHolding_A = 2.0;
   DriveInit init = start(ideal_drive(), unlimited());
@@ -63,7 +63,7 @@ TEST(CurrentRamp, HoldsWhatBrakingHasCaught) {
   bank.advance(1600);
   ASSERT_GT(std::abs(bank.truth(0).omega_m), 5.0);
   bank.command(0, Speed{0.0, 0.0});
-  bank.advance(16000);  // half a second: a hundred time constants of the speed loop at 200 1/s
+  bank.advance(16000);  // half a second: 100 time constants of the speed loop at 200 1/s
   for (int n = 0; n < 1000; ++n) {
     bank.advance(32);
     ASSERT_LT(std::abs(bank.truth(0).omega_m), 0.5) << n << " ms: it slips";
@@ -71,7 +71,7 @@ TEST(CurrentRamp, HoldsWhatBrakingHasCaught) {
   EXPECT_NEAR(std::abs(bank.truth(0).i_q_ref), kHolding_A, 0.05 * kHolding_A);
 }
 
-/// Held 10 mrad short of its target for seconds, then sent the other way: it goes at once.
+/// Held 10 mrad short of its target for seconds, then commanded back: it moves at once.
 TEST(AngleIntegral, DoesNotGrowWhileTheShaftIsHeld) {
   DriveParams d = ideal_drive();
   d.control.angle_ki_per_byte = 20.0;
@@ -88,11 +88,11 @@ TEST(AngleIntegral, DoesNotGrowWhileTheShaftIsHeld) {
   }
   ASSERT_NEAR(position_rad(bank), 0.01, 1e-3);
   bank.command(0, Position{0.0, 0.0});
-  bank.advance(16000);  // half a second, ten time constants of the position loop at 50 1/s and more
+  bank.advance(16000);  // half a second: ten or more time constants of the position loop at 50 1/s
   EXPECT_NEAR(position_rad(bank), 0.0, 1e-3);
 }
 
-/// A voltage-mode drive asked for more speed than its supply gives comes back when asked for less.
+/// A voltage-mode drive commanded above its supply's speed slows down at once when commanded lower.
 TEST(VoltageMode, SpeedLoopDoesNotWindUpAgainstTheSupply) {
   DriveParams d = ideal_drive();
   d.motor.R_s = 3.0;

@@ -1,5 +1,5 @@
-// What sets the generations and the series apart on the wire, byte for byte, both directions. The
-// bytes are worked out by hand from docs/protocol.md §10.
+// Wire differences of the generations and series, byte for byte, both directions. The bytes are
+// worked out by hand from docs/protocol.md §10.
 
 #include <gtest/gtest.h>
 
@@ -28,13 +28,13 @@ constexpr WireFormat kMsLegacy = wire_format(kLegacyDialect, Series::kMs);
 
 constexpr Series kAllOfSeries[] = {Series::kMs, Series::kMf, Series::kMg, Series::kMh};
 
-// --- who answers what
+// --- commands of each dialect
 
 using Bytes = std::set<unsigned>;
 const Bytes kOfAll{0x19, 0x80, 0x81, 0x88, 0x90, 0x92, 0x94, 0x95, 0x9A, 0x9B,
                    0x9C, 0x9D, 0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8};
 
-/// docs/protocol.md §3, §10.1 and §10.4, by hand: what a drive that is no MS knows.
+/// Commands of a drive other than MS: docs/protocol.md §3, §10.1 and §10.4, by hand.
 Bytes expected_of(std::string_view generation) {
   Bytes bytes = kOfAll;
   if (generation == "legacy" || generation == "late-legacy") {
@@ -48,7 +48,7 @@ Bytes expected_of(std::string_view generation) {
   return bytes;
 }
 
-// Every byte, every generation, every series.
+// Covers every byte, every generation, every series.
 TEST(Dialect, EachKnowsItsCommandsAndNoOthers) {
   for (const GenerationRow& preset : kGenerationRows) {
     for (const Series series : kAllOfSeries) {
@@ -57,7 +57,7 @@ TEST(Dialect, EachKnowsItsCommandsAndNoOthers) {
         expected.erase(byte);
       }
       for (unsigned byte = 0; byte < 256; ++byte) {
-        Frame query = frame("141#000A000000000000");  // a parameter that 0xC0 and 0xC1 know
+        Frame query = frame("141#000A000000000000");  // a parameter of 0xC0 and 0xC1
         if (byte == 0x40 || byte == 0x42) query = frame("141#00050A0001000000");
         if (byte == 0x44) query = frame("141#0005FA0000000000");
         query.data[0] = static_cast<std::uint8_t>(byte);
@@ -192,7 +192,7 @@ TEST(Dialect, GoldenQueriesBothDirections) {
   }
 }
 
-/// Which the first print has not.
+/// Commands that the first print lacks.
 const GoldenQuery kSecondPrint[] = {
     {"147#40050A0000000000", 7, ReadStoredSetting{{5, 0x0A, {}, 0}}},
     {"147#40A0000000000000", 7, ReadStoredSetting{{0xA0, 0, {}, 0}}},
@@ -226,7 +226,7 @@ struct GoldenReply {
 constexpr double kMfLsb_A = 33.0 / 4096;
 
 const GoldenReply kReplies[] = {
-    // An MG6010E-i6 and an MG4005-i10, both v236 and on: what real drives sent.
+    // Captured from real drives, an MG6010E-i6 and an MG4005-i10, v236 and later.
     {"141#9A24081300000000", kMgV236, State1{ReadState1::kOpcode, 36, 48.72, 0}},
     {"141#9A1F540900000000", kMgV236, State1{ReadState1::kOpcode, 31, 23.88, 0}},
     {"141#9A240813000000 09", kMfV235, State1{ReadState1::kOpcode, 36, 48.72, 9}},
@@ -244,7 +244,7 @@ const GoldenReply kReplies[] = {
     {"141#9D23 C000 4CFF F4FF", kMfV236,
      State3{35, 192 * kMfLsb_A, -180 * kMfLsb_A, -12 * kMfLsb_A}},
     {"141#9D23 C000 4CFF F4FF", kMfV235, State3{35, 3.0, -2.8125, -0.1875}},  // 1/64 A
-    // late-legacy: the state of the manual, the wide angle, the current of the series
+    // late-legacy: state as in the manual, wide angle, current scale of the series
     {"141#9A2400E701000000", kMgLate, State1{ReadState1::kOpcode, 36, 48.7, 0}},
     {"141#9B1900F000000009", kMfLate, State1{ClearErrors::kOpcode, 25, 24.0, 9}},
     {"141#94000000D6590000", kMfLate, SingleTurnAngle{22998}},
@@ -261,7 +261,7 @@ const GoldenReply kReplies[] = {
     {"141#C0200000A0A21900", kMgV236, ParameterValue{{ParameterId::kMaxSpeed, {}, 1680032}}},
     {"141#C11E0000E8030000", kMgV236,
      ParameterValue{{ParameterId::kMaxTorqueCurrent, {}, 1000}, WriteParameter::kOpcode}},
-    // the second print of V2.36: what it adds
+    // additions of the second print of V2.36
     {"141#40050A0007000000", kMgV236b, StoredSettingValue{{5, 0x0A, {}, 7}}},
     {"141#42A0640014000500", kMgV236b,
      StoredSettingValue{{0xA0, 0, {100, 20, 5}, 0}, WriteStoredSetting::kOpcode}},
@@ -298,7 +298,7 @@ TEST(Dialect, DecodesValues) {
   EXPECT_EQ(state_2.iq_A, 0);
 }
 
-// Full scale by series: 2048 is ±33 A on MG, ±16.5 A on MF and MH, both ways.
+// Full scale by series: 2048 is ±33 A on MG, ±16.5 A on MF and MH, both directions.
 TEST(Dialect, CurrentScaleFollowsTheSeries) {
   struct Scale {
     Series series;
@@ -335,7 +335,7 @@ TEST(Dialect, EveryIqCommand) {
       query = frame("141#A200000010270000");
       put_le(query.data, 2, static_cast<std::int16_t>(n));
       const auto speed = std::get<Speed>(std::get<Query>(decode_query(query, format)).command);
-      const int limit = std::clamp(n, 0, 2048);  // a negative limit is none
+      const int limit = std::clamp(n, 0, 2048);  // a negative limit counts as 0
       ASSERT_NEAR(speed.iq_limit_A, limit * format.iq_command_lsb_A, 1e-12);
       ASSERT_NEAR(speed.speed_dps, 100, 1e-12);
       put_le(query.data, 2, static_cast<std::int16_t>(limit));
@@ -409,7 +409,7 @@ TEST(Dialect, LegacyIgnoresWhatNewerOnesRead) {
   EXPECT_EQ(decoded("141#A5010000407E0500"), (Command{Position3{kCounterClockwise, 0x7E40}}));
 }
 
-// Both ways, unless the query says what such a drive does not read.
+// Both directions, except query fields that such a drive ignores.
 TEST(Dialect, LateLegacyReadsWhatLegacyDoesInTheScaleOfItsSeries) {
   struct Golden {
     const char* text;
@@ -469,7 +469,7 @@ TEST(Dialect, AnyCommandComesOutOfItsSlot) {
   const auto first = std::get<Query>(for_drive(1, multi, kMgV236));
   EXPECT_EQ(first.command, Command{ReadState1{}});
   EXPECT_EQ(first.id, 1);
-  EXPECT_EQ(first.data, (Payload{0x9A}));  // the high byte of the slot is not part of it
+  EXPECT_EQ(first.data, (Payload{0x9A}));  // the high byte of the slot is unused
   EXPECT_EQ(std::get<Query>(for_drive(3, multi, kMgV236)).data, (Payload{0x80}));
   EXPECT_EQ(std::get<Reject>(for_drive(4, multi, kMgV236)), Reject::kUnknownCommand);
   EXPECT_EQ(std::get<Reject>(for_drive(5, multi, kMgV236)), Reject::kForeignId);

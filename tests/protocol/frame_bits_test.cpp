@@ -22,15 +22,15 @@ using test::frame;
 TEST(FrameBits, CrcByHand) { EXPECT_EQ(frame_crc(frame("000#R")), 0x73C5); }
 
 // 0 00000000000 1 00 0000 | 111001111000101
-// Runs: twelve 0 → a stuff 1 after the 5th and one after the 10th; the two 0 left; 1; six 0 → one
-// after the 5th (the sixth 0 follows); 111; 00; 1111; 000; 1; 0; 1: no more. 19 + 15 + 3 + 10 = 47.
+// Runs: twelve 0 → a stuff 1 after the 5th and after the 10th, two 0 remain; 1; six 0 → one after
+// the 5th (the sixth 0 follows); 111; 00; 1111; 000; 1; 0; 1: no more. 19 + 15 + 3 + 10 = 47.
 TEST(FrameBits, RemoteFrameByHand) { EXPECT_EQ(frame_bits(frame("000#R")), 47); }
 
-// An extended frame has 20 bits more in front: 11 + SRR + IDE + 18 + RTR + r1 + r0 against 11 + RTR
-// + IDE + r0.
+// An extended frame has 20 more header bits: 11 + SRR + IDE + 18 + RTR + r1 + r0 instead of 11 +
+// RTR + IDE + r0.
 TEST(FrameBits, ExtendedFrameLength) {
-  // Identifier 0x0AAAAAAA is alternating bits; the data 55 too. Only control field and CRC may
-  // stuff.
+  // Identifier 0x0AAAAAAA and data 55 are alternating bits, so only control field and CRC may need
+  // stuffing.
   const int standard = frame_bits(frame("2AA#55"));
   const int extended = frame_bits(frame("0AAAAAAA#55"));
   EXPECT_GE(standard, 44 + 8);
@@ -39,8 +39,8 @@ TEST(FrameBits, ExtendedFrameLength) {
   EXPECT_LE(extended, 64 + 8 + 6);
 }
 
-/// The frame as a string of bits, stuffed, written independently of the code under test: plain text
-/// and polynomial division on it.
+/// Returns the stuffed frame as text of bits. Independent of the code under test: polynomial
+/// division on plain text.
 std::string stuffed_stream(const Frame& f) {
   const auto bits_of = [](std::uint32_t value, int width) {
     std::string text;
@@ -86,8 +86,7 @@ TEST(FrameBits, EqualsTheWrittenOutStream) {
     for (auto& byte : std::span(f.data).first(kCanBytes)) {
       state = state * 6364136223846793005ULL + 1442695040888963407ULL;
       byte = static_cast<std::uint8_t>(state >> 33U);
-      if ((state >> 60U) < 10)
-        byte = (state >> 62U) == 0 ? 0x00 : 0xFF;  // long runs are what matters
+      if ((state >> 60U) < 10) byte = (state >> 62U) == 0 ? 0x00 : 0xFF;  // makes long runs
     }
     ASSERT_EQ(frame_bits(f), static_cast<int>(stuffed_stream(f).size()) + 10);
     ASSERT_GE(frame_bits(f), 44 + 8 * f.dlc);

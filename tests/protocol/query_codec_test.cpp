@@ -75,7 +75,7 @@ TEST(QueryCodec, GoldenBothDirections) {
 TEST(QueryCodec, GoldenCoversEveryRow) {
   for (const auto& row : commands()) {
     if (!knows(kLegacyFormat, row)) {
-      continue;  // dialect_test
+      continue;  // covered by dialect_test
     }
     EXPECT_TRUE(std::ranges::any_of(kGolden, [&](const Golden& golden) {
       return golden.id != kMultiDrive && frame(golden.text).data[0] == static_cast<int>(row.opcode);
@@ -83,7 +83,7 @@ TEST(QueryCodec, GoldenCoversEveryRow) {
   }
 }
 
-// All 256 command bytes: what decodes is what the table has, and encodes to the same byte again.
+// All 256 command bytes: exactly those in the table decode, and they encode to the same byte.
 TEST(QueryCodec, DecodedSetEqualsTable) {
   int known = 0;
   for (unsigned byte = 0; byte < 256; ++byte) {
@@ -105,7 +105,7 @@ TEST(QueryCodec, DecodedSetEqualsTable) {
   EXPECT_GT(known, 0);
 }
 
-// Rubbish in unused bytes changes nothing but the bytes that an echo repeats.
+// Random values in unused bytes change nothing except the bytes that an echo repeats.
 TEST(QueryCodec, UnusedBytesAreIgnored) {
   EXPECT_EQ(decoded(frame("141#9A FF FF FF FF FF FF FF")), Command{ReadState1{}});
   EXPECT_EQ(decoded(frame("141#A2 11 E803 A0860100")), Command{Speed{1000.0}});  // an iq limit
@@ -125,7 +125,7 @@ TEST(QueryCodec, IqIsClampedToItsRange) {
             (MultiTorque{{32.0, 32.0, -32.0, -32.0}}));
 }
 
-// Targets and directions of 0xA5/0xA6 out of range come through: the drive answers and counts them.
+// Invalid targets and directions of 0xA5/0xA6 are decoded: the drive answers and counts them.
 TEST(QueryCodec, InvalidSingleTurnTargetsComeThrough) {
   EXPECT_EQ(decoded(frame("141#A5020000A08C0000")), Command{(Position3{2, 36000})});
   EXPECT_EQ(decoded(frame("141#A6FF0000FFFF0000")), Command{(Position4{255, 0, 65535})});
@@ -143,7 +143,7 @@ TEST(QueryCodec, EveryIqCommand) {
   }
 }
 
-// Each 16-bit field that is not scaled, through decode and encode.
+// Decodes and encodes all values of each 16-bit field without scale.
 TEST(QueryCodec, EverySixteenBitField) {
   struct Field {
     const char* text;
@@ -160,7 +160,7 @@ TEST(QueryCodec, EverySixteenBitField) {
   }
 }
 
-// 32-bit fields: values of either half, with the other half at its extremes.
+// 32-bit fields: all values of either half, with the other half at its extremes.
 TEST(QueryCodec, ThirtyTwoBitFields) {
   for (const char* text :
        {"141#3400000000000000", "141#A200000000000000", "141#A300000000000000",

@@ -75,7 +75,7 @@ TEST(ReplyCodec, GoldenBothDirections) {
 TEST(ReplyCodec, GoldenCoversEveryRow) {
   for (const auto& row : commands()) {
     if (!knows(kLegacyFormat, row)) {
-      continue;  // dialect_test
+      continue;  // covered by dialect_test
     }
     EXPECT_TRUE(std::ranges::any_of(kGolden, [&](const Golden& golden) {
       return frame(golden.text).data[0] == static_cast<int>(row.opcode);
@@ -101,8 +101,8 @@ TEST(ReplyCodec, RoundsAndSaturates) {
   state.speed_dps = -0.6;
   state.temperature_C = 25.5;
   EXPECT_EQ(bytes(state), frame("141#9C1A0100FFFF0000"));
-  state.iq_A = 40;          // held at 2048, the end of the ±33 A scale
-  state.speed_dps = 72000;  // a max-speed setting that int16 cannot show
+  state.iq_A = 40;          // clamped to 2048, the end of the ±33 A scale
+  state.speed_dps = 72000;  // a max-speed setting beyond int16
   state.temperature_C = 200;
   EXPECT_EQ(bytes(state), frame("141#9C7F0008FF7F0000"));
   state.iq_A = -40;
@@ -114,8 +114,8 @@ TEST(ReplyCodec, RoundsAndSaturates) {
   EXPECT_EQ(bytes(MultiTurnAngle{kInt56Max + 1}), frame("141#92FFFFFFFFFFFF7F"));
 }
 
-// Each 16-bit field of the replies comes back from decode and encode unchanged. The iq field has
-// the range ±2048.
+// Each 16-bit field of the replies is unchanged by decode and encode. The iq field has the range
+// ±2048.
 TEST(ReplyCodec, EverySixteenBitField) {
   struct Field {
     const char* text;

@@ -1,5 +1,5 @@
-// Packets of RS-485, byte for byte, both directions: those of a real drive's log, those that the
-// vendor prints, and some worked out by hand from docs/rs485.md.
+// RS-485 packets, byte for byte, both directions: from a real drive's log, printed by the vendor,
+// or worked out by hand from docs/rs485.md.
 
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ const GoldenQuery kQueries[] = {
     {"3E 18 01 00 57", kM36b, Calibrate{}},
     {"3E 37 01 00 76", kM23, ReadMaxTorque{}},
     {"3E 38 01 04 7B 64 00 00 00 64", kM23, WriteMaxTorque{100}},
-    // A real MS4015 (a log of its host).
+    // A real MS4015 (log of its host).
     {"3E 12 01 00 51", kMs35, ReadProduct{}},
     {"3E 88 01 00 C7", kMs35, Run{}},
     {"3E 90 01 00 CF", kMs35, ReadEncoder{}},
@@ -113,7 +113,7 @@ TEST(SerialCodec, QueriesBothDirections) {
   }
 }
 
-/// Commands whose payload no field describes have no golden bytes above.
+/// Commands with opaque payloads, which have no golden bytes above.
 TEST(SerialCodec, QueriesCoverEveryRow) {
   constexpr Opcode kBlocks[] = {WriteSettingsBlock::kOpcode, WriteCalibration::kOpcode,
                                 Restore::kOpcode};
@@ -183,7 +183,7 @@ TEST(SerialCodec, RepliesBothDirections) {
   }
 }
 
-/// A reply that repeats its query does so byte for byte.
+/// A reply that repeats its query has equal bytes.
 TEST(SerialCodec, EchoesAreAsLongAsTheirQueries) {
   const char* const texts[] = {"3E 88 01 00 C7", "3E 34 01 04 77 B8 0B 00 00 C3"};
   for (const char* text : texts) {
@@ -198,7 +198,7 @@ std::optional<Reject> refused(const char* text, const WireFormat& format) {
   return reject != nullptr ? std::optional(*reject) : std::nullopt;
 }
 
-/// Real MG4005: 0xC0 wants its seven bytes; 0x30 and 0x33 take any.
+/// Real MG4005: 0xC0 requires its seven bytes; 0x30 and 0x33 accept any number.
 TEST(SerialCodec, AWrongLengthIsTakenAsTheCommandHasIt) {
   EXPECT_EQ(refused("3E C0 01 00 FF", kM36), Reject::kWrongLength);
   EXPECT_EQ(refused("3E C0 01 01 00 0A 0A", kM36), Reject::kWrongLength);
@@ -206,21 +206,21 @@ TEST(SerialCodec, AWrongLengthIsTakenAsTheCommandHasIt) {
   EXPECT_EQ(refused("3E 30 01 01 70 00 00", kM23), std::nullopt);
   EXPECT_EQ(refused("3E 30 01 07 76 (8 x 00)", kM23), std::nullopt);
   EXPECT_EQ(refused("3E 33 01 04 76 (5 x 00)", kM23), std::nullopt);
-  // All others by the switch.
+  // All other commands depend on lax_length.
   EXPECT_EQ(refused("3E A2 01 02 E3 A0 8C 2C", kM36), Reject::kWrongLength);
   WireFormat lax = kM36;
   lax.dialect.lax_length = true;
   const auto query = std::get<Query>(decode_query(packet("3E A2 01 02 E3 A0 8C 2C"), lax));
-  EXPECT_EQ(query.command, Command(Speed{360, 0}));  // missing bytes are 0
+  EXPECT_EQ(query.command, Command(Speed{360, 0}));  // missing bytes read as 0
   EXPECT_EQ(refused("3E C0 01 00 FF", lax), Reject::kWrongLength);
-  // 0x95 takes LEN 0 where it ought to be 7, and hurts (SerialServo).
+  // 0x95 accepts LEN 0 instead of 7, with a bad effect (SerialServo).
   EXPECT_EQ(refused("3E 95 01 00 D4", kM36), std::nullopt);
   EXPECT_EQ(refused("3E 95 01 07 DB (8 x 00)", kM35), Reject::kWrongLength);
-  // An iq limit belongs to V2.36.
+  // Only V2.36 has an iq limit.
   EXPECT_EQ(refused("3E A2 01 06 E7 A0 8C 00 00 F4 01 21", kM35), Reject::kWrongLength);
 }
 
-/// The oldest manual goes further.
+/// The oldest manual allows more.
 TEST(SerialCodec, OpenLoopPowerIsHeldToWhatTheManualPrints) {
   constexpr WireFormat kMs23 = wire_format(kM23Dialect, Series::kMs);
   const auto power = [](const char* text, const WireFormat& format) {
@@ -232,7 +232,7 @@ TEST(SerialCodec, OpenLoopPowerIsHeldToWhatTheManualPrints) {
   EXPECT_EQ(power("3E A0 01 02 E1 18 FC 14", kMs23), -1000);
 }
 
-/// docs/rs485.md, the table of generations.
+/// Table of generations in docs/rs485.md.
 TEST(SerialCodec, EachGenerationKnowsItsCommands) {
   struct Case {
     int opcode;
@@ -260,7 +260,7 @@ TEST(SerialCodec, EachGenerationKnowsItsCommands) {
   EXPECT_FALSE(answers(kMs35, ReadState3::kOpcode));
 }
 
-/// V2.35 prints 0x91 for CAN alone, and 0x8C for RS-485 alone.
+/// V2.35 documents 0x91 for CAN only, and 0x8C for RS-485 only.
 TEST(SerialCodec, ADriveMayKnowACommandOnOneWireOnly) {
   const auto* const v235 = std::ranges::find(kGenerationRows, "v235", &GenerationRow::name);
   const WireFormat can = wire_format(v235->dialect, Series::kMf);
@@ -271,7 +271,7 @@ TEST(SerialCodec, ADriveMayKnowACommandOnOneWireOnly) {
   EXPECT_TRUE(answers(serial, Brake::kOpcode));
 }
 
-/// 0x280 has a row on both wires, at different places of their tables.
+/// 0x280 is in the tables of both wires, at different indices.
 TEST(SerialCodec, RejectsFramesOfTheOtherWire) {
   Frame can;
   for (const std::uint32_t id : {0x141U, 0x280U, 0x281U, 0x282U, 0x288U}) {

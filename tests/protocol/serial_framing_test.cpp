@@ -1,4 +1,4 @@
-// What a receiver makes of bytes: packets, rubbish, and both in any slices.
+// How a receiver splits bytes into packets and garbage, in slices of any size.
 
 #include "protocol/serial_framing.hpp"
 
@@ -22,7 +22,7 @@ using test::packet;
 
 constexpr std::chrono::nanoseconds kByte = 10us;  // 1 Mbit/s
 
-/// Bytes on the line, back to back unless it rests.
+/// Bytes on the line, back to back except for explicit pauses.
 struct Line {
   Receiver receiver;
   std::chrono::nanoseconds now{1s};
@@ -46,7 +46,7 @@ TEST(SerialFraming, ThreeOfTheVendorsPrintedSumsAreWrongAndSoSilent) {
   }
 }
 
-/// Of a log through a terminal that turned 0D into 0A: the sums are those of 0D.
+/// From a log through a terminal that turned 0D into 0A: the sums are those of 0D.
 TEST(SerialFraming, ACarriageReturnThatBecameALineFeedBreaksTheSum) {
   struct Case {
     const char* sent;
@@ -76,11 +76,11 @@ TEST(SerialFraming, WhatIsWrittenAtOnceIsPacketsAndTheRest) {
 
 TEST(SerialReceiver, DropsByCauseAndCounts) {
   Line line{Receiver({.max_len = 60})};
-  line.send("00 FF");                    // start nothing
+  line.send("00 FF");                    // no start of a packet
   line.send("3E 9A 01 00 DA");           // the header's sum is wrong
   line.send("3E 17 01 3D 93");           // LEN 61
   line.send("3E A1 01 02 E2 64 00 65");  // the data's sum is wrong
-  line.send("3E A1 01");                 // does not go on
+  line.send("3E A1 01");                 // stops in the middle
   line.now += 5ms;
   line.send("3E 9A 01 00 D9");
   EXPECT_EQ(line.heard, std::vector<std::string>{"3E 9A 01 00 D9"});
@@ -92,7 +92,7 @@ TEST(SerialReceiver, DropsByCauseAndCounts) {
   EXPECT_EQ(stats.broken_off, 1U);
 }
 
-/// Any byte may begin a packet of either kind, 0x3E inside of one for several drives too.
+/// Any byte may start a packet of either kind; 0x3E may also occur inside a multi-drive packet.
 TEST(SerialReceiver, PacketsForSeveralDrivesAreNoBytesThatStartNoPacket) {
   Line line{Receiver({})};
   line.send("02 82 50 46 00 00 00 00 D8 DC CE");
@@ -109,7 +109,7 @@ TEST(SerialReceiver, PacketsForSeveralDrivesAreNoBytesThatStartNoPacket) {
 TEST(SerialReceiver, AfterABadHeaderTheNextStartIsLookedForAtOnceOrAfterARest) {
   for (const bool scan : {true, false}) {
     Line line{Receiver({.scan = scan})};
-    // A packet inside what looked like a header.
+    // A packet inside an apparent header.
     line.send("3E 3E 9A 01 00 D9");
     EXPECT_EQ(line.heard.size(), scan ? 1U : 0U);
     line.send("3E 9A 01 00 D9");
@@ -120,13 +120,13 @@ TEST(SerialReceiver, AfterABadHeaderTheNextStartIsLookedForAtOnceOrAfterARest) {
   }
 }
 
-/// Without a gap the bytes of the next packet count as data of the one broken off.
+/// Without a gap the next packet's bytes count as data of the broken packet.
 TEST(SerialReceiver, TheGapDecidesWhereAPacketThatBrokeOffEnds) {
   for (const auto gap : {4ms, 6ms}) {
     Line line{Receiver({})};
     line.send("3E A2 01 04 E5 A0");
     line.now += gap;
-    line.send("3E 9A 01 00 D9");  // four of them are A2's
+    line.send("3E 9A 01 00 D9");  // four of them count as data of A2
     EXPECT_EQ(line.heard.size(), gap > 5ms ? 1U : 0U);
   }
 }
@@ -137,22 +137,22 @@ TEST(SerialReceiver, APacketForSeveralIsFoundByTheRestOfTheLine) {
   Line first{Receiver(rules)};
   first.send(kPacket);
   EXPECT_EQ(first.heard.size(), 1U);
-  first.send(kPacket);  // no rest before it
+  first.send(kPacket);  // without a pause before it
   EXPECT_EQ(first.heard.size(), 1U);
   first.now += 20us;
   first.send(kPacket);
   EXPECT_EQ(first.heard.size(), 2U);
   first.now += 20us;
   first.send("02 81 00 00 68");
-  first.now += 20us;  // a rest inside
+  first.now += 20us;  // a pause inside
   first.send("01 00 00 30 FD 19");
   EXPECT_EQ(first.heard.size(), 2U);
   first.send("3E 9A 01 00 D9");
   EXPECT_EQ(first.heard.size(), 3U);
 }
 
-/// The broadcast contains 3E 00 00 00 00, a bad header. The next packet must still be heard, also
-/// without `scan`.
+/// The broadcast contains 3E 00 00 00 00, a bad header. The next packet must still be received,
+/// also without `scan`.
 TEST(SerialReceiver, APacketForSeveralLeavesNothingOfWhatItLookedLike) {
   Line line{Receiver({.scan = false, .broadcast_gap = 20us})};
   line.send("02 81 3E 00 00 00 00 00 00 00 C1");
@@ -160,7 +160,7 @@ TEST(SerialReceiver, APacketForSeveralLeavesNothingOfWhatItLookedLike) {
   EXPECT_EQ(line.heard.size(), 2U);
 }
 
-/// Rubbish with good packets in it, the same for a seed.
+/// Returns garbage that contains good packets; deterministic for a seed.
 Bytes rubbish(std::mt19937& random, int pieces) {
   Bytes all;
   for (int n = 0; n < pieces; ++n) {
@@ -183,7 +183,7 @@ TEST(SerialReceiver, AnyBytesInAnySlicesGiveTheSame) {
     const Bytes all = rubbish(random, 30);
     Line whole{Receiver({.scan = seed % 2 == 0})};
     whole.send(all);
-    // What hosts write in slices goes by frames, which have the same bytes.
+    // The slices are those of a host that writes frames; the bytes are equal.
     Line sliced{Receiver({.scan = seed % 2 == 0})};
     for (std::size_t at = 0; at < all.size();) {
       const std::size_t size = std::min<std::size_t>(1 + random() % 40, all.size() - at);
@@ -198,7 +198,7 @@ TEST(SerialReceiver, AnyBytesInAnySlicesGiveTheSame) {
     EXPECT_EQ(sliced.heard, whole.heard) << seed;
     EXPECT_EQ(sliced.now, whole.now) << seed;
     EXPECT_EQ(sliced.receiver.stats(), whole.receiver.stats()) << seed;
-    // And whatever was there before, a packet after a rest is found.
+    // After a pause a packet is found, whatever preceded it.
     whole.now += 5ms;
     whole.heard.clear();
     whole.send("3E 9A 01 00 D9");
@@ -220,7 +220,7 @@ TEST(SerialFraming, EveryPacketComesBackAsItWas) {
   }
 }
 
-/// Of a real drive whose host's terminal had ICRNL set: as sent, and as it arrived.
+/// From a real drive whose host's terminal had ICRNL set: as sent, and as received.
 TEST(SerialFraming, TheLogsBadRepliesAreGoodWithTheirCarriageReturns) {
   const std::pair<const char*, const char*> replies[] = {
       {"3E A4 01 07 EA 21 00 00 0D 00 2C 19 73", "3E A4 01 07 EA 21 00 00 0A 00 2C 19 73"},
@@ -233,7 +233,7 @@ TEST(SerialFraming, TheLogsBadRepliesAreGoodWithTheirCarriageReturns) {
   }
 }
 
-/// Printed by the vendor with a wrong sum.
+/// Printed by the vendor with a wrong checksum.
 TEST(SerialFraming, WhatTheVendorPrintsWrongIsNoPacket) {
   EXPECT_FALSE(packet_at(bytes("3E 12 01 00 45")));
   EXPECT_FALSE(packet_at(bytes("02 88 9C 00 00 00 00 00 81 00 CF")));

@@ -37,7 +37,7 @@ TEST(Wire, SignedFiftySixBits) {
       {-1, {0x92, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF}},
       {36000, {0x92, 0xA0, 0x8C, 0, 0, 0, 0, 0}},
       {-36000, {0x92, 0x60, 0x73, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF}},
-      // Bit 31 is no sign: a host that reads an int32 sees a negative angle here.
+      // Bit 31 is not the sign: a host that reads an int32 gets a negative angle here.
       {2147483648, {0x92, 0, 0, 0, 0x80, 0, 0, 0}},
       {kInt56Max, {0x92, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x7F}},
       {kInt56Min, {0x92, 0, 0, 0, 0, 0, 0, 0x80}},
@@ -62,9 +62,9 @@ TEST(Rounding, HalvesGoAwayFromZeroAndNothingElseDoes) {
   EXPECT_EQ(rounded(0.5), 1);
   EXPECT_EQ(rounded(-0.5), -1);
   EXPECT_EQ(rounded(2.5), 3);
-  EXPECT_EQ(rounded(0.49999999999999994), 0);  // plus 0.5 it is 1
+  EXPECT_EQ(rounded(0.49999999999999994), 0);  // adding 0.5 gives 1
   EXPECT_EQ(rounded(-0.49999999999999994), 0);
-  EXPECT_EQ(rounded(4503599627370497.0), 4503599627370497);  // plus 0.5 it is the even one above
+  EXPECT_EQ(rounded(4503599627370497.0), 4503599627370497);  // adding 0.5 gives the even one above
   EXPECT_EQ(rounded(-0x1p62), -(std::int64_t{1} << 62));
 }
 
@@ -97,7 +97,7 @@ TEST(Quantize, Saturates) {
   EXPECT_EQ(quantize<std::uint8_t>(std::nan(""), 1.0), 0);
 }
 
-// A 16-bit value is unchanged after conversion to a double and back, for every scale in use and two
+// A 16-bit value is unchanged by conversion to a double and back, for all scales in use and two
 // others.
 TEST(Quantize, EveryFieldValueSurvives) {
   for (const double lsb : {32.0 / 2000, 33.0 / 2048, 1.0 / 64, 0.1, 0.01, 1.0, 66.0 / 4096, 0.3}) {

@@ -1,5 +1,5 @@
-# cmake -DPROGRAM=… -DREFERENCE=… -P compare.cmake: both must print the same. A processor that cannot run
-# one of them is said so ("not run"), which CTest shows as skipped.
+# cmake -DPROGRAM=… -DREFERENCE=… -P compare.cmake: both must print equal text. Prints "not run" if the processor cannot run
+# one of them; CTest then reports a skipped test.
 execute_process(COMMAND ${REFERENCE} OUTPUT_VARIABLE expected RESULT_VARIABLE reference_status)
 execute_process(COMMAND ${PROGRAM} OUTPUT_VARIABLE printed RESULT_VARIABLE status)
 if(NOT reference_status EQUAL 0)

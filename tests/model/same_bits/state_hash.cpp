@@ -1,6 +1,6 @@
-// Prints a hash of the states of several unlike drives over a mixed run, and one line a drive for
-// finding out which. The whole model is included, so that one compiler call with one set of options
-// makes all of it.
+// Prints a hash of the states of several different drives over a mixed run, and one line per drive
+// for diagnosis. Includes the whole model, so that one compiler call builds it with one set of
+// options.
 #include <cstdio>
 
 // NOLINTBEGIN(bugprone-suspicious-include)
