@@ -55,8 +55,7 @@ TEST(MechanicalFault, HalfAJamAsksForHalfOfTheTorqueThatFullScaleMakes) {
     const DriveBank above = pushing(d, {.jam = 0.5}, 1.01 * half);
     EXPECT_NEAR(below.truth(0).i_q, 0.99 * half, 0.05);
     EXPECT_EQ(below.truth(0).omega_out, 0.0);
-    if (d.mechanics.backlash_out ==
-        0.0) {  // with play, the rotor first gains speed and hammers the output along
+    if (d.mechanics.backlash_out == 0.0) {  // with play, the rotor's first impact moves it
       EXPECT_EQ(below.truth(0).theta_out, 0.0);
     }
     EXPECT_GT(above.truth(0).omega_out, 0.1);

@@ -139,7 +139,7 @@ TEST(Heat, SteadyStateIsTheSumOfTheResistances) {
   EXPECT_NEAR(temp.winding, temp.housing + 12.0 * d.thermal.R_winding_housing, 1e-6);
 }
 
-/// Of the friction, the iron's share warms the winding and the rest the housing; their sum is the
+/// The iron's share of the friction warms the winding, the rest the housing; their sum is the
 /// shaft's loss, once. Additional friction of a brake or a jam (ten times here) has no iron share.
 TEST(Heat, IronWarmsTheWindingWithItsPartOfTheFriction) {
   for (const double others : {0.0, 0.2}) {
