@@ -1,4 +1,4 @@
-// The table of docs/advice.md against the program's.
+// The table of docs/advice.md agrees with the program's.
 
 #include <gtest/gtest.h>
 

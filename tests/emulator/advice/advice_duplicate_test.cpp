@@ -1,4 +1,4 @@
-// Another drive with the ID of one here, and hosts that look a little like one.
+// Advice on a second drive with an ID of this bus, and hosts whose frames resemble one.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ BusConfig one_bus(const ServoConfig& servo) {
   return config;
 }
 
-/// The drive 1 here and another one of its ID elsewhere, on one wire.
+/// Drive 1 here and another drive with its ID elsewhere, on one wire.
 class Rivals {
  public:
   explicit Rivals(const ServoConfig& there) : here(test::servo_config(1)), there_(one_bus(there)) {}
@@ -52,7 +52,7 @@ class Rivals {
   Bus there_;
 };
 
-/// A drive elsewhere, where it is warmer.
+/// A drive elsewhere, at a higher temperature.
 ServoConfig other_drive() {
   ServoConfig servo = test::servo_config(1);
   servo.boot_angle_deg = 135;
@@ -83,7 +83,7 @@ TEST(DuplicateId, IsToldWithinAFewFramesOfOneQuery) {
   }
 }
 
-/// What does not change is told when it is not what the drive here says.
+/// Constant registers give advice if they differ from those of the drive here.
 TEST(DuplicateId, IsToldByRegistersThatDiffer) {
   ServoConfig there = other_drive();
   there.rom.gains.speed_kp = 77;
@@ -105,7 +105,7 @@ TEST(DuplicateId, IsToldOfADriveInTheCold) {
   EXPECT_GT(rivals.here.count(AdviceKind::kDuplicateId), kNone);
 }
 
-/// A drive does not take a temperature for a direction: there is one reply for each query.
+/// There is one reply for each query, so a temperature is not taken for a direction.
 TEST(DuplicateId, IsToldOfADriveThatIsMovedWithADirection) {
   Rivals rivals(other_drive());
   for (int n = 0; n < 20; ++n) {
@@ -115,7 +115,7 @@ TEST(DuplicateId, IsToldOfADriveThatIsMovedWithADirection) {
   EXPECT_GT(rivals.here.count(AdviceKind::kDuplicateId), kNone);
 }
 
-/// Two programs with the same configuration, apart from what chance makes of it.
+/// Two programs with equal configurations, which differ only in random values.
 TEST(DuplicateId, IsToldOfATwinByItsNoise) {
   ServoConfig twin = test::servo_config(1);
   twin.profile.drive.current_sensor.noise = 0.05;  // A; as in configs/motors/mf7015.toml
@@ -125,7 +125,7 @@ TEST(DuplicateId, IsToldOfATwinByItsNoise) {
   EXPECT_GT(rivals.here.count(AdviceKind::kDuplicateId), kNone);
 }
 
-/// What cannot be told from a host that asks without a pause.
+/// Such an echo could also be a host that sends without a pause.
 TEST(DuplicateId, OfEchoesNothingIsSaidUntilAHostAsks) {
   Rivals rivals(other_drive());
   rivals.say(query(protocol::Run{}));
@@ -136,7 +136,7 @@ TEST(DuplicateId, OfEchoesNothingIsSaidUntilAHostAsks) {
   EXPECT_GT(rivals.here.count(AdviceKind::kDuplicateId), kNone);
 }
 
-/// A frame that is another drive's is not judged as a host's.
+/// A frame of another drive is not judged as a host's.
 TEST(DuplicateId, IsTheOnlyAdviceOnceItIsCertain) {
   Rivals rivals(other_drive());
   rivals.say(query(ReadState2{}));
@@ -144,7 +144,7 @@ TEST(DuplicateId, IsTheOnlyAdviceOnceItIsCertain) {
   EXPECT_EQ(rivals.here.adviser.given().size(), 1U) << rivals.here.all();
 }
 
-/// Their IDs in ROM are alike, or were made so by 0x42 (docs/protocol.md §10.9).
+/// Their IDs in ROM are equal, or were set equal by 0x42 (docs/protocol.md §10.9).
 TEST(DuplicateId, IsToldOfTwoDrivesHere) {
   BusConfig config = test::bus_config({}, 1'000'000);
   config.servos = {test::drive(Generation::kV236b, Series::kMg, 1),
@@ -169,10 +169,10 @@ TEST(DuplicateId, IsToldOfTwoDrivesHere) {
 constexpr std::uint8_t kRead = 0x9C;
 constexpr std::uint8_t kTorqueByte = 0xA1;
 
-/// Hosts on a bus with the drives 1 to 4, and what they receive.
+/// Hosts on a bus with drives 1 to 4, and the replies.
 class Hosts : public testing::Test {
  protected:
-  /// The last reply once the drives have answered, 0.5 ms later; zeros if none has.
+  /// Returns the last reply within 0.5 ms; zeros if there is none.
   protocol::Payload ask(const protocol::Payload& data, std::uint32_t id = 0x141) {
     here.send(Frame{.id = id, .dlc = 8, .data = data});
     here.wait(500us);
@@ -267,7 +267,7 @@ TEST_F(Hosts, OneThatLeavesRubbishThereIsNoDrive) {
   expect_nothing();
 }
 
-/// One clears its frames, and the other has something there 200 times a second.
+/// One host clears its frames; the other sends data 200 times a second.
 TEST_F(Hosts, TwoDifferentOnesAreNoDrive) {
   for (std::uint8_t n = 0; n < 250; ++n) {
     ask({kRead});
@@ -281,7 +281,7 @@ TEST_F(Hosts, OneWithADirectionOfItsOwnIsNoDrive) {
   for (const std::uint8_t command : std::to_array<std::uint8_t>({0xA5, 0xA6})) {
     ask({command, 0, 0x68, 0x01, 0x50, 0x46});
     for (int n = 0; n < 20; ++n) ask({command, 2, 0x68, 0x01, 0x50, 0x46});
-    for (int n = 0; n < 20; ++n) {  // there and back
+    for (int n = 0; n < 20; ++n) {  // forwards and backwards
       ask({command, 0, 0x68, 0x01, 0x50, 0x46});
       ask({command, 2, 0x68, 0x01, 0x28, 0x23});
     }

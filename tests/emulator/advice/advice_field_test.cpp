@@ -1,4 +1,4 @@
-// Advice that owners of robots would have needed, and none for hosts that do it right.
+// Advice on problems of real robots, and none for correct hosts.
 
 #include <gtest/gtest.h>
 
@@ -14,9 +14,9 @@ using protocol::ReadMultiTurnAngle;
 using protocol::ReadState1;
 using protocol::ReadState2;
 
-// --- the reply to 0x9B
+// --- reply to 0x9B
 
-/// Lost input has tripped; 0x9B shows what it clears.
+/// A drive with a tripped lost-input error; 0x9B shows the errors that it clears.
 AnsweredHost tripped(bool before = true) {
   ServoConfig servo = test::servo_config(1);
   servo.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)] = {true, 0.1, 0, 0};
@@ -73,7 +73,7 @@ TEST(AdviceClear, IsNotOfADriveThatSaysWhatIsLeftNorOfNewErrors) {
   AnsweredHost again = tripped();
   for (int n = 0; n < 5; ++n) {
     clear(again);
-    again.wait(200ms);  // it trips anew
+    again.wait(200ms);  // trips again
     again.repeat(1, 2ms, query(ReadState2{}));
   }
   EXPECT_EQ(again.count(AdviceKind::kTrustsClearReply), 0U);
@@ -130,19 +130,19 @@ TEST(AdvicePolls, IsNotOfAHostThatLooksForOneDriveOnly) {
   EXPECT_EQ(host.all(), "");
 }
 
-/// Another program has that drive: its replies have the identifier of the queries.
+/// Another program owns that drive: its replies have the identifier of the queries.
 TEST(AdvicePolls, IsNotOfADriveElsewhere) {
   AnsweredHost host(test::servo_config(1));
   for (int n = 0; n < 500; ++n) {
     host.repeat(1, 5ms, query(ReadState2{}));
     host.send(query(ReadState2{}, 7));
-    host.repeat(1, 1ms, query(ReadState2{}));  // before the other reads the reply
+    host.repeat(1, 1ms, query(ReadState2{}));  // before the other host reads the reply
     host.repeat(1, 5ms, test::frame("147#9C19000000000008"));
   }
   EXPECT_EQ(host.count(AdviceKind::kPollsDead, 7), 0U);
 }
 
-// --- the adapter's latency
+// --- latency of the adapter
 
 AnsweredHost behind_ch348() {
   BusConfig config = test::bus_config({1}, 1'000'000);
@@ -181,14 +181,14 @@ TEST(AdviceTimeout, IsNotGivenWithoutAnAdapter) {
   EXPECT_EQ(host.all(), "");
 }
 
-// --- the first target
+// --- first target
 
 protocol::Frame target(double deg) {
   return query(Position1{static_cast<std::int32_t>(100 * deg)});
 }
 
 TEST(AdviceFirstTarget, IsOfHalfATurnAndMoreFromAnUnreadAngle) {
-  AnsweredHost host(test::servo_config(1));  // stands at 45 degrees
+  AnsweredHost host(test::servo_config(1));  // at 45 degrees
   host.repeat(3, 2ms, query(ReadState2{}));
   host.repeat(2, 2ms, target(225));
   EXPECT_EQ(host.count(AdviceKind::kFirstTargetFar), 1U);
@@ -199,7 +199,7 @@ TEST(AdviceFirstTarget, IsOfHalfATurnAndMoreFromAnUnreadAngle) {
 TEST(AdviceFirstTarget, IsNotOfANearOneNorOfOneAfterReading) {
   AnsweredHost near(test::servo_config(1));
   near.repeat(1, 2ms, target(224));
-  near.repeat(1, 2ms, target(1000));  // the host knows where it goes
+  near.repeat(1, 2ms, target(1000));  // the host knows the angle
   EXPECT_EQ(near.count(AdviceKind::kFirstTargetFar), 0U);
   AnsweredHost asks(test::servo_config(1));
   asks.repeat(1, 2ms, query(ReadMultiTurnAngle{}));
@@ -207,12 +207,12 @@ TEST(AdviceFirstTarget, IsNotOfANearOneNorOfOneAfterReading) {
   EXPECT_EQ(asks.count(AdviceKind::kFirstTargetFar), 0U);
 }
 
-/// 30° of the output, and of the forearm of the scenario jammed_joint 40°.
+/// 30° of the output, and 40° as the forearm in the scenario jammed_joint.
 TEST(AdviceFirstTarget, IsNotOfAShortMoveOfAGearedOutput) {
   ServoConfig servo = test::servo_config(1);
   servo.profile.drive.mechanics.gear_ratio = 6;
   for (const double output_deg : {30, -30, 40, 179}) {
-    AnsweredHost host(servo);  // the rotor stands at 45 degrees
+    AnsweredHost host(servo);  // the rotor is at 45 degrees
     host.repeat(1, 2ms, target(45 + 6 * output_deg));
     EXPECT_EQ(host.count(AdviceKind::kFirstTargetFar), 0U) << output_deg;
   }
@@ -221,7 +221,7 @@ TEST(AdviceFirstTarget, IsNotOfAShortMoveOfAGearedOutput) {
   EXPECT_EQ(host.count(AdviceKind::kFirstTargetFar), 1U);
 }
 
-/// A turn of the rotor is a sixth of one of the output, and what a start loses.
+/// A rotor turn is a sixth of an output turn; a restart loses it.
 TEST(AdviceFirstTarget, IsOfATurnOfTheRotorThatTheStartHasLost) {
   ServoConfig servo = test::servo_config(1);
   servo.profile.drive.mechanics.gear_ratio = 6;
@@ -241,7 +241,7 @@ TEST(AdviceFirstTarget, IsOfEachStart) {
   host.bus.power_cycle(1);
   host.wait(2ms);
   host.repeat(3, 2ms, query(ReadState2{}));
-  host.repeat(1, 2ms, target(720));  // where it stands, and two turns away by its count
+  host.repeat(1, 2ms, target(720));  // the present angle, but two turns away by its count
   EXPECT_EQ(host.count(AdviceKind::kFirstTargetFar), 1U);
 }
 

@@ -1,4 +1,4 @@
-// Advice that a frame alone, or the pace of frames, gives rise to.
+// Advice from single frames, or from the rate of frames.
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@ namespace advice_frames_test {
 
 using protocol::PidGains;
 
-/// What is heard at `at`, without a bus that does anything.
+/// The adviser receives a frame at `at`, without a bus.
 void hear(AdvisedHost& host, SimTime at, const protocol::Frame& frame) {
   host.adviser.hear({at, frame});
 }
@@ -22,7 +22,7 @@ TEST(AdviceRom, TellsTheLifeThatIsLeft) {
   EXPECT_EQ(host.count(AdviceKind::kRomWear), 0U) << "nine are not many";
   hear(host, 9 * 36s, write);
   ASSERT_GT(host.count(AdviceKind::kRomWear), 0U);
-  // One in 36 s, and a memory that is made for 10,000: 100 h.
+  // One write in 36 s, and a memory rated for 10,000 writes: 100 h.
   EXPECT_NEAR(host.get(AdviceKind::kRomWear).found.numbers[2], 100, 1e-6);
   hear(host, 10 * 36s, write);
   const Advice advice = host.get(AdviceKind::kRomWear);
@@ -37,7 +37,7 @@ TEST(AdviceRom, LetsAHostWriteNowAndThen) {
   // 10,000 writes in more than 365 days: 3153.6 s each.
   for (int n = 0; n < 30; ++n) hear(host, n * 3154s, query(protocol::WriteOffsetToRom{100}));
   EXPECT_EQ(host.all(), "");
-  for (int n = 0; n < 30; ++n) {  // RAM does not wear
+  for (int n = 0; n < 30; ++n) {  // writes to RAM cause no wear
     hear(host, 100'000s + n * 1s, query(protocol::WritePidToRam{PidGains{.angle_kp = 7}}));
   }
   EXPECT_EQ(host.all(), "");
@@ -47,7 +47,7 @@ TEST(AdviceRom, LetsAHostWriteNowAndThen) {
 
 TEST(AdviceLength, IsOfDrivesOnly) {
   AdvisedHost host(test::servo_config(1));
-  hear(host, 1ms, test::frame("7FF#01"));  // somebody else's
+  hear(host, 1ms, test::frame("7FF#01"));  // not for a drive
   hear(host, 2ms, test::frame("142#9A"));  // no such drive
   hear(host, 3ms, test::frame("141#9A00000000000000"));
   EXPECT_EQ(host.all(), "");
@@ -74,7 +74,7 @@ TEST(AdviceField, BeginsBehindTheLastValueOfTheRange) {
   hear(host, 2ms, test::frame("141#A100000030F80000"));  // -2000
   hear(host, 3ms, test::frame("141#A50100009F8C0000"));  // 359.99 deg
   hear(host, 4ms, test::frame("141#34000000FFFFFF7F"));
-  hear(host, 4ms, test::frame("141#9200000000000000"));  // the host knows where it stands
+  hear(host, 4ms, test::frame("141#9200000000000000"));  // the host knows the angle
   hear(host, 5ms, test::frame("141#A3000000FFFFFF7F"));  // Max Angle is off
   EXPECT_EQ(host.all(), "");
   for (const char* wrong :
@@ -91,7 +91,7 @@ TEST(AdviceField, BeginsBehindTheLastValueOfTheRange) {
 TEST(AdviceField, KnowsTheRangesOfV236) {
   AdvisedHost host(test::drive(Generation::kV236));
   hear(host, 1ms, test::frame("141#A100000000080000"));  // 2048
-  hear(host, 2ms, test::frame("141#A200000880380100"));  // with the iq limit 2048, 800 dps
+  hear(host, 2ms, test::frame("141#A200000880380100"));  // iq limit 2048, 800 dps
   hear(host, 3ms, test::frame("141#C120000064000000"));  // Max Speed 1 dps
   EXPECT_EQ(host.all(), "");
   for (const char* wrong : {"141#A100000001080000", "141#A200010800000000", "141#8C02000000000000",
@@ -127,15 +127,15 @@ TEST(AdviceGeneration, LetsUnusedBytesBe) {
   AdvisedHost host(test::servo_config(1));
   for (int n = 0; n < 40; ++n) {
     const SimTime at = n * 10ms;
-    hear(host, at + 1ms, test::frame("141#A50000001027CDAB"));  // rubbish behind the target
+    hear(host, at + 1ms, test::frame("141#A50000001027CDAB"));  // garbage after the target
     hear(host, at + 2ms, test::frame("141#95000000CCCCCCCC"));
     hear(host, at + 3ms, test::frame("141#9500000000000000"));
-    hear(host, at + 4ms, test::frame("141#A200CDAB10270000"));  // -21555 is no limit
+    hear(host, at + 4ms, test::frame("141#A200CDAB10270000"));  // -21555 means no limit
   }
   EXPECT_EQ(host.count(AdviceKind::kOtherGeneration), 0U) << host.all();
 }
 
-/// A host may ask once, and then give up or wait for ever.
+/// Once is enough, since a host may query once and then give up or wait for ever.
 TEST(AdviceUnknown, IsToldAtOnceAndForEachCommand) {
   AdvisedHost host(test::drive(Generation::kV235));
   hear(host, 1ms, test::frame("141#3000000000000000"));
@@ -157,9 +157,9 @@ TEST(AdviceUnknown, IsToldAtOnceAndForEachCommand) {
   }
 }
 
-/// What hosts for MyActuator drives from V3 on ask for (that maker's protocol V4.2), and LK-TECH
-/// drives do not have; 0x42 reads one of four accelerations there, and has the tables 05, A0, A4
-/// and A8 here.
+/// Queries of hosts for MyActuator drives from V3 on (that maker's protocol V4.2) that LK-TECH
+/// drives lack. 0x42 reads one of four accelerations there, but has the tables 05, A0, A4 and A8
+/// here.
 TEST(AdviceUnknown, RecognisesAHostOfMyActuatorOnce) {
   for (const Generation generation : {Generation::kLegacy, Generation::kV236, Generation::kV236b}) {
     AdvisedHost host(test::drive(generation));
@@ -175,7 +175,7 @@ TEST(AdviceUnknown, RecognisesAHostOfMyActuatorOnce) {
     hear(host, 20ms, test::frame("141#EE00000000000000"));
     EXPECT_EQ(host.adviser.given().size(), 2U);
   }
-  // A setting of LK-TECH's.
+  // A setting of LK-TECH.
   AdvisedHost host(test::drive(Generation::kLegacy));
   hear(host, 1ms, test::frame("141#42050A0009000000"));
   EXPECT_EQ(what_text(host.adviser.given()[0], Language::kEnglish),
@@ -201,12 +201,12 @@ TEST(AdviceUnknown, IsACommandOfAnotherSeries) {
             "0xA1, torque: no answer, drives of this series do not have the command");
 }
 
-/// One kind, two causes: neither is told in the words of the other.
+/// One kind with two causes: each has its own text.
 TEST(AdviceGeneration, IsToldForEachCause) {
   AdvisedHost host(test::servo_config(1));
   hear(host, 1ms, test::frame("141#9500000028230000"));  // 90 deg
   for (int n = 0; n < 3; ++n) hear(host, 2ms, test::frame("141#8C10000000000000"));
-  hear(host, 3ms, test::frame("141#A500000078790100"));  // 966.48 deg, on a rotor turn
+  hear(host, 3ms, test::frame("141#A500000078790100"));  // 966.48 deg, as rotor turns
   ASSERT_EQ(host.adviser.given().size(), 2U) << host.all();
   EXPECT_EQ(what_text(host.adviser.given()[0], Language::kEnglish),
             "0x95 with the angle 90°: this drive ignores it, only v236 sets its angle so");
@@ -217,7 +217,7 @@ TEST(AdviceGeneration, IsToldForEachCause) {
   EXPECT_EQ(host.adviser.given()[1].count, 3U);
 }
 
-/// The host sent 987.65°; what is left of it in 16 bits is beyond the range besides.
+/// The host sent 987.65°; its lower 16 bits are out of range as well.
 TEST(AdviceField, IsNotHalfOfATargetThatTheHostSent) {
   ServoConfig geared = test::servo_config(1);
   geared.profile.drive.mechanics.gear_ratio = 10;
@@ -256,7 +256,7 @@ TEST(AdviceMulti, KnowsAModeThatOthersSwitch) {
   EXPECT_EQ(host.all(), "");
 }
 
-/// An identifier of CANopen as well, so one alone says nothing.
+/// CANopen uses this identifier too, so a single frame proves nothing.
 TEST(AdviceMulti, IsOfIdentifiersThatDrivesHereKnow) {
   AdvisedHost host(test::bus_config({1, 2}, 1'000'000));
   hear(host, 1ms, test::frame("281#6400000000000000"));
@@ -303,7 +303,7 @@ TEST(AdviceMulti, IsOfDrivesThatAnswerNothingElse) {
 
 TEST(AdvicePace, IsOfQueriesThatCannotHaveBeenAnswered) {
   AdvisedHost host(test::servo_config(1));
-  // 2 * 111 bits at 1 Mbit/s and the reply time of 100 µs: no reply is there before 322 µs.
+  // 2 * 111 bits at 1 Mbit/s plus the reply time of 100 µs: the first reply comes after 322 µs.
   for (int n = 0; n < 100; ++n) hear(host, n * 330us, query(protocol::ReadState2{}));
   EXPECT_EQ(host.all(), "");
   for (int n = 0; n < 20; ++n) hear(host, 1s + n * 300us, query(protocol::ReadState2{}));
@@ -321,8 +321,7 @@ TEST(AdvicePace, LetsAHandfulGoTogether) {
   AdvisedHost no_wire(test::servo_config(1), 0);
   for (int n = 0; n < 100; ++n) hear(no_wire, n * 1us, query(protocol::ReadState2{}));
   EXPECT_EQ(no_wire.all(), "") << "replies come at once";
-  // The process stood, or simulated time did: whatever came meanwhile is handed over at one
-  // instant.
+  // The process or simulated time stood still: all frames of that time arrive at one instant.
   AdvisedHost stood(test::servo_config(1));
   for (int n = 0; n < 50; ++n) {
     hear(stood, 1s, query(protocol::Position2{100, 45'00 + 50 * n}));
@@ -341,13 +340,13 @@ TEST(AdviceInput, IsOfPausesThatNearlyTrip) {
   input.enabled = true;
   AdvisedHost host(servo);
   for (int n = 0; n < 20; ++n) hear(host, n * 79ms, query(protocol::ReadState2{}));
-  hear(host, 100s, query(protocol::ReadState2{}));  // the host was away
+  hear(host, 100s, query(protocol::ReadState2{}));  // the host paused
   EXPECT_EQ(host.all(), "");
   for (int n = 1; n <= 3; ++n) hear(host, 100s + n * 81ms, query(protocol::ReadState2{}));
   EXPECT_EQ(host.count(AdviceKind::kInputWindow), 1U);
 }
 
-/// A scanner of all commands at all IDs.
+/// A host that scans all commands at all IDs.
 TEST(Advice, IsBoundedAndWhatIsLeftOutIsCounted) {
   BusConfig config = test::bus_config({}, 0);
   for (int id = 1; id <= protocol::kMaxId; ++id) config.servos.push_back(test::servo_config(id));
@@ -383,13 +382,13 @@ TEST(AdvicePace, IsOfAWireThatDoesNotKeepUp) {
   ASSERT_GT(host.count(AdviceKind::kFasterThanWire, kWholeBus), 0U);
   EXPECT_GT(host.get(AdviceKind::kFasterThanWire, kWholeBus).first, 100ms);
 
-  // Frames that a fault holds up, and those that come at once after time has slipped.
+  // Frames that a fault delays, and frames that arrive together after time has slipped.
   for (const bool slips : {false, true}) {
     AnsweredHost held(config);
     if (!slips) {
       held.bus.apply({kWholeBus, SetFault{test::fault_of("write_stalls", {1.0, 2000.0})}});
     }
-    for (int n = 0; n < 400; ++n) {  // a fiftieth of what the wire carries
+    for (int n = 0; n < 400; ++n) {  // 2 % of the wire's capacity
       if (slips && n % 100 == 0) {
         held.adviser.note_slip(held.bus.time());
         for (int k = 0; k < 1200; ++k) held.send(query(protocol::ReadState2{}, 1 + k % 4));
@@ -402,7 +401,7 @@ TEST(AdvicePace, IsOfAWireThatDoesNotKeepUp) {
     EXPECT_EQ(held.count(AdviceKind::kFasterThanDrive), 0U) << held.all();
   }
 
-  AdvisedHost calm(config);  // the same in 5 ms
+  AdvisedHost calm(config);  // the same frames in 5 ms
   for (int n = 0; n < 100; ++n) {
     for (int id = 1; id <= 4; ++id) {
       calm.send(query(protocol::ReadState2{}, id));
@@ -416,7 +415,7 @@ TEST(AdvicePace, IsOfAWireThatDoesNotKeepUp) {
 TEST(AdvicePace, IsNotOfAHostThatABabblingDriveCrowdsOut) {
   BusConfig config = test::bus_config({1, 2}, 1'000'000);
   AdvisedHost host(config);
-  // A frame every 130 us, as long as the frame is, before all others.
+  // A frame every 130 us, back to back, with the highest priority.
   const Fault fault = test::fault_of("babbling", {130, 0x010}, {2});
   ASSERT_TRUE(host.bus.apply({kWholeBus, SetFault{fault}}));
   host.repeat(500, 2ms, query(protocol::ReadState2{}));

@@ -1,4 +1,4 @@
-// Advice that several hosts command one drive, and none where it is one.
+// Advice that several hosts command one drive, and none for a single host.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ protocol::Frame target(double deg) { return query(Position2{100, cdeg(deg)}); }
 /// Frames of two programs on one bus, each with its own clock.
 class Merged {
  public:
-  /// From `phase` on, so often.
+  /// Adds `times` frames from `phase` on.
   void add(SimTime phase, SimTime period, int times, const protocol::Frame& frame) {
     for (int n = 0; n < times; ++n) frames_.push_back({phase + n * period, frame});
   }
@@ -60,28 +60,28 @@ TEST(AdviceHosts, AreSeveralWhenOneIsTwiceAsFast) {
 
 TEST(AdviceHosts, IsOneThatGoesThereAndBack) {
   AdvisedHost host(test::servo_config(1));
-  for (int n = 0; n < 20; ++n) {  // a new target every 200 ms, said once or all the time
+  for (int n = 0; n < 20; ++n) {  // a new target every 200 ms, sent once or repeatedly
     host.repeat(1, 200ms, query(Position2{0, cdeg(n % 2 == 0 ? 30 : -30)}));
   }
   for (int n = 0; n < 10; ++n) {
     host.repeat(20, 10ms, query(Position2{0, cdeg(n % 2 == 0 ? 30 : -30)}));
   }
-  for (int n = 0; n < 200; ++n) {  // shaken against friction
+  for (int n = 0; n < 200; ++n) {  // dither against friction
     host.repeat(1, 2ms, query(protocol::Torque{n % 2 == 0 ? 1.0 : -1.0}));
   }
   for (int n = 0; n < 500; ++n) {  // a sine
     host.repeat(1, 2ms, query(protocol::Speed{200 * std::sin(0.1 * n), 0}));
   }
-  for (int n = 0; n < 200; ++n) {  // bang-bang in pairs, and dither on what gravity takes
+  for (int n = 0; n < 200; ++n) {  // bang-bang in pairs, and dither around a gravity torque
     host.repeat(1, 2ms, query(protocol::Torque{n % 4 < 2 ? 5.0 : 0.0}));
   }
   for (int n = 0; n < 200; ++n)
     host.repeat(1, 2ms, query(protocol::Torque{n % 2 == 0 ? 1.5 : 2.5}));
-  for (int n = 0; n < 400; ++n) {  // a differential term on a coarse encoder
+  for (int n = 0; n < 400; ++n) {  // a derivative term with a coarse encoder
     host.repeat(1, 1ms, query(protocol::Torque{n % 10 == 0 ? 1.5 : 1.0}));
   }
   std::uint32_t random = 1;
-  for (int n = 0; n < 20'000; ++n) {  // noise of +-2 A at 1 kHz, of 20 s
+  for (int n = 0; n < 20'000; ++n) {  // noise of +-2 A at 1 kHz, for 20 s
     random = random * 1664525 + 1013904223;
     const double noise_A = 4.0 * (random >> 8U) / (1U << 24U) - 2;
     host.adviser.hear({host.bus.time() + n * 1ms, query(protocol::Torque{noise_A})});
@@ -90,13 +90,13 @@ TEST(AdviceHosts, IsOneThatGoesThereAndBack) {
 }
 
 double between(std::mt19937& random, double least, double most) {
-  // Of the generator's own bits: what a library's distribution makes of them is its own.
+  // From the generator's own bits, since the results of library distributions differ.
   return least + (most - least) * static_cast<double>(random()) / 4294967296.0;
 }
 SimTime ms(double value) { return SimTime(std::llround(value * 1e6)); }
 
-/// A program of one thread. It says one of a few values, in a pattern or by chance; its period
-/// varies; now and then it is held up, and then goes on, catches up at once, or stops the drive.
+/// A single-threaded program that sends a few values, in a pattern or randomly. Its period varies.
+/// Sometimes it is delayed; then it continues, catches up at once, or stops the drive.
 class LoneHost {
  public:
   explicit LoneHost(unsigned seed) : random_(seed) {

@@ -1,4 +1,4 @@
-// Advice that what a host makes a drive do gives rise to.
+// Advice on the motions that a host commands.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ using protocol::ReadState2;
 std::int32_t cdeg(double deg) { return static_cast<std::int32_t>(std::lround(100 * deg)); }
 protocol::Frame speed(double dps) { return query(protocol::Speed{dps, 0}); }
 
-// --- off, or with an error
+// --- commands while off or with an error
 
 /// A drive that 0x80 switches off until 0x88.
 ServoConfig switchable() {
@@ -32,7 +32,7 @@ TEST(AdviceRefused, IsOfADriveThatTheHostHasSwitchedOff) {
   AdvisedHost host(switchable());
   host.repeat(10, 2ms, query(protocol::Torque{0.1}));
   host.repeat(1, 2ms, query(protocol::Off{}));
-  host.repeat(3, 2ms, query(protocol::Torque{0.1}));  // by a thread that has not heard of it yet
+  host.repeat(3, 2ms, query(protocol::Torque{0.1}));  // by a thread that does not yet know
   host.repeat(60, 2ms, query(ReadState2{}));
   EXPECT_EQ(host.all(), "");
   host.repeat(3, 2ms, query(Position2{100, cdeg(90)}));
@@ -48,8 +48,8 @@ TEST(AdviceRefused, IsOfADriveThatTheHostHasSwitchedOff) {
   EXPECT_EQ(host.count(AdviceKind::kMotionRefused), 3U);
 }
 
-/// Wherever between two looks the command comes, and however long the drive takes to answer: the
-/// one before 0x80 was executed.
+/// For any time of the command between two looks, and any reply time: the command before 0x80 was
+/// executed.
 TEST(AdviceRefused, NamesTheFrameThatWasNotExecuted) {
   ServoConfig slow = switchable();
   slow.reply_time = 400us;
@@ -84,7 +84,7 @@ TEST(AdviceRefused, TellsWhatCameWhileTheDriveWasOffFromWhatDidNot) {
   }
 }
 
-/// A drive that under-voltage trips as soon as its supply is at 5 V.
+/// A drive that trips on under-voltage as soon as its supply is at 5 V.
 ServoConfig delicate() {
   ServoConfig servo = test::servo_config(1);
   servo.rom.protections[static_cast<std::size_t>(model::Error::kUnderVoltage)] = {
@@ -119,7 +119,7 @@ TEST(AdviceRefused, LetsAHostPutThingsRight) {
   host.bus.set_supply_voltage(1, 24);
   host.wait(500ms);
   host.repeat(1, 2ms, query(protocol::ClearErrors{}));
-  host.repeat(1, 2ms, query(protocol::Torque{0.1}));  // another thread's
+  host.repeat(1, 2ms, query(protocol::Torque{0.1}));  // from another thread
   host.repeat(1, 2ms, query(protocol::Run{}));
   host.repeat(100, 2ms, query(protocol::Torque{0.1}));
   EXPECT_EQ(host.all(), "");
@@ -139,7 +139,7 @@ TEST(AdviceError, IsOfAHostThatNeverAsks) {
   EXPECT_EQ(asks.all(), "");
 }
 
-/// At 100 Hz, for so long, and the drive trips at the end.
+/// A host that commands at 100 Hz for `duration`; the drive trips at the end.
 AdvisedHost tripped_after(SimTime duration) {
   AdvisedHost host(delicate());
   host.repeat(static_cast<int>(duration / 10ms), 10ms, query(protocol::Torque{0.1}));
@@ -196,7 +196,7 @@ TEST(AdviceError, IsNotOfAHostThatKnowsOrWasNotThere) {
   AdvisedHost quick(delicate());
   quick.repeat(300, 10ms, query(ReadState1{}));
   quick.bus.set_supply_voltage(1, 5);
-  quick.bus.advance_to(quick.bus.time() + 900us);  // nobody has looked yet
+  quick.bus.advance_to(quick.bus.time() + 900us);  // before the adviser looks
   quick.repeat(1, 10ms, query(ReadState1{}));
   quick.wait(10s);
   EXPECT_EQ(quick.all(), "") << "the answer has shown the error";
@@ -226,7 +226,7 @@ TEST(AdviceError, IsNotOfADriveWithoutPower) {
 
 // --- paths
 
-/// How fast the tests' motor can be: 24 V / sqrt(3) over 14 pole pairs and 4.99 mWb.
+/// No-load speed of the tests' motor: 24 V / sqrt(3) over 14 pole pairs and 4.99 mWb.
 const double kNoLoad_dps = 24 / std::sqrt(3.0) / (14 * 0.00499) * 180 / std::acos(-1.0);
 
 TEST(AdviceJump, IsAStepInAStreamThatNoMotorFollows) {
@@ -246,10 +246,10 @@ TEST(AdviceJump, IsAStepInAStreamThatNoMotorFollows) {
 
 TEST(AdviceJump, LeavesTheWayToTheDrive) {
   AdvisedHost host(test::servo_config(1));
-  for (int n = 0; n < 10; ++n) {  // a target, again and again, and then another
+  for (int n = 0; n < 10; ++n) {  // one target repeatedly, then another
     host.repeat(20, 2ms, query(Position1{cdeg(n % 2 == 0 ? 300 : -300)}));
   }
-  for (int n = 0; n < 100; ++n) {  // a stream that loses a frame and then hurries
+  for (int n = 0; n < 100; ++n) {  // a stream that loses a frame and then catches up
     const double target_deg = 45 + 8.0 * n;
     if (n % 10 != 0) host.send(query(Position1{cdeg(target_deg)}));
     host.wait(n % 10 == 1 ? 400us : n % 10 == 2 ? 3600us : 2ms);
@@ -258,8 +258,8 @@ TEST(AdviceJump, LeavesTheWayToTheDrive) {
 }
 
 /// A knee of the delivered dog swings its foot: steps of 13.2° of the rotor every 10 ms, with a max
-/// speed that is little more than they take. The host, or this machine, is held up, and then the
-/// targets come as fast as the wire carries twelve of them.
+/// speed just above that. Host or machine is delayed; then targets arrive at the wire's rate for
+/// twelve drives.
 TEST(AdviceJump, IsNotAStreamThatWasHeldUp) {
   for (const SimTime hold : {60ms, 100ms, 200ms, 500ms, 900ms}) {
     AdvisedHost host(test::servo_config(1));
@@ -286,7 +286,7 @@ TEST(AdviceWindUp, IsOfAShaftThatDoesNotFollow) {
   host.repeat(99, 10ms, query(Position5{cdeg(10)}));  // 1000 dps
   EXPECT_EQ(host.count(AdviceKind::kWindUp), 0U);
   host.repeat(50, 10ms, query(Position5{cdeg(10)}));
-  // After 1.5 s, 1500° were asked for, of which 75° can be done: 1.4 s behind.
+  // In 1.5 s the host demanded 1500° of which 75° are possible: 1.4 s behind.
   EXPECT_GT(host.count(AdviceKind::kWindUp), 0U);
 }
 
@@ -294,16 +294,16 @@ TEST(AdviceWindUp, IsNotOfIncrementsThatAreDone) {
   AdvisedHost host(test::servo_config(1));
   host.repeat(500, 10ms, query(Position5{cdeg(1)}));  // 100 dps
   for (int n = 0; n < 10; ++n) host.repeat(1, 600ms, query(Position5{cdeg(90)}));
-  host.repeat(20, 1ms, query(Position5{cdeg(1)}));  // a quick hand at a jog wheel
+  host.repeat(20, 1ms, query(Position5{cdeg(1)}));  // a fast turn of a jog wheel
   host.wait(2s);
   host.repeat(20, 1ms, query(Position5{cdeg(-1)}));
   EXPECT_EQ(host.all().find("wind-up"), std::string::npos) << host.all();
 }
 
-// --- positions as speeds
+// --- positions sent as speeds
 
 TEST(AdviceSpeed, IsAPathThatStartsAtTheShaft) {
-  AdvisedHost host(test::servo_config(1));  // stands at 45°
+  AdvisedHost host(test::servo_config(1));  // at 45°
   host.repeat(1, 2ms, query(ReadMultiTurnAngle{}));
   for (int n = 0; n < 30; ++n) host.repeat(1, 10ms, speed(45 + 0.9 * n));
   EXPECT_GT(host.count(AdviceKind::kSpeedAsPosition), 0U);
@@ -327,7 +327,7 @@ TEST(AdviceSpeed, IsNotASpeed) {
   for (int n = 0; n <= 100; ++n) host.repeat(1, 10ms, speed(n));  // a ramp from rest
   host.repeat(300, 10ms, speed(100));                             // a turntable
   for (const double dps : {50.0, -200.0, 35.0}) host.repeat(100, 10ms, speed(dps));
-  for (int n = 0; n < 500; ++n) {  // a host with a position loop of its own, to 720°
+  for (int n = 0; n < 500; ++n) {  // a host with its own position loop, to 720°
     host.send(query(ReadMultiTurnAngle{}));
     host.wait(1ms);
     const double angle_deg = host.bus.servo(1).multi_turn_deg(host.bus.telemetry(1));
@@ -335,7 +335,7 @@ TEST(AdviceSpeed, IsNotASpeed) {
   }
   host.repeat(1, 10ms, speed(0));
   EXPECT_EQ(host.all(), "");
-  AdvisedHost sweep(test::servo_config(1));  // turns back at ±90°, which it turns towards at 90 dps
+  AdvisedHost sweep(test::servo_config(1));  // reverses at ±90°, with 90 dps towards them
   double dps = 90;
   for (int n = 0; n < 2000; ++n) {
     sweep.repeat(1, 5ms, speed(dps));
@@ -344,25 +344,25 @@ TEST(AdviceSpeed, IsNotASpeed) {
     if (angle_deg <= -90) dps = 90;
   }
   EXPECT_EQ(sweep.all(), "");
-  // Stands at some angle, and turns as many dps from there: once is chance.
+  // A drive at some angle that turns from there at an equal number of dps: once may be chance.
   AdvisedHost chance(test::servo_config(1));
   chance.repeat(1, 2ms, query(ReadMultiTurnAngle{}));
   chance.repeat(100, 10ms, speed(45));
   EXPECT_EQ(chance.all(), "");
 }
 
-// --- as a whole
+// --- all advice together
 
 TEST(Advice, IsNotGivenToAHostThatBehaves) {
   BusConfig config = test::bus_config({1, 2, 3, 4}, 1'000'000);
   AdvisedHost host(config);
-  for (int id = 1; id <= 4; ++id) {  // set up
+  for (int id = 1; id <= 4; ++id) {  // set-up
     host.repeat(1, 5ms, query(protocol::WritePidToRom{{.angle_kp = 80}}, id));
     host.repeat(1, 1ms, query(protocol::ClearErrors{}, id));
     host.repeat(1, 1ms, query(protocol::Run{}, id));
     host.repeat(1, 1ms, query(ReadMultiTurnAngle{}, id));
   }
-  for (int n = 0; n < 1000; ++n) {  // 200 Hz, a smooth path from where the shaft stands
+  for (int n = 0; n < 1000; ++n) {  // 200 Hz, a smooth path from the present angle
     for (int id = 1; id <= 4; ++id) {
       const double target_deg = 45 + 30 * (1 - std::cos(0.01 * n));
       host.repeat(1, 500us, query(Position2{2000, cdeg(target_deg)}, id));

@@ -1,4 +1,4 @@
-// Advice for hosts on RS-485, and none for those that do it right.
+// Advice for hosts on RS-485, and none for correct ones.
 
 #include <gtest/gtest.h>
 
@@ -39,13 +39,13 @@ TEST(AdvicePackets, ZeroWithoutItsPayload) {
   EXPECT_EQ(host.all(), "");
   host.write(2, 5ms, "3E 95 01 00 D4");
   EXPECT_EQ(host.count(AdviceKind::kZeroWithoutPayload), 2U);
-  Wired older(Generation::kV235);  // its 0x95 has none
+  Wired older(Generation::kV235);  // its 0x95 has no payload
   older.write(2, 5ms, "3E 95 01 00 D4");
   EXPECT_EQ(older.all(), "");
 }
 
-/// docs/rs485.md: 0x42 is V2.35's, 0x91 the oldest manual's, 0x89 nobody's by itself; on CAN 0x42
-/// is v236b's, v235 has 0x91, and there is no 0x89.
+/// docs/rs485.md: 0x42 is V2.35's, 0x91 the oldest manual's, 0x89 no generation's. On CAN 0x42 is
+/// v236b's, v235 has 0x91, and 0x89 is unused.
 TEST(AdvicePackets, UnknownCommandsAreThoseOfTheWire) {
   Wired host;
   host.write(1, 5ms, "3E 42 01 07 88 97 32 00 14 00 00 00 DD");
@@ -73,7 +73,7 @@ TEST(AdvicePackets, UnknownCommandsAreThoseOfTheWire) {
             "look up the commands that there are (docs/rs485.md, Commands)");
 }
 
-/// Every command that a drive lacks, in every generation: no gap where a name should be.
+/// Covers all commands that a drive lacks, in every generation: each text has a name.
 TEST(AdvicePackets, UnknownCommandsHaveTheirNames) {
   for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
     const BusConfig bus = serial_bus({serial_drive(static_cast<Generation>(n))});
@@ -96,12 +96,12 @@ TEST(AdvicePackets, UnknownCommandsHaveTheirNames) {
   }
 }
 
-/// Identifiers, 8 bytes and 1 Mbit/s are CAN's.
+/// Identifiers, 8 bytes and 1 Mbit/s are terms of CAN.
 TEST(AdvicePackets, WhatIsToBeDoneIsAboutPackets) {
   for (const AdviceRow& row : advice_table()) {
     if (row.kind == AdviceKind::kDuplicateId || row.kind == AdviceKind::kOtherGeneration ||
         row.kind == AdviceKind::kUnknownCommand || row.kind == AdviceKind::kFasterThanDrive) {
-      continue;  // never given there, or always with words of their own
+      continue;  // never given there, or with texts of their own
     }
     Advice advice{.found = {row.kind, nullptr}, .id = 1, .count = 1, .first = {}, .frame = {}};
     advice.frame.kind = protocol::FrameKind::kSerial;
@@ -112,7 +112,7 @@ TEST(AdvicePackets, WhatIsToBeDoneIsAboutPackets) {
   }
 }
 
-/// misa-actuator's 0xA5 and 0x8C.
+/// 0xA5 and 0x8C as the host misa-actuator sends them.
 TEST(AdvicePackets, PayloadsOfCan) {
   Wired host;
   host.write(1, 5ms, "3E A5 01 07 EB 01 00 00 28 23 00 00 4C");
@@ -126,21 +126,21 @@ TEST(AdvicePackets, PayloadsOfCan) {
   Wired right;
   right.write(2, 5ms, "3E A5 01 04 E8 01 28 23 00 4C");
   right.write(2, 5ms, "3E 8C 01 01 CC 10 10");
-  right.write(2, 5ms, "3E C0 01 07 06 0A (6 x 00) 0A");  // seven they are
+  right.write(2, 5ms, "3E C0 01 07 06 0A (6 x 00) 0A");  // correct: seven bytes
   EXPECT_EQ(right.all(), "");
   Wired short_of;
   short_of.write(1, 5ms, "3E A2 01 02 E3 A0 8C 2C");
   EXPECT_EQ(short_of.count(AdviceKind::kWrongLength), 1U);
 }
 
-/// A reply ends 230 us behind an 0xA1 that ends 80 us behind its start: 310 us at the least.
+/// The reply ends 230 us after an 0xA1 that ends 80 us after its start: 310 us at least.
 TEST(AdvicePackets, WhoSendsBeforeTheReplyIsOver) {
   const char* const torque = "3E A1 01 02 E2 64 00 64";
   BusConfig not_while_replying = Wired::two_drives(Generation::kV236);
   not_while_replying.serial->hears_while_replying = false;
   Wired host;
   host.write(1, 300us, torque);
-  host.write(1, 20ms, "3E A1 02 02 E3 64 00 64");  // another drive, but the same line
+  host.write(1, 20ms, "3E A1 02 02 E3 64 00 64");  // another drive on the same line
   host.write(1, 300us, torque);
   host.write(1, 20ms, torque);
   EXPECT_EQ(host.all(), "");
@@ -150,7 +150,7 @@ TEST(AdvicePackets, WhoSendsBeforeTheReplyIsOver) {
   EXPECT_EQ(what_text(host.get(AdviceKind::kTalksOverReply, kWholeBus), Language::kEnglish),
             "3 times a packet before the reply to the last was over: this one came 300 µs after "
             "it, and the reply ends 360 µs after it at the earliest");
-  Wired at_once(not_while_replying);  // the drive has a reply to give, and its queue is not full
+  Wired at_once(not_while_replying);  // the drive owes a reply, and its queue has room
   for (int n = 0; n < 5; ++n) {
     at_once.write(torque);
     at_once.write(1, 20ms, torque);
@@ -160,21 +160,21 @@ TEST(AdvicePackets, WhoSendsBeforeTheReplyIsOver) {
   EXPECT_EQ(at_once.count(AdviceKind::kFasterThanDrive), 0U) << at_once.all();
   Wired waits;
   waits.write(500, 370us, torque);
-  waits.write(20, 300us, "3E A1 05 02 E6 64 00 64");  // nobody's
+  waits.write(20, 300us, "3E A1 05 02 E6 64 00 64");  // for an absent drive
   EXPECT_EQ(waits.count(AdviceKind::kTalksOverReply, kWholeBus), 0U) << waits.all();
 }
 
-/// The first reply begins 150 us behind the first packet, which ends 80 us behind its start.
+/// The first reply begins 150 us after the first packet, which ends 80 us after its start.
 TEST(AdvicePackets, NoneForPacketsThatTheDriveHearsBeforeItReplies) {
   const char* const torque = "3E A1 01 02 E2 64 00 64";
   Wired pair;
   for (int n = 0; n < 10; ++n) {
     pair.write(torque);
-    pair.write(1, 20ms, "3E 92 01 00 D1");  // ends 130 us behind the start
+    pair.write(1, 20ms, "3E 92 01 00 D1");  // ends 130 us after the start
   }
   EXPECT_EQ(pair.bus.stats().queries, 20U);
   EXPECT_EQ(pair.all(), "");
-  Wired early;  // the next packet meets the second reply
+  Wired early;  // the next packet overlaps the second reply
   for (int n = 0; n < 3; ++n) {
     early.write(torque);
     early.write(1, 400us, "3E 92 01 00 D1");
@@ -188,7 +188,7 @@ TEST(AdvicePackets, NoneForPacketsThatTheDriveHearsBeforeItReplies) {
     third.write(1, 20ms, torque);
   }
   EXPECT_GT(third.count(AdviceKind::kTalksOverReply, kWholeBus), 0U);
-  Wired two;  // whose replies meet
+  Wired two;  // replies that collide
   for (int n = 0; n < 5; ++n) {
     two.write("3E 92 01 00 D1");
     two.write(1, 20ms, "3E 92 02 00 D2");
@@ -201,7 +201,7 @@ TEST(AdvicePackets, WhoTakesItsEchoForTheReply) {
   host.bus.apply({kWholeBus, SetFault{test::fault_of("echo")}});
   host.wait(2ms);
   for (int n = 0; n < 3; ++n) {
-    host.write(1, 100us, "3E 88 01 00 C7");  // 50 us of its own
+    host.write(1, 100us, "3E 88 01 00 C7");  // takes 50 us itself
     host.write(1, 20ms, "3E 9C 01 00 DB");
   }
   EXPECT_EQ(host.count(AdviceKind::kEchoTaken, kWholeBus), 1U) << host.all();

@@ -1,5 +1,5 @@
-// Advice about settings over the bus: by the frames alone, for which no drive here has to have the
-// commands. The replies are those of docs/protocol.md.
+// Advice about settings over the bus, from frames alone: drives here need not know the commands.
+// The replies are those of docs/protocol.md.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ const protocol::Frame kSave = test::frame("141#4405FA0000000000");
 const protocol::Frame kSavedReply = test::frame("141#4405010000000000");
 const protocol::Frame kRestart = test::frame("141#0700000000000000");
 
-/// What the host says, and the drive after it.
+/// Sends a query and the drive's reply.
 void say(AnsweredHost& host, const protocol::Frame& query, const protocol::Frame& reply) {
   host.repeat(1, 1ms, query);
   host.adviser.hear_reply(reply);
@@ -71,7 +71,7 @@ TEST(AdviceSettings, ThatAreSavedOrWereNeverTakenAreNotLost) {
   EXPECT_EQ(host.count(AdviceKind::kSettingNotSaved), 0U);
 }
 
-/// A drive that does what the frames say.
+/// A drive that executes these commands.
 ServoConfig second_print() { return test::drive(Generation::kV236b); }
 
 TEST(AdviceSettings, ADriveIsWatchedAtItsNewId) {

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file A host on a bus, and who watches it.
+/// @file A host on a bus, with an adviser.
 
 #include <algorithm>
 #include <stdexcept>
@@ -15,7 +15,7 @@ namespace lk::emulator {
 using namespace std::chrono_literals;
 using protocol::encode_query;
 
-/// Frames for a drive of the generation that the tests' drives have unless they say otherwise.
+/// Returns a query for a drive of the tests' default generation, or another.
 inline protocol::Frame query(const protocol::Command& command, int id = 1,
                              Generation generation = Generation::kLegacy) {
   return encode_query(id, command,
@@ -44,7 +44,7 @@ class AdvisedHost {
       adviser.look(bus);
     }
   }
-  /// Sends it so often, and waits after each.
+  /// Sends the frame `times` times, with a wait of `gap` after each.
   void repeat(int times, SimTime gap, const protocol::Frame& frame) {
     for (int n = 0; n < times; ++n) {
       send(frame);
@@ -52,7 +52,7 @@ class AdvisedHost {
     }
   }
 
-  /// Whatever their causes.
+  /// Returns the count over all causes.
   std::uint64_t count(AdviceKind kind, int id = 1) const {
     std::uint64_t sum = 0;
     for (const Advice& advice : adviser.given()) {
@@ -60,14 +60,14 @@ class AdvisedHost {
     }
     return sum;
   }
-  /// The first one; there must be such.
+  /// Returns the first advice of the kind. Pre: there is one.
   Advice get(AdviceKind kind, int id = 1) const {
     for (const Advice& advice : adviser.given()) {
       if (advice.found.kind == kind && advice.id == id) return advice;
     }
     throw std::logic_error("no such advice");
   }
-  /// All kinds there were, for a message.
+  /// Returns all kinds of advice, for a message.
   std::string all() const {
     std::string text;
     for (const Advice& advice : adviser.given()) {
@@ -78,7 +78,7 @@ class AdvisedHost {
 
   Bus bus;
   Adviser adviser;
-  bool hears_replies = false;  // the adviser does, as in the program; else they stay on the bus
+  bool hears_replies = false;  // as in the program; else replies stay on the bus
 
  private:
   void hear_replies() {
@@ -93,7 +93,7 @@ class AdvisedHost {
   }
 };
 
-/// The same, and its adviser hears replies too.
+/// As AdvisedHost, but its adviser receives replies too.
 class AnsweredHost : public AdvisedHost {
  public:
   template <class Config>

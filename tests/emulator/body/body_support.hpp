@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Bodies of MuJoCo, for tests.
+/// @file MuJoCo bodies for tests.
 
 #include <fstream>
 #include <memory>
@@ -12,14 +12,14 @@
 
 namespace lk::test {
 
-/// What a file holds.
+/// Returns the contents of a file.
 inline std::string text_of(const std::string& file) {
   std::ostringstream text;
   text << std::ifstream(file).rdbuf();
   return text.str();
 }
 
-/// The model that a text is.
+/// Loads a model from text.
 inline std::shared_ptr<emulator::MujocoBody> body_of(
     const std::string& text, emulator::SimTime step = std::chrono::milliseconds(1)) {
   const TempDirectory directory;
@@ -28,7 +28,7 @@ inline std::shared_ptr<emulator::MujocoBody> body_of(
   return std::make_shared<emulator::MujocoBody>(file, step);
 }
 
-/// hand_bodies.hpp's double_pendulum(0.3, 0.25, 1e-5).
+/// Equals hand_bodies.hpp's double_pendulum(0.3, 0.25, 1e-5).
 inline constexpr const char* kDoublePendulum = R"(
 <mujoco><option timestep="0.001" integrator="RK4" gravity="0 0 -9.81"/><worldbody>
   <body name="upper" pos="0 0 1"><joint name="one" type="hinge" axis="0 1 0"/>

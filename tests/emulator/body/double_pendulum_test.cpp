@@ -1,4 +1,4 @@
-// Two complete drives on MuJoCo's double pendulum, beside one system of equations.
+// Compares two complete drives on MuJoCo's double pendulum with a single system of equations.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -47,7 +47,7 @@ Scenario on_pendulum() {
   return scenario;
 }
 
-/// Required: 0.1 % of the travel.
+/// Requirement: 0.1 % of the travel.
 TEST(DoublePendulum, IsWhereOneSystemOfEquationsHasIt) {
   ScenarioRun run(on_pendulum());
   const ServoConfig servo = smooth_drive(1);
@@ -91,8 +91,8 @@ TEST(DoublePendulum, IsWhereOneSystemOfEquationsHasIt) {
   EXPECT_LT(worst, 1e-3 * travel);
 }
 
-/// How far both joints are off after 0.4 s under constant torques in steps of 1, 2 and 4 ms, beside
-/// steps of 1/8 ms. Without what would round: pulses, encoder and current sensor as fine as can be.
+/// Errors of both joints after 0.4 s under constant torques in steps of 1, 2 and 4 ms, relative to
+/// steps of 1/8 ms. Without quantisation: PWM, encoder and current sensor are as fine as possible.
 std::array<double, 3> errors_with(const std::string& integrator) {
   const std::string model = std::regex_replace(
       std::string(kDoublePendulum), std::regex(R"(timestep="0.001" integrator="RK4")"),
@@ -123,14 +123,15 @@ std::array<double, 3> errors_with(const std::string& integrator) {
   return errors;
 }
 
-/// Twice the step, four times the error; less what is wrong with the exact one and of higher order.
+/// Doubling the step multiplies the error by four, minus higher orders and the reference's own
+/// error.
 TEST(DoublePendulum, IsOfSecondOrderWithRungeKutta) {
   const auto error = errors_with("RK4");
   EXPECT_GT(error[1] / error[0], 3.0) << error[0] << ' ' << error[1] << ' ' << error[2];
   EXPECT_GT(error[2] / error[1], 3.0) << error[0] << ' ' << error[1] << ' ' << error[2];
 }
 
-/// Twice the step, twice the error.
+/// Doubling the step doubles the error.
 TEST(DoublePendulum, IsOfFirstOrderWithEuler) {
   const auto error = errors_with("Euler");
   EXPECT_NEAR(error[1] / error[0], 2.2, 0.4) << error[0] << ' ' << error[1] << ' ' << error[2];

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Two drives and the double pendulum that they turn, as one system of equations in
-/// continuous time, given to SUNDIALS CVODE. Nothing of model/plant/ or of the coupling is in it.
+/// @file Two drives and their double pendulum as one system of equations in continuous time, solved
+/// by SUNDIALS CVODE. Independent of model/plant/ and of the coupling.
 
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>
@@ -20,15 +20,15 @@
 
 namespace lk::test {
 
-/// Both drives have the same numbers: a rigid gear, no dry friction, windings that do not change
-/// with their temperature.
+/// Both drives have equal parameters: a rigid gear, no dry friction, windings without temperature
+/// effects.
 class DoubleReference {
  public:
-  // Of each drive i_d, i_q, v_link; then both angles, both speeds.
+  // For each drive i_d, i_q, v_link; then both angles, both speeds.
   static constexpr std::size_t kSize = 10;
   using State = std::array<double, kSize>;
 
-  // Made in this order, of each other. NOLINTBEGIN(cppcoreguidelines-prefer-member-initializer)
+  // Each depends on the previous one. NOLINTBEGIN(cppcoreguidelines-prefer-member-initializer)
   DoubleReference(const model::DriveParams& drive, Equations body)
       : drive_(drive), body_(std::move(body)) {
     check(SUNContext_Create(nullptr, &context_));
@@ -61,10 +61,10 @@ class DoubleReference {
     std::copy_n(N_VGetArrayPointer(y_), s.size(), s.begin());
     return s;
   }
-  /// `seconds` under constant duties of the legs of both.
+  /// Advances by `seconds` with constant duties of both drives' legs.
   void advance(const std::array<std::array<double, 3>, 2>& duty, double seconds) {
     duty_ = duty;
-    check(CVodeReInit(solver_, time_, y_));  // the duties jump: begin anew
+    check(CVodeReInit(solver_, time_, y_));  // restart, because the duties jump
     time_ += seconds;
     check(CVodeSetStopTime(solver_, time_));
     double reached = 0.0;
@@ -81,7 +81,7 @@ class DoubleReference {
     return 0;
   }
 
-  /// Of one drive's currents and link; gives its torque on the joint.
+  /// Computes the derivatives of one drive's currents and link; returns its torque on the joint.
   double electrical(std::size_t n, const double* y, double q, double w, double* dy) const {
     const model::DriveParams& p = drive_;
     const double N = p.mechanics.gear_ratio;

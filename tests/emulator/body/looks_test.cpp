@@ -1,4 +1,4 @@
-// What is to be seen of a MuJoCo body: its solids, where they are, what they touch.
+// Visible data of a MuJoCo body: its solids, their poses, their contacts.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,8 +16,8 @@ using emulator::BodyShape;
 using emulator::GeomKind;
 using emulator::Triple;
 
-/// By hand from the file: a mount, and a tube 0.3 m down, of which the capsule's middle is at half,
-/// with a ball at its end.
+/// By hand from the file: a mount, and a tube of 0.3 m with a ball at its end; the capsule's centre
+/// is half-way down.
 TEST(Looks, OfThePendulumAreThoseOfItsFile) {
   std::ostringstream text;
   text << std::ifstream(LKEMU_SOURCE_DIR "/configs/bodies/pendulum.xml").rdbuf();
@@ -66,7 +66,7 @@ TEST(Looks, AreInTheWorldOnABodyAndHiddenAsTheModelSays) {
   EXPECT_NEAR(std::abs(poses[1].quaternion[3]), 1, 1e-12) << "half a turn about z, as its trunk";
 }
 
-/// At rest the floor carries what there is: 3 kg.
+/// At rest the floor carries the whole weight: 3 kg.
 TEST(Looks, ContactForcesCarryTheWeight) {
   const auto body = body_of(kOnTheFloor);
   const emulator::JointTorque none{};
@@ -85,7 +85,7 @@ TEST(Looks, ContactForcesCarryTheWeight) {
   EXPECT_LT(aside, 0.1);
 }
 
-/// What carries is the model's first geom or its last: the force is on what moves.
+/// The floor may be the model's first geom or its last: the force acts on the moving body.
 TEST(Looks, ContactForcesAreOnWhatMoves) {
   for (const bool floor_first : {true, false}) {
     const std::string floor = R"(<geom type="box" size="1 1 .1" pos="0 0 -.1"/>)";

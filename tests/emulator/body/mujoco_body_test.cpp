@@ -1,4 +1,4 @@
-// MuJoCo as a mechanism: what it refuses, what it shows, what becomes of it when it explodes.
+// MuJoCo as a mechanism: refused models, state, and explosions.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -98,7 +98,7 @@ TEST(MujocoBody, BeginsInItsFirstKeyframe) {
   EXPECT_NEAR(body->joint(0).body_torque_Nm, -9.81 * std::sin(0.7), 1e-9);
 }
 
-/// Free, a foot is as light as it is; on the floor it has the floor behind it.
+/// In the air a joint feels the foot's inertia alone; on the floor it also feels the floor.
 TEST(MujocoBody, FeelsTheFloorInTheJoint) {
   const auto leg = [](const char* height) {
     return body_of(
@@ -113,7 +113,7 @@ TEST(MujocoBody, FeelsTheFloorInTheJoint) {
   EXPECT_GT(leg("0.0999")->joint(0).inertia_kg_m2, 3 * own);
 }
 
-/// Of a kilogram a metre out, pushed by 2 N for 10 ms: 2·0.01/(1 + 0.004) rad/s.
+/// A kilogram at one metre, pushed with 2 N for 10 ms: 2·0.01/(1 + 0.004) rad/s.
 TEST(MujocoBody, IsPushedLoadedAndHeld) {
   const auto body = body_of(R"(<mujoco><option timestep=".001" gravity="0 0 0"/><worldbody>
       <body name="arm"><joint name="hip" axis="0 1 0"/><geom type="sphere" size=".1" mass="1"
@@ -139,7 +139,7 @@ TEST(MujocoBody, IsPushedLoadedAndHeld) {
   EXPECT_EQ(body->joint(0).speed_rad_s, 0);
 }
 
-/// A kilogram a metre out, with 0.004 kg·m² of its own; it hangs, so that gravity pulls at 0.1 rad.
+/// A kilogram at one metre with 0.004 kg·m² of its own; it hangs, so gravity pulls at 0.1 rad.
 TEST(MujocoBody, IsAUrdfToo) {
   const auto body = body_of(R"(<robot name="arm"><link name="base"/>
       <link name="arm"><inertial><origin xyz="0 0 -1"/><mass value="1"/>

@@ -1,4 +1,4 @@
-// The shipped pendulum, from its files.
+// Tests the shipped pendulum, from its files.
 #include <gtest/gtest.h>
 
 #include "emulator/body/mujoco_body.hpp"
@@ -41,7 +41,7 @@ TEST(Pendulum, FallsInItsScenario) {
   }
 }
 
-/// Its drive is idle, and its gear lets itself be turned.
+/// The drive is idle, and its gear is back-drivable.
 TEST(Pendulum, IsPushedByADirective) {
   Scenario scenario = swing();
   scenario.expectations.clear();
@@ -58,8 +58,7 @@ TEST(Pendulum, IsPushedByADirective) {
   left.advance_to(std::chrono::milliseconds(111));
   const double J = pushed.body()->joint(0).inertia_kg_m2;
   EXPECT_EQ(left.body()->joint(0).angle_rad, 0);
-  // Of 5 N at the centre of mass, 0.275 m, less the friction of the gear: upwards, and below the
-  // bound.
+  // 5 N at the centre of mass, 0.275 m, minus the gear's friction: upwards, and below the bound.
   EXPECT_GT(pushed.body()->joint(0).speed_rad_s, 0.1);
   EXPECT_LT(pushed.body()->joint(0).speed_rad_s, 5 * 0.275 * 0.1 / J);
 }

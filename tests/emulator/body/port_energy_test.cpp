@@ -1,4 +1,4 @@
-// What drives give a body's joints, and what these take: also where limbs hit the floor.
+// Energy between drives and joints is conserved, also when limbs hit the floor.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,13 +21,13 @@ using namespace emulator;
 const std::string kConfigs = std::string(LKEMU_SOURCE_DIR) + "/configs/";
 
 struct Books {
-  double given_J = 0;   // ∫τ·dq as the drives had the joint turn
-  double taken_J = 0;   // as MuJoCo had
-  double passed_J = 0;  // of what was taken, without its sign
-  int contacts = 0;     // the most of a step
+  double given_J = 0;   // ∫τ·dq with the joint motion of the drives
+  double taken_J = 0;   // with the joint motion of MuJoCo
+  double passed_J = 0;  // absolute value of taken_J, summed
+  int contacts = 0;     // largest number in a step
 };
 
-/// Keeps the books of its ports.
+/// Accounts for the energy of its ports.
 class Audited : public MujocoBody {
  public:
   Audited(const std::string& file, SimTime step, std::shared_ptr<Books> books)
@@ -51,7 +51,7 @@ class Audited : public MujocoBody {
   std::shared_ptr<Books> books_;
 };
 
-/// Of a delivered scenario, by the time it ends.
+/// Returns the energies of a delivered scenario at its end.
 Books books_of(const std::string& scenario_name) {
   const auto books = std::make_shared<Books>();
   const LoadBody load = [&](const std::string& /*file*/, const std::string& model, SimTime step) {
@@ -72,7 +72,7 @@ Books books_of(const std::string& scenario_name) {
   return *books;
 }
 
-/// Two joints, nothing that touches: 0.1 % of all that goes through.
+/// Two joints without contacts: 0.1 % of the transferred energy.
 TEST(PortEnergy, GivenIsTaken) {
   const Books books = books_of("arm_coupling_breaks");
   EXPECT_EQ(books.contacts, 0);
@@ -80,8 +80,8 @@ TEST(PortEnergy, GivenIsTaken) {
   EXPECT_NEAR(books.given_J, books.taken_J, 1e-3 * books.passed_J);
 }
 
-/// Twelve joints of closed chains, each of which hears of the others a step late: what is left over
-/// is 0.5 % (docs/body.md).
+/// Twelve joints in closed chains, each with the others' state of the previous step: the error is
+/// 0.5 % (docs/body.md).
 TEST(PortEnergy, OfContactsLittleIsLeftOver) {
   const Books books = books_of("dog_misses_a_command");
   EXPECT_GE(books.contacts, 4);

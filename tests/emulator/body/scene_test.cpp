@@ -1,4 +1,4 @@
-// The ground under a body of MuJoCo, where it is put, and what is watched of it.
+// Ground, initial pose and signals of a MuJoCo body.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,8 +20,8 @@ using emulator::MujocoBody;
 constexpr double kG = 9.81;
 constexpr double kRad = std::numbers::pi / 180;
 
-/// A block of 2 kg on the floor, and a wheel of no weight to speak of for there to be a hinge. The
-/// block's own friction is high.
+/// A block of 2 kg on the floor, and a nearly massless wheel, since a hinge is needed. The block's
+/// own friction is high.
 const char* const kBlock = R"(
 <mujoco><compiler angle="degree"/><option timestep=".001" gravity="0 0 -9.81"/><worldbody>
   <geom name="floor" type="plane" size="9 9 1" friction="0.8 0.005 0.0001"/>
@@ -47,7 +47,7 @@ BodyState look(const MujocoBody& body) {
   return state;
 }
 
-/// The signal of that name, as conditions and CSV files have it.
+/// Returns the signal of that name, as used in conditions and CSV files.
 double read(const MujocoBody& body, const std::string& name) {
   const BodyState state = look(body);
   const emulator::BodySignals signals(body.parts(), state);
@@ -58,8 +58,8 @@ double read(const MujocoBody& body, const std::string& name) {
   return 0;
 }
 
-/// It slides down where tan(slope) is above the friction: with g·(sin − μ·cos), in spite of its own
-/// friction of 1. MuJoCo's friction yields a little: 3 %.
+/// It slides if tan(slope) exceeds the floor's friction, with g·(sin − μ·cos), in spite of its own
+/// friction of 1. MuJoCo's friction is slightly soft: 3 %.
 TEST(Scene, ABlockSlidesDownASlopeThatIsSteepForItsFriction) {
   const auto body = body_of(kBlock);
   body->set_floor({.friction = 0.2, .slope_rad = 20 * kRad});
@@ -69,10 +69,10 @@ TEST(Scene, ABlockSlidesDownASlopeThatIsSteepForItsFriction) {
   run(*body, 0.5);
   const double gained = look(*body).parts[kPart].speed_m_s[0] - before;
   const double a = kG * (std::sin(20 * kRad) - 0.2 * std::cos(20 * kRad));
-  EXPECT_NEAR(gained / 0.5, -a, 0.03 * a);  // it rises along +x
+  EXPECT_NEAR(gained / 0.5, -a, 0.03 * a);  // the slope rises along +x
 }
 
-/// tan 20° = 0.364 < 0.8. It creeps, as MuJoCo's friction does.
+/// tan 20° = 0.364 < 0.8. MuJoCo's friction allows slow creep.
 TEST(Scene, ABlockStaysOnASlopeThatItsFrictionHolds) {
   const auto body = body_of(kBlock);
   body->set_floor({.friction = {}, .slope_rad = 20 * kRad});
@@ -98,7 +98,7 @@ TEST(Scene, TheFloorsForcesAreTheWeight) {
   EXPECT_NEAR(read(*body, "body.contact_N"), 2 * kG * std::cos(30 * kRad), 0.02 * 2 * kG);
 }
 
-/// It falls freely from where it was put: 0.5·g·t² and g·t, of Euler with steps of 1 ms.
+/// It falls freely from its initial pose: 0.5·g·t² and g·t, by Euler with steps of 1 ms.
 TEST(Scene, IsPutThereAtRest) {
   const auto body = body_of(kBlock);
   run(*body, 0.1);
@@ -113,7 +113,7 @@ TEST(Scene, IsPutThereAtRest) {
   EXPECT_EQ(read(*body, "body.block.z_m"), 3);
   EXPECT_NEAR(read(*body, "body.block.yaw_deg"), 90, 1e-9);
   EXPECT_NEAR(read(*body, "body.block.roll_deg"), 0, 1e-9);
-  // Quarter turn about z: cos 45° and sin 45°.
+  // A quarter turn about z: cos 45° and sin 45°.
   const double half = std::sqrt(0.5);
   EXPECT_NEAR(body->data().qpos[body->model().jnt_qposadr[0] + 3], half, 1e-12);
   EXPECT_NEAR(body->data().qpos[body->model().jnt_qposadr[0] + 6], half, 1e-12);
@@ -126,7 +126,8 @@ TEST(Scene, IsPutThereAtRest) {
   EXPECT_NEAR(read(*body, "body.block.z_m"), 3 - 0.5 * kG * 0.1 * 0.101, 1e-9);
 }
 
-/// A half turn about y after a quarter about x: (w, x, y, z) = (0, 0, cos 45°, −sin 45°), by hand.
+/// A quarter turn about x, then a half turn about y: (w, x, y, z) = (0, 0, cos 45°, −sin 45°), by
+/// hand.
 TEST(Scene, IsTurnedAboutXThenYThenZ) {
   const auto body = body_of(kBlock);
   body->pose({.keyframe = {},
@@ -150,7 +151,7 @@ TEST(Scene, AKeyframeIsAPose) {
   EXPECT_EQ(body->joint(0).angle_rad, 0.5);
 }
 
-/// The block, from a little above, and until it has come to rest.
+/// Puts the block slightly above the floor and waits until it rests.
 void set_down(MujocoBody& body, double x_m) {
   body.pose({.keyframe = {},
              .part = kPart,
@@ -161,7 +162,7 @@ void set_down(MujocoBody& body, double x_m) {
   run(body, 1);
 }
 
-/// The block is set down on either side of the edge; its middle is 0.05 m above what it stands on.
+/// The block is set down on either side of the edge; its centre is 0.05 m above its support.
 TEST(Scene, AStepCarriesWhatStandsOnIt) {
   const auto body = body_of(kBlock);
   const auto height_at = [&](double x_m) {
@@ -180,7 +181,7 @@ TEST(Scene, AStepCarriesWhatStandsOnIt) {
   EXPECT_NEAR(height_at(0.8), 0, 1e-3);
 }
 
-/// `how` is of <mujoco>, `planes` of its <worldbody>.
+/// `how` are attributes in <mujoco>, `planes` geoms in <worldbody>.
 std::shared_ptr<MujocoBody> block_on(const std::string& planes, const std::string& how = "") {
   return body_of("<mujoco>" + how + R"(<option timestep=".001"/><worldbody>)" + planes + R"(
     <body name="block" pos="0.8 0 0.2"><freejoint/><geom type="box" size=".2 .2 .05" mass="2"/></body>
@@ -189,8 +190,7 @@ std::shared_ptr<MujocoBody> block_on(const std::string& planes, const std::strin
     </worldbody></mujoco>)");
 }
 
-/// As the world's x has it, however the plane lies in its own frame; and where there is a wall,
-/// too.
+/// The step follows the world's x axis, for any frame of the plane, and also with a wall.
 TEST(Scene, AStepIsWhereTheWorldHasIt) {
   const char* const kFloors[] = {
       R"(<geom type="plane" size="9 9 1" pos="-2 0 0"/>)",
@@ -209,8 +209,7 @@ TEST(Scene, AStepIsWhereTheWorldHasIt) {
   }
 }
 
-/// On a floor that rises by 10° along +x: at x = 1, 0.176 m, and 0.08 m above that along its
-/// normal.
+/// On a floor that rises by 10° along +x: 0.176 m at x = 1, and 0.08 m above that along its normal.
 TEST(Scene, AStepLiesOnAFloorThatTheModelTilts) {
   const auto body = block_on(R"(<geom type="plane" size="9 9 1" euler="0 -10 0"/>)");
   body->set_floor({.friction = {}, .slope_rad = {}, .step = emulator::FloorStep{0.08, 0.5}});
@@ -225,7 +224,7 @@ TEST(Scene, AStepLiesOnAFloorThatTheModelTilts) {
   EXPECT_NEAR(at[2] * std::cos(10 * kRad) - at[0] * std::sin(10 * kRad), 0.13, 2e-3);
 }
 
-/// What touches nothing is left out of such a model.
+/// Such a model discards geoms without contacts.
 TEST(Scene, AModelMayDiscardWhatIsOnlySeen) {
   const char* const kPlane = R"(<geom type="plane" size="9 9 1"/>)";
   const auto body = block_on(kPlane, R"(<compiler discardvisual="true"/>)");
@@ -257,13 +256,13 @@ TEST(Scene, AStepIsSeenWhileItIsThere) {
   EXPECT_EQ(body->shape_changes(), 2U);
 }
 
-/// A wall and what is in a body are no floor.
+/// Walls and geoms of bodies are not floors.
 TEST(Scene, WhatIsNoFloor) {
   EXPECT_FALSE(block_on(R"(<geom type="plane" size="9 9 1" euler="0 90 0"/>)")->has_floor());
   EXPECT_FALSE(block_on(R"(<body><geom type="plane" size="9 9 1"/></body>)")->has_floor());
 }
 
-/// Towards the edge, which is at x = 0.5, with the block's own half of 0.2 m.
+/// Towards the edge at x = 0.5, minus half of the block, 0.2 m.
 TEST(Scene, AStepStopsWhatRunsIntoIt) {
   const auto body = body_of(kBlock);
   body->set_floor({.friction = 0.01, .slope_rad = {}, .step = emulator::FloorStep{0.03, 0.5}});
@@ -273,7 +272,7 @@ TEST(Scene, AStepStopsWhatRunsIntoIt) {
   EXPECT_NEAR(read(*body, "body.block.x_m"), 0.3, 5e-3);
 }
 
-/// The step is of what the floor is: it slides there as in
+/// The step has the floor's friction: the block slides as in
 /// ABlockSlidesDownASlopeThatIsSteepForItsFriction.
 TEST(Scene, AStepHasTheFrictionOfTheFloor) {
   const auto gained = [](bool friction_first) {
@@ -312,7 +311,7 @@ TEST(Scene, SaysWhatItHas) {
   EXPECT_FALSE(arm->stops(0));
 }
 
-/// In the air it has fallen only when it is tilted by more than 60°; on the floor it lies.
+/// In the air it counts as fallen only if tilted by more than 60°; on the floor it lies.
 TEST(Scene, HasFallenWhenItLiesOrIsTilted) {
   const auto body = body_of(kBlock);
   const auto tilted = [&](double degrees) {
@@ -332,7 +331,7 @@ TEST(Scene, HasFallenWhenItLiesOrIsTilted) {
   EXPECT_EQ(read(*body, "body.fallen"), 1);
 }
 
-/// A table with one leg that swings: on the leg's end it stands, on its own corner it has fallen.
+/// A table with one swinging leg: on the leg's end it stands, on its own corner it has fallen.
 TEST(Scene, FeetMayTouchTheFloor) {
   const auto table = [](const char* height) {
     return body_of(std::string(R"(<mujoco><worldbody><geom type="plane" size="9 9 1"/>
@@ -351,7 +350,7 @@ TEST(Scene, FeetMayTouchTheFloor) {
               .part = 0,
               .position_m = {},
               .rpy_rad = {},
-              .joints = {{0, 0.5 * std::numbers::pi}}});  // the leg is level
+              .joints = {{0, 0.5 * std::numbers::pi}}});  // the leg is horizontal
   lies->update();
   EXPECT_GT(read(*lies, "body.top.contact_N"), 0);
   EXPECT_EQ(read(*lies, "body.fallen"), 1);

@@ -1,4 +1,4 @@
-// Generations and switches that are asked for on the command line, over what the file says.
+// Generations and quirks from the command line override the file.
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ TEST(AskedFirmware, WinsOverTheFileKeyByKey) {
   const auto drive = parse(text, asked({"v235", {{"pid_commands", "false"}}}))[0].servos[0];
   EXPECT_EQ(drive.generation, Generation::kV235);
   Quirks expected = quirks_of(Generation::kV235);
-  expected.stop_holds = true;  // of which nothing was asked
+  expected.stop_holds = true;  // not overridden
   EXPECT_EQ(drive.quirks, expected);
   const auto same = parse(text, asked({std::nullopt, {{"state_1", "decivolt"}}}))[0].servos[0];
   EXPECT_EQ(same.generation, Generation::kV236);
@@ -63,7 +63,7 @@ TEST(AskedFirmware, OfABusWinsOverThatOfAll) {
   }
 }
 
-// The only bus of a file may be run on another interface, and a drive it does not have be added.
+// The only bus of a file may run on another interface, and drives may be added to it.
 TEST(AskedFirmware, FollowsTheBusAndItsDrives) {
   Overrides overrides;
   overrides.buses.push_back({"can7", std::vector{1, 9}, {"v236", {}}});
@@ -156,7 +156,7 @@ TEST(AskedFirmware, IsTakenInCapitalLetters) {
   EXPECT_EQ(drive_of("generation = \"Late-Legacy\"").generation, Generation::kLateLegacy);
 }
 
-/// A robot of whose first drives it is not known what they speak.
+/// A robot whose first drives have an unknown generation.
 const std::string kMixed =
     kDrive + "[[bus.drive]]\nid = 4\nmotor = \"mg4005\"\n[[bus]]\ninterface = \"vcan1\"\n" +
     "[[bus.drive]]\nid = 1\n";

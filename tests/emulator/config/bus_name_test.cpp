@@ -110,7 +110,7 @@ TEST(BusName, UnknownKindIsNamedInTheError) {
           bus_examples());
 }
 
-/// The page has the table as it is here.
+/// The table in the document agrees with the program's.
 TEST(BusName, ThePageHasEachScheme) {
   std::ifstream file(LKEMU_SOURCE_DIR "/docs/buses.md");
   std::stringstream page;

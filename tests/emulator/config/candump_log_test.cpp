@@ -1,5 +1,5 @@
-// Logs of candump: the lines below are as can-utils' candump -L prints them (its log2asc and
-// canplayer read the same).
+// Logs of candump: lines as can-utils' candump -L prints them (log2asc and canplayer read them
+// too).
 
 #include "emulator/config/candump_log.hpp"
 
@@ -128,7 +128,7 @@ TEST(CandumpLog, WritesWhatItReads) {
     const CandumpLine read = parsed(line);
     EXPECT_EQ(candump_line(read.at, read.interface, read.frame, read.direction), line);
   }
-  // A stamp is cut, not rounded: a frame never seems later than one that came after it.
+  // A time stamp is truncated, not rounded: no frame seems later than its successor.
   EXPECT_EQ(candump_line(1999ns, "a", parsed("(1.0) a 141#9C").frame),
             "(0000000000.000001) a 141#9C");
 }

@@ -1,4 +1,4 @@
-// Scenario files: what campaigns have brought, answers in time, any error, another generation.
+// Scenario files: campaign results, answers in time, any error, another generation.
 
 #include <gtest/gtest.h>
 
@@ -60,7 +60,7 @@ TEST(ScenarioFile, ExpectsAnyError) {
   EXPECT_FALSE(std::get<Replies>(read("id = 1\nreply = {}").what).error);
 }
 
-// Of all drives, those too that the robot's file says another one of.
+// Applies to all drives, also those whose generation the robot's file sets.
 TEST(ScenarioFile, SetsTheGenerationOfItsDrives) {
   const Scenario scenario = parsed("generation = \"late-legacy\"\n");
   for (const BusConfig& bus : scenario.robot) {

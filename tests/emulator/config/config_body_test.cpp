@@ -103,9 +103,9 @@ TEST(ConfigBody, IsNotLoadedNorTurnedByHand) {
       std::string::npos);
 }
 
-// --- what is done to a body, and what is watched of it
+// --- actions on a body and its signals
 
-/// With a trunk that goes where it likes, on a floor.
+/// A body with a free trunk on a floor.
 class Walker : public test::HandBody {
  public:
   explicit Walker(SimTime step) : HandBody(2, test::double_pendulum(1, 1), step) {}
@@ -117,7 +117,7 @@ class Walker : public test::HandBody {
     return joint == 0 ? std::optional(std::array{-0.5, 0.5}) : std::nullopt;
   }
   bool has_floor() const override { return true; }
-  /// The trunk is at x = its first angle, and its joint 1 is on the floor.
+  /// The trunk is at x = its first angle; its joint 1 touches the floor.
   void look(BodyState& state) const override {
     state.parts.resize(2);
     state.parts[1].position_m = {angles()[0], 0, 0.3};
@@ -240,7 +240,7 @@ Scenario scenario(const std::string& robot, const std::string& tables) {
                         std::nullopt, kWalker);
 }
 
-/// It hangs at rest, and is put to x = 0.2.
+/// It hangs at rest and is moved to x = 0.2.
 TEST(ConfigBody, IsExpectedToBeSomewhere) {
   const Scenario walks = scenario("walker", R"(
 [[event]]
@@ -277,7 +277,7 @@ TEST(ConfigBody, NeedsADriveThatTurnsAJoint) {
   EXPECT_EQ(error(kRobot + kDrive),
             "robot.toml:1: body: no drive turns a joint of the body: give a drive `joint`, or "
             "remove [body]");
-  // The command line may leave that drive out: the body then stays as it is.
+  // The command line may omit that drive: the body is unchanged then.
   Overrides others;
   others.buses.push_back({.interface = "vcan0", .ids = std::vector{2}});
   const std::string text = kRobot + kDrive + "joint = \"joint_0\"\n[[bus.drive]]\nid = 2\n";

@@ -1,4 +1,4 @@
-// Keys that are each good by themselves and make no sense together.
+// Combinations of keys that are each valid but contradict each other.
 
 #include <gtest/gtest.h>
 
@@ -68,7 +68,7 @@ TEST(ConfigChecks, ContradictionsAreRefusedWhereTheyAreSaid) {
   }
 }
 
-/// docs/model.md says where its equations hold. Limits by hand, for the defaults of
+/// docs/model.md gives the range of its equations. Limits by hand, for the defaults of
 /// model/drive_params.hpp: 32 kHz, 0.14 + 0.01 ohm.
 TEST(ConfigChecks, MotorsThatTheModelCannotComputeAreRefused) {
   const std::string springy =
@@ -91,7 +91,7 @@ TEST(ConfigChecks, MotorsThatTheModelCannotComputeAreRefused) {
       // 2500 / (1e-6 * 32e3^2) = 2.4414, and 0.0003 for the rotor's 100 * 9.33e-5 kg m^2
       {springy + "J_out_g_cm2 = 10 }",
        "6: bus.drive.profile.mechanics.J_out_g_cm2: the gear is 2.442" + stiff},
-      // Without a spring to speak of, 2 * 2 / (1e-4 * 32e3) = 1.25, and 0.0134 for the rotor
+      // With a negligible spring, 2 * 2 / (1e-4 * 32e3) = 1.25, and 0.0134 for the rotor
       {"motor = \"mg4005\"\nprofile.mechanics = { gear_stiffness_Nm_rad = 1e-6, "
        "gear_damping_Nm_s_rad = 2, J_out_g_cm2 = 1000 }",
        "6: bus.drive.profile.mechanics.J_out_g_cm2: the gear is 1.263" + stiff},
@@ -127,7 +127,7 @@ TEST(ConfigChecks, WhatOnlyLooksLikeOneIsAccepted) {
   }
 }
 
-/// No file says anything of the drive, but its motor may be anybody's.
+/// The file has no entry for the drive, but its motor may come from a user.
 TEST(ConfigChecks, AMotorOfTheCommandLineIsCheckedToo) {
   Overrides overrides;
   overrides.motor = "braked";

@@ -1,4 +1,4 @@
-// The vocabulary of directives, as files say it and as tables without a text do.
+// Directives in files and in tables without text.
 
 #include "emulator/config/events/config_directives.hpp"
 
@@ -16,7 +16,7 @@ namespace config_directives_test {
 
 using namespace std::chrono_literals;
 
-// The line of what follows is 10.
+// The next line has number 10.
 const std::string kBus =
     "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"2,5\"\n[[bus.drive]]\nid = 7\nmotor = "
     "\"ms3506\"\n\n[[bus.event]]\n";
@@ -33,7 +33,7 @@ Condition only_condition(const std::string& keys) {
   return events[0].when.value();
 }
 
-// --- what else is of the bus as a whole, and settings
+// --- other directives for the whole bus, and settings
 
 TEST(Vocabulary, ClearAndMark) {
   const auto clear_of = [](const std::string& which) {
@@ -119,7 +119,7 @@ TEST(Vocabulary, MistakesOfSettings) {
        place + ".max_speed_dps: 0 is out of range (1 to 72000)"},
       {"settings = { gains = { angle_kp = 256 } }",
        place + ".gains.angle_kp: 256 is out of range (0 to 255)"},
-      // 14 bits on the wire of this motor
+      // 14 bits on the wire for this motor
       {"settings = { encoder_offset = 20000 }",
        place + ".encoder_offset: does not fit the encoder of this motor (14 bit on the wire)"},
       {"settings = { protection = { under_voltage = { enabled = true, threshold_V = 3 } } }",
@@ -239,7 +239,7 @@ TEST(Vocabulary, ABusHasRoomForSoManyFaultsAndConditions) {
             "robot.toml:3010: bus.event.when: a bus keeps 1000 conditions");
 }
 
-// --- tables that no text stands behind
+// --- tables without text
 
 std::vector<TimedDirective> read(const toml::table& table, Timing timing) {
   static const BusConfig bus = parse(kBus + "at_s = 0\nmark = \"x\"")[0];

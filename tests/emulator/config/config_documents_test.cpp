@@ -1,5 +1,5 @@
-// The example has every key that docs/configuration.md and docs/directives.md list for a file, and
-// the documents explain every key that the example has.
+// The example file has every key that docs/configuration.md and docs/directives.md list, and the
+// documents explain every key of the example.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ std::string text_of(const std::string& file) {
   return text.str();
 }
 
-/// The last parts of all dotted keys.
+/// Collects the last parts of all dotted keys.
 void collect(const toml::node& node, std::set<std::string>& keys) {
   if (const auto* table = node.as_table()) {
     for (const auto& [key, value] : *table) {
@@ -44,7 +44,7 @@ std::set<std::string> keys_of_example() {
   return keys;
 }
 
-/// What is a key in the first column of the tables, its last part only.
+/// Returns the keys in the first column of the tables, last part only.
 std::set<std::string> documented_keys() {
   const std::string file = text_of("docs/configuration.md");
   const std::string events = text_of("docs/directives.md");
@@ -66,7 +66,7 @@ std::set<std::string> documented_keys() {
   return keys;
 }
 
-// Words that stand for several keys.
+// Placeholders for several keys.
 const std::set<std::string> kPlaceholders{"SECTION", "threshold_U", "hysteresis_U"};
 
 TEST(ConfigDocuments, TheExampleHasEveryKey) {
@@ -89,13 +89,13 @@ TEST(ConfigDocuments, EveryKeyOfTheExampleIsExplained) {
   }
 }
 
-// By the sources: a key that neither the example nor a document has would go unnoticed otherwise.
+// Checks against the sources: this finds keys that neither the example nor a document has.
 TEST(ConfigDocuments, EveryKeyThatIsReadIsExplained) {
   std::string documents;
   for (const char* name : {"configuration", "directives", "faults", "scenarios"}) {
     documents += text_of(std::string("docs/") + name + ".md");
   }
-  // reader.number("key", …), read_word(reader, "key", …), and the rows {"key", &Section::member}.
+  // reader.number("key", …), read_word(reader, "key", …), and rows {"key", &Section::member}.
   const std::regex asked(
       R"re((?:\.|->)(?:number|integer|boolean|text|choice|tables?)\(\s*"(\w+)")re"
       R"re(|\(\*?reader, "(\w+)"|\n *\{"(\w+)", &)re");
@@ -125,7 +125,7 @@ TEST(ConfigDocuments, TheProtocolNamesSwitchesThatThereAre) {
   const auto example = keys_of_example();
   const std::regex last_cell(R"(^\|.*\| `([^`|]+)` \|$)");
   std::size_t rows = 0;
-  bool generated = false;  // command_page_test looks at that
+  bool generated = false;  // command_page_test checks that part
   for (std::string line; std::getline(lines, line);) {
     std::smatch cell;
     if (line.starts_with("<!-- begin")) generated = true;

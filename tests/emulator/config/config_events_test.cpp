@@ -1,4 +1,4 @@
-// What a configuration file lets happen by itself.
+// Events in a configuration file.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ namespace config_events_test {
 
 using std::chrono::milliseconds;
 
-// The line of what follows is 7.
+// The next line has number 7.
 const std::string kBus =
     "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"2,5\"\nprofile.supply.v_source_V = "
     "30\n[[bus.event]]\n";
@@ -21,7 +21,7 @@ std::vector<TimedDirective> events_of(const std::string& keys) {
   return parse(kBus + keys)[0].events;
 }
 
-/// The only directive, which is of this kind, at 1 s and of drive 5.
+/// Returns the only directive, of this kind, at 1 s, for drive 5.
 template <typename What>
 What only(const std::string& action) {
   const auto events = events_of("at_s = 1\nid = 5\n" + action);
@@ -103,7 +103,7 @@ TEST(ConfigEvents, OfDrivesThatAreLeftOutNothingIsWaitedForNorBroken) {
   EXPECT_EQ(std::get<Mark>(bus.events[3].directive.what).text, "perhaps");
 }
 
-/// No frame waits in an absent adapter.
+/// Without an adapter no frames wait in one.
 TEST(ConfigEvents, AnOverrunNeedsFramesThatWaitInAnAdapter) {
   const auto error = [](const std::string& keys, const std::string& events) {
     return config_error([&] {

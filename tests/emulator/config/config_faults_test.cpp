@@ -1,4 +1,4 @@
-// What a fault can say, and what is said of its mistakes.
+// Faults in configuration files, and their error messages.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ namespace config_faults_test {
 
 using namespace std::chrono_literals;
 
-// The line of what follows is 10.
+// The next line has number 10.
 const std::string kBus =
     "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"2,5\"\n[[bus.drive]]\nid = 7\nmotor = "
     "\"ms3506\"\n\n[[bus.event]]\n";
@@ -24,7 +24,7 @@ std::vector<TimedDirective> events_of(const std::string& keys) {
 
 std::string error_of(const std::string& keys) { return parse_error(kBus + keys); }
 
-/// Drives of RS-485 where the kind is of that wire.
+/// Uses RS-485 drives for kinds of that wire.
 Fault only_fault(const std::string& keys, const char* interface = "vcan0") {
   std::string text = kBus;
   text.replace(text.find("vcan0"), 5, interface);
@@ -42,11 +42,11 @@ TEST(FaultVocabulary, EveryKindIsReadWithAllThatItTakes) {
       const FaultParam& param = row.params[n];
       table += ", " + std::string(param.word) + " = ";
       if (param.choices.empty()) {
-        const double most = param.word == "max_deg" ? 5 : param.max;  // its largest is none
+        const double most = param.word == "max_deg" ? 5 : param.max;  // its maximum is exclusive
         expected[n] = most;
         const auto whole = static_cast<long long>(most);
         table += static_cast<double>(whole) == most ? std::to_string(whole) : std::to_string(most);
-      } else {  // the last of the words
+      } else {  // the last choice
         expected[n] = static_cast<FaultChoice>(param.choices.size() - 1);
         table.append("\"").append(param.choices.back()).append("\"");
       }
@@ -54,7 +54,7 @@ TEST(FaultVocabulary, EveryKindIsReadWithAllThatItTakes) {
     if (row.per_frame) table += ", probability = 0.25";
     table +=
         row.momentary() ? ", every_s = 2, times = 3 }" : ", for_s = 0.5, every_s = 2, times = 3 }";
-    // None of these drives has a gear with play, or a brake; and the bus has no adapter.
+    // These drives have no gear play or brake, and the bus has no adapter.
     if (row.word == "backlash" || row.word == "brake_late" || row.word == "adapter_overrun") {
       continue;
     }
@@ -106,7 +106,7 @@ TEST(FaultVocabulary, TheChoicesOfMemoryFaultsStandInTheOrderOfTheParameters) {
   for (const auto& [word, parameter] : words) {
     for (const std::string kind : {"rom_damaged", "ram_flipped"}) {
       if (kind == "ram_flipped" && parameter >= RomParameter::kProtections) continue;
-      // MS drives only are limited by it.
+      // This parameter limits MS drives only.
       if (kind == "ram_flipped" && parameter == RomParameter::kMaxPower) continue;
       const Fault fault =
           only_fault("id = 5\nfault = { kind = \"" + kind + "\", parameter = \"" + word + "\" }");
@@ -169,7 +169,7 @@ TEST(FaultVocabulary, BacklashNeedsAGearWithPlay) {
           .events;
   ASSERT_EQ(events.size(), 1U);
   EXPECT_EQ(std::get<SetFault>(events[0].directive.what).fault.values[0], FaultValue(3));
-  // A rigid gear has no play, whatever its figure says.
+  // A rigid gear has no play, whatever its parameter.
   for (const char* none : {"backlash_arcmin = 10, gear_stiffness_Nm_rad = 0",
                            "backlash_arcmin = 0, gear_stiffness_Nm_rad = 500, "
                            "J_out_g_cm2 = 1000"}) {

@@ -1,4 +1,4 @@
-// Generations of firmware and their switches.
+// Firmware generations and their quirks.
 
 #include <gtest/gtest.h>
 
@@ -46,7 +46,7 @@ TEST(ConfigGeneration, EverySwitchIsSettableAlone) {
   using protocol::ClearAngleMeaning;
   using protocol::CurrentScale;
   using protocol::State1Layout;
-  // What each line changes in the quirks of `legacy`.
+  // Each line changes these quirks of `legacy`.
   const std::map<std::string, std::function<void(Quirks&)>> changes = {
       {"manual_reply_bytes = true", [](Quirks& q) { q.manual_reply_bytes = true; }},
       {"offset_write_takes_effect = false", [](Quirks& q) { q.offset_write_takes_effect = false; }},
@@ -131,7 +131,7 @@ TEST(ConfigGeneration, HasItsNameAndNoSwitchBesideItself) {
   }
 }
 
-// Where the columns of docs/configuration.md differ.
+// The columns of docs/configuration.md that differ.
 TEST(ConfigGeneration, WhatIsBesideItIsSaidAsAFileSaysIt) {
   using Lines = std::vector<std::string>;
   EXPECT_EQ(
@@ -159,7 +159,7 @@ TEST(ConfigGeneration, EncoderSpanOverridesTheMotors) {
   EXPECT_EQ(drive_of("quirks.encoder_span = \"rotor_turn\"").quirks, Quirks{}) << "the motor's own";
 }
 
-// --- seen, and asked for on the command line
+// --- observed and requested on the command line
 
 TEST(ConfigGeneration, SeenIsWhatTheMotorFileSays) {
   const auto drive = drive_of("motor = \"mg4005\"\ngeneration = \"seen\"");
@@ -170,12 +170,12 @@ TEST(ConfigGeneration, SeenIsWhatTheMotorFileSays) {
             "motors lists the motors that have one");
 }
 
-// --- where the shaft starts
+// --- start angle of the shaft
 
 /// An MG4005-i10, whose encoder field spans a turn of the output.
 const std::string kGeared = kDrive + "motor = \"mg4005\"\nquirks.encoder_span = \"output_turn\"\n";
 
-/// Where the output of the drive starts, in degrees of the output.
+/// Returns the start angle of the drive's output, in degrees.
 double start_deg(const std::string& text) {
   const Bus bus(parse(text)[0]);
   return bus.truth(1).theta_out / kRadPerDeg;
@@ -235,7 +235,7 @@ TEST(ConfigStart, ReachesATurnOfTheOutput) {
             "robot.toml:5: bus.drive.boot_angle_deg: 360.1 is out of range (-360 to 360)");
 }
 
-// The pairs that a real MG4005-i10 showed.
+// Pairs observed on a real MG4005-i10.
 TEST(ConfigStart, AnglesOfARealDrive) {
   struct Reading {
     const char* boot_deg;

@@ -54,7 +54,7 @@ TEST(ConfigProfile, TheExampleWithEveryKeyIsGood) {
   EXPECT_EQ(buses[1].servos.size(), 3U);
   EXPECT_EQ(buses[2].serial, [] {
     SerialConfig defaults;
-    defaults.broadcast_reply_time = std::chrono::microseconds(45);  // that of 2 Mbit/s
+    defaults.broadcast_reply_time = std::chrono::microseconds(45);  // the one for 2 Mbit/s
     return defaults;
   }());
   EXPECT_EQ(buses[2].servos[0].quirks, quirks_of(Generation::kV235, protocol::Framing::kSerial))
@@ -113,12 +113,12 @@ TEST_P(ShippedMotor, SupplyFitsItsSeriesAndItsProtections) {
   const Rating& rating = profile.rating;
   EXPECT_GE(profile.drive.supply.v_source, rating.voltage_min_V);
   EXPECT_LE(profile.drive.supply.v_source, rating.voltage_max_V);
-  // Over the whole supply range the drive runs, and errors of the voltage can be cleared.
+  // The drive runs over the whole supply range, and voltage errors can be cleared.
   const auto& under = profile.factory.protections[0];
   const auto& over = profile.factory.protections[1];
   EXPECT_LT(under.threshold + under.hysteresis, rating.voltage_min_V);
   EXPECT_GT(over.threshold - over.hysteresis, rating.voltage_max_V);
-  // Under-voltage is reported before the controller is reset.
+  // Under-voltage is reported before the controller resets.
   const model::LogicParams& logic = profile.drive.logic;
   EXPECT_LT(logic.v_reset + logic.v_reset_hysteresis, under.threshold);
 }
@@ -162,7 +162,7 @@ TEST(ConfigProfile, FrictionOfTheMg4005IsTheOneMeasured) {
   EXPECT_NEAR(lsb_A, 12.4, 0.05);
 }
 
-/// A motor file as people have copied it from 0.1.0: its numbers stay its own.
+/// A motor file copied from version 0.1.0 keeps its values.
 TEST(ConfigProfile, MotorFilesOfEarlierVersionsAreRead) {
   const Profile old = parse_profile(
       text_of(LKEMU_SOURCE_DIR "/tests/emulator/fixtures/0.1.0/recording/motors/mg4005.toml"),
@@ -239,9 +239,9 @@ TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {
   EXPECT_EQ(spoilt("[thermal]", "[brake]\ntau_mNm = 500\n[thermal]"), "brake.engage_ms: missing");
 }
 
-// --- one file extends another
+// --- files that extend others
 
-/// Motor files in memory, by their paths, and the shipped ones by their names.
+/// Motor files in memory by path, and the shipped ones by name.
 class Extending : public testing::Test {
  protected:
   Profile load(const std::string& motor) const {
@@ -289,7 +289,7 @@ stall = { enabled = true }
   EXPECT_EQ(stall.threshold, base.factory.protections[6].threshold);
 }
 
-/// Friction of its own, and the iron's part is the same share of it.
+/// With its own friction, the iron takes an equal share of it.
 TEST_F(Extending, IronTakesItsShareOfWhatFrictionThereIs) {
   files_["my.toml"] = "extends = \"mg4005\"\n[mechanics]\ntau_coulomb_mNm = 5\nB_uNm_s_rad = 4\n";
   const model::MechanicsParams m = load("my.toml").drive.mechanics;
@@ -365,7 +365,7 @@ TEST_F(Extending, WhatCannotBeExtendedIsToldWithItsLine) {
     files_[std::to_string(n) + ".toml"] = "extends = \"" + std::to_string(n + 1) + ".toml\"\n";
   }
   files_["9.toml"] = "";
-  // my.toml is the first of eight, 6.toml the last.
+  // my.toml is the first of eight files, 6.toml the last.
   EXPECT_EQ(error("extends = \"0.toml\"\n"),
             "6.toml:1: extends: more than 8 motor files, each extending the next, or a loop of "
             "them");
@@ -376,7 +376,7 @@ TEST_F(Extending, WhatCannotBeExtendedIsToldWithItsLine) {
 // --- names
 
 TEST(MotorNames, AreUnique) {
-  std::map<std::string, std::string> taken;  // small letters to motor
+  std::map<std::string, std::string> taken;  // lower case to motor
   for (const auto& entry : std::filesystem::directory_iterator(kMotors)) {
     const std::string name = entry.path().stem().string();
     std::vector<std::string> all = motor_labels(text_of(entry.path()), entry.path().string());

@@ -1,4 +1,4 @@
-// Scenario files: what is said of mistakes.
+// Error messages of scenario files.
 
 #include <gtest/gtest.h>
 
@@ -113,7 +113,7 @@ TEST(ScenarioFile, MistakesOfCommandsInWords) {
   };
   const std::string place = "dir/kick.toml:3: send.";
   EXPECT_EQ(command("\"position_2\"\nangle_deg = 1\n"),
-            "accepted");  // max speed 0: none of its own
+            "accepted");  // max speed 0: no limit of its own
   EXPECT_EQ(command("\"position_2\"\nmax_speed_dps = 1\n"), place + "angle_deg: missing");
   EXPECT_EQ(command("\"position_3\"\nangle_deg = 1\n"), place + "direction: missing");
   EXPECT_EQ(command("\"brake\"\n"), place + "brake: missing");
@@ -128,7 +128,7 @@ TEST(ScenarioFile, MistakesOfCommandsInWords) {
             "dir/kick.toml:6: send.command: \"-off\" is unknown, did you mean off?");
 }
 
-/// What a byte alone would make of a command that carries something is zeros: gains wiped out.
+/// A byte alone would send zeros as parameters, e.g. clear gains.
 TEST(ScenarioFile, ACommandThatCarriesSomethingIsNotSentAsAByteAlone) {
   for (const protocol::GenerationRow& generation : protocol::kGenerationRows) {
     for (const char* const motor : {"mf7015", "ms3506"}) {

@@ -1,4 +1,4 @@
-// Scenario files: what they mean.
+// Meaning of scenario files.
 
 #include "emulator/config/scenario/config_scenario.hpp"
 
@@ -13,7 +13,7 @@ namespace config_scenario_test {
 
 using namespace std::chrono_literals;
 
-/// The frame of the only send.
+/// Returns the frame of the only send.
 std::string frame_of(const std::string& send) {
   const Scenario scenario = parsed("[[send]]\nat_s = 1\n" + send);
   EXPECT_EQ(scenario.sends.size(), 1U);
@@ -33,7 +33,7 @@ TEST(ScenarioFile, HasARobotItsEventsAndItsOwn) {
   EXPECT_EQ(scenario.name, "kick");
   EXPECT_EQ(scenario.duration, 10s);
   ASSERT_EQ(scenario.robot.size(), 2U);
-  // The robot's own event of 1 s, for both drives, and not that of 100 s.
+  // The robot's own event at 1 s, for both drives, but not the one at 100 s.
   ASSERT_EQ(scenario.robot[0].events.size(), 3U);
   EXPECT_TRUE(std::holds_alternative<SetFault>(scenario.robot[0].events[0].directive.what));
   EXPECT_EQ(scenario.robot[0].events[2].at, 1s);
@@ -71,7 +71,7 @@ TEST(ScenarioFile, ABusIsToldByItsDrivesWhereItCanBe) {
             "dir/kick.toml:5: send.id: no drive 9 on any bus");
   EXPECT_EQ(mistake("[[send]]\nat_s = 1\nid = 1\nbus = \"vcan1\"\ncommand = \"off\"\n"),
             "dir/kick.toml:5: send.id: no drive 1 on this bus");
-  // No drive answers to this one, and an identifier of 29 bits is none's, whatever its number.
+  // No drive has this identifier, and no drive has an identifier of 29 bits.
   EXPECT_EQ(mistake("[[send]]\nat_s = 1\nframe = \"15F#80\"\n"),
             "dir/kick.toml:3: send.bus: which one is meant? vcan0, vcan1");
   EXPECT_EQ(mistake("[[send]]\nat_s = 1\nframe = \"00000144#80\"\n"),
@@ -90,7 +90,7 @@ TEST(ScenarioFile, CommandsInWordsAreTheDrivesOwnBytes) {
   EXPECT_EQ(frame_of(one + "0x9D"), "141#9D00000000000000");
   EXPECT_EQ(frame_of(one + "\"0x92\""), "141#9200000000000000");
   EXPECT_EQ(frame_of(one + "\"multi_turn_angle\""), "141#9200000000000000");
-  // 16 mA an LSB: 100 is 0x64. 100 dps are 10000 of 0.01 dps, 0x2710.
+  // 16 mA per LSB: 100 is 0x64. 100 dps are 10000 of 0.01 dps, 0x2710.
   EXPECT_EQ(frame_of(one + "\"torque\"\niq_A = 1.6"), "141#A100000064000000");
   EXPECT_EQ(frame_of(one + "\"torque\"\niq_lsb = -100"), "141#A10000009CFF0000");
   EXPECT_EQ(frame_of(one + "\"speed\"\nspeed_dps = 100"), "141#A200000010270000");
@@ -106,7 +106,7 @@ TEST(ScenarioFile, CommandsInWordsAreTheDrivesOwnBytes) {
   EXPECT_EQ(frame_of(one + "\"position_6\"\nturn_deg = 360\nmax_speed_dps = 500"),
             "141#A800F401A08C0000");
   EXPECT_EQ(frame_of(one + "\"clear_angle\""), "141#9500000000000000");
-  // A drive of v236 has other currents, an iq limit in 0xA2, and a brake: 66 A / 4096 an LSB.
+  // A v236 drive has another current scale (66 A / 4096 per LSB), an iq limit in 0xA2, and a brake.
   const std::string two = "bus = \"vcan0\"\nid = 2\ncommand = ";
   EXPECT_EQ(frame_of(two + "\"torque\"\niq_A = 1.611328125"), "142#A100000064000000");
   EXPECT_EQ(frame_of(two + "\"speed\"\nspeed_dps = 100\niq_limit_A = 1.611328125"),
@@ -131,7 +131,7 @@ TEST(ScenarioFile, SendsRepeat) {
 TEST(ScenarioFile, PlaysWhatALogsHostSaid) {
   const auto all =
       parsed("[[send]]\nplay = \"x.log\"\nfrom_s = 2\nbus = \"vcan0\"\ninterface = \"can0\"\n");
-  ASSERT_EQ(all.sends.size(), 2U);  // not what was received, not what was on can1
+  ASSERT_EQ(all.sends.size(), 2U);  // without received frames and can1
   EXPECT_EQ(all.sends[0].at, 2s);
   EXPECT_EQ(all.sends[1].at, 2500ms);
   EXPECT_EQ(frame_text(all.sends[1].frame), "142#9A00000000000000");
@@ -170,7 +170,7 @@ TEST(ScenarioFile, ALiveOneHasTheBusesThatRun) {
           std::string(kExpect),
       "k.toml", running, kFiles);
   ASSERT_EQ(scenario.robot.size(), 2U);
-  // The robot's own events go on by themselves; only the scenario's are its.
+  // The scenario contains only its own events; the robot's run independently.
   ASSERT_EQ(scenario.robot[0].events.size(), 1U);
   EXPECT_TRUE(std::holds_alternative<PowerOff>(scenario.robot[0].events[0].directive.what));
 }
@@ -211,7 +211,7 @@ TEST(ScenarioFile, ALiveOnesBusesAreMatchedByOrderOnlyWhereThereAreAsMany) {
             "k.toml:5: event.bus: \"vcan0\" is not one of can5");
 }
 
-// The same file runs offline and against a real host.
+// One file for offline runs and for a real host.
 TEST(ScenarioFile, AClearMayMeanAFaultOfTheRobotThatRuns) {
   const std::string robot =
       std::string(kRobot) +

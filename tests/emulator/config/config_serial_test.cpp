@@ -1,4 +1,4 @@
-// Buses of RS-485 in configuration files and on the command line (docs/rs485.md).
+// RS-485 buses in configuration files and on the command line (docs/rs485.md).
 
 #include "emulator/config/config_serial.hpp"
 
@@ -17,7 +17,7 @@ using protocol::Framing;
 const std::string kBus = "[[bus]]\ninterface = \"rs485:/tmp/arm\"\n";
 const std::string kDrive = "[[bus.drive]]\nid = 1\n";
 
-/// What is said of a file that is refused, without where.
+/// Returns the error message for a refused file, without its location.
 std::string reason(const std::string& text) {
   try {
     parse(text);
@@ -115,7 +115,7 @@ hears_while_replying = false
   EXPECT_EQ(bus.serial, wanted);
   EXPECT_EQ(bus.servos[0].reply_time, 200us);
   EXPECT_EQ(bus.servos[0].reply_spread, 10us);
-  // A drive's own time has no spread.
+  // A reply time of the drive itself has no spread.
   const auto own = parse(kBus + kDrive + "reply_time_us = 70\n")[0].servos[0];
   EXPECT_EQ(own.reply_time, 70us);
   EXPECT_EQ(own.reply_spread, 0us);

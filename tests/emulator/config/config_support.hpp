@@ -10,7 +10,7 @@
 
 namespace lk::emulator {
 
-/// The message of the ConfigError, or of the std::invalid_argument, that `parse` throws.
+/// Returns the message of the ConfigError or std::invalid_argument that `parse` throws.
 template <typename Parse>
 std::string config_error(Parse parse) {
   try {
@@ -23,7 +23,7 @@ std::string config_error(Parse parse) {
   return "accepted";
 }
 
-/// Knows some motors without looking at any file.
+/// Returns some test motors without reading files.
 inline Profile find_test_profile(const std::string& name) {
   Profile profile;
   profile.name = name;

@@ -196,8 +196,8 @@ TEST(Config, MistakesNameFileLineKeyAndReason) {
   for (const auto& [text, error] : errors) EXPECT_EQ(parse_error(text), error) << text;
 }
 
-// As Linux names network interfaces: 1 to 15 bytes, neither "." nor "..", without '/', ':' and
-// blanks; here without what a terminal would not show either.
+// As Linux requires for network interfaces: 1 to 15 bytes, neither "." nor "..", no '/', ':' or
+// blanks; here also no unprintable bytes.
 TEST(Config, InterfaceNamesAreThoseThatLinuxHas) {
   const auto error = [](const std::string& name) {
     return parse_error("[[bus]]\ninterface = \"" + name + "\"\ndrive = [{ id = 1 }]");
@@ -214,7 +214,7 @@ TEST(Config, InterfaceNamesAreThoseThatLinuxHas) {
   }
   EXPECT_TRUE(error("can:0").starts_with(
       place + "\"can:0\" is not an interface name, and there is no kind of bus \"can:\""));
-  // Nothing of it gets to a terminal.
+  // Unprintable bytes must not reach a terminal.
   EXPECT_EQ(error("can\\u007F0"), place + "\"can?0\" is not an interface name");
   EXPECT_EQ(error("can\\u001B0"), place + "\"can?0\" is not an interface name");
 }
@@ -279,7 +279,7 @@ TEST(Overrides, TheOnlyBusMovesToAnotherInterface) {
   EXPECT_EQ(buses[0].servos[0].id, 3);
 }
 
-// A bus that runs alone has the boot angles and the noise that it has among the others.
+// A bus that runs alone keeps the boot angles and noise that it has with the others.
 TEST(Overrides, ABusOfTheFileKeepsItsSeed) {
   const std::string text = R"(seed = 7
 [[bus]]

@@ -26,7 +26,7 @@ TEST(IpAddress, SaysWhoIsMeant) {
   for (const char* group : {"224.0.0.0", "239.255.255.255", "ff02::1", "FF02::1", "fF02::1"}) {
     EXPECT_TRUE(is_multicast(group)) << group;
   }
-  // ff::1 is 00ff::1.
+  // ff::1 means 00ff::1.
   for (const char* other : {"223.255.255.255", "240.0.0.0", "ff::1", "fe80::1", "ffrog"}) {
     EXPECT_FALSE(is_multicast(other)) << other;
   }

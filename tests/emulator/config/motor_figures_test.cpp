@@ -1,4 +1,4 @@
-// What a profile's numbers amount to: a motor with round numbers, worked out by hand.
+// Figures derived from a profile: a motor with round numbers, computed by hand.
 
 #include "emulator/config/motor_figures.hpp"
 
@@ -12,7 +12,7 @@ namespace motor_figures_test {
 
 using std::numbers::pi;
 
-constexpr double kExact = 1e-9;  // of rounding alone
+constexpr double kExact = 1e-9;  // rounding only
 
 /// 10 pole pairs of 10 mWb: k_t = 3/2·10·0.01 = 0.15 Nm/A. A gear of 2 makes 4e-3 kg·m² at the
 /// output 1e-3 at the rotor, 2e-3 with the rotor's own. Half an ohm, and 24 V.
@@ -31,7 +31,7 @@ Profile round_motor() {
   d.mechanics = {.J = 1e-3, .gear_ratio = 2, .gear_efficiency = 0.9, .J_out = 4e-3};
   d.mechanics.B = d.mechanics.tau_coulomb = d.mechanics.tau_static = 0;
   d.mechanics.tau_coulomb_out = 0;
-  // At the reference bytes the loops have the bandwidths that the profile names.
+  // At the reference bytes the loops have the bandwidths of the profile.
   d.control.has_current_loop = true;
   d.control.current_bandwidth = 2 * pi * 1000;
   d.control.speed_bandwidth = 2 * pi * 100;
@@ -46,7 +46,7 @@ Profile round_motor() {
 TEST(MotorFigures, AreTheClosedFormsOfTheMotor) {
   const MotorFigures f = motor_figures(round_motor());
   EXPECT_NEAR(f.k_t_Nm_A, 0.15, kExact);
-  // 24 V/√3 of a phase all back-EMF: 138.6 rad/s of the rotor, half of it at the output.
+  // 24 V/√3 of back-EMF per phase: 138.6 rad/s of the rotor, half of it at the output.
   EXPECT_NEAR(f.no_load_speed_rpm, 24 / std::sqrt(3.0) / 0.1 / 2 * 30 / pi, 1e-6);
   EXPECT_NEAR(f.stall_current_A, 20, kExact) << "27.7 A would flow, the sensor ends before";
   EXPECT_NEAR(f.stall_torque_Nm, 20 * 0.15 * 2 * 0.9, kExact);
@@ -73,7 +73,7 @@ TEST(MotorFigures, HaveTheBandwidthsOfTheFactoryBytes) {
   EXPECT_NEAR(f.current_bandwidth_Hz, 1000, 1e-6);
   EXPECT_NEAR(f.speed_bandwidth_Hz, 100, 1e-6);
   EXPECT_NEAR(f.position_bandwidth_Hz, 10, 1e-6);
-  profile.drive.mechanics.J_out = 12e-3;  // twice as much to turn
+  profile.drive.mechanics.J_out = 12e-3;  // doubles the inertia
   EXPECT_NEAR(motor_figures(profile).speed_bandwidth_Hz, 50, 1e-6);
   profile.drive.control.has_current_loop = false;
   EXPECT_EQ(motor_figures(profile).current_bandwidth_Hz, 0);

@@ -17,7 +17,7 @@ ServoConfig drive() {
   return servo;
 }
 
-/// Every parameter another than its default, and none a round number.
+/// All parameters differ from their defaults; none is round.
 Registers odd_registers() {
   Registers rom;
   rom.gains = {65535, 0, 1, 255, 256, 77, 9, 10, 11};
@@ -79,8 +79,8 @@ TEST(RomFile, EachParameterComesAloneAndLeavesTheOthersToTheConfiguration) {
     ServoConfig servo = drive();
     read_rom(text, "rom.toml", "vcan0", servo);
     EXPECT_EQ(servo.wear, wear) << text;
-    // What is not in the file is still as configured: a drive without the file's parameter and one
-    // with it differ in nothing else.
+    // Parameters missing in the file keep their configured values. Drives with and without such a
+    // parameter in the file are otherwise equal.
     EXPECT_EQ(print_rom({"vcan0", 3, "mf7015"}, servo.rom, wear), text);
     RomWear others = kEach;
     others[p] = 0;

@@ -1,4 +1,4 @@
-// How deep a text may nest tables by the parts of its keys.
+// Limit on the nesting of tables by dotted keys.
 
 #include "emulator/config/toml_depth.hpp"
 
@@ -51,7 +51,7 @@ TEST(TomlDepth, NoQuotesHideAKey) {
   }
 }
 
-/// A megabyte of parts would need a stack of a hundred.
+/// A megabyte of key parts would need a stack of 100 MB.
 TEST(TomlDepth, IsRefusedBeforeItIsParsed) {
   for (const std::string& text : {key_of(500'000) + " = 1", "[" + key_of(500'000) + "]"}) {
     try {

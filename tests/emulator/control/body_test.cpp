@@ -1,4 +1,4 @@
-// A robot's body over the control interface: what it looks like, where it is.
+// The robot's body in the control interface: shapes and poses.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 namespace lk::emulator {
 namespace control_body_test {
 
-/// A wheel on an axle that falls by 1 mm each step and touches something from 2 ms on.
+/// A wheel on an axle that falls by 1 mm each step and has a contact from 2 ms on.
 class Wheel : public Mechanism, public BodyLooks {
  public:
   std::unique_ptr<Mechanism> clone() const override { return std::make_unique<Wheel>(*this); }
@@ -140,8 +140,8 @@ TEST_F(Served, ABodyThatIsNotThereHasNoStream) {
   EXPECT_EQ(status(stream.receive_until("\r\n\r\n")), 404);
 }
 
-/// Poses at first, and again when time has moved; each message whole, with the state of its
-/// instant.
+/// Poses come at once and after each advance of time. Each message is complete, with the state of
+/// its instant.
 TEST_F(ServedWheel, PosesComeWhenTimeGoesOn) {
   start();
   const Client stream = client();

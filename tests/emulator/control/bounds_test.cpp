@@ -1,5 +1,5 @@
-// Every list that a client can lengthen has an end, and docs/reliability.md says which: its table
-// is held against the constants of the source, and these against the table.
+// Every list that a client can extend is bounded. The table in docs/reliability.md and the
+// constants of the source agree with the table here.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ std::string text_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// The value of a constant in a file of emulator/: a number, or two with * or << between.
+/// Returns the value of a constant in a file of emulator/: a number, or two with * or << between.
 std::uint64_t value_of(const std::string& file, const std::string& constant) {
   std::smatch found;
   const std::string text = text_of(kSource + "emulator/" + file);
@@ -47,7 +47,7 @@ struct List {
   const char* file;
   const char* constant;
   const char* beyond;
-  const char* longer = nullptr;  // the request that makes it longer by one; none: other tests do
+  const char* longer = nullptr;  // the request that adds one entry; null: tested elsewhere
   const char* path = "/directives";
 };
 
@@ -98,24 +98,24 @@ const std::vector<List> kLists = {
     {"bytes for the disk", "recording", "record/log_writer.hpp", "kMostWaiting", "it ends"},
 };
 
-/// Constants that end nothing a client can lengthen.
+/// Constants that do not bound a list of clients.
 const std::set<std::string> kOthers = {
-    // names of others in the table
+    // other constants of lists in the table
     "core/bus/bus.hpp:kMostFaults", "core/bus/bus.hpp:kMostWaiting",
     "core/wire/serial_wire.hpp:kDriveQueue", "core/wire/serial_wire.hpp:kHostQueue",
     "core/wire/wire.hpp:kDriveQueue", "core/wire/wire.hpp:kHostQueue",
-    // work at once, not memory
+    // limits on work at once, not on memory
     "core/faults/fault_board.hpp:kMostLooks", "control/http_session.cpp:kMostGoodbyeReads",
     "live/line.cpp:kMostLeaving", "live/world.cpp:kMostRounds", "transports/client_set.cpp:kMostEvents",
     "transports/multicast_port.cpp:kMostDatagrams", "transports/port.hpp:kMostBatches",
     "transports/stream_port.cpp:kMostAtOnce",
-    // what a person writes, or the program itself
+    // lengths of text by a person or by the program itself
     "control/control_server.cpp:kLongestToken", "control/http_session.cpp:kLongestBuffer",
     "record/replay_directory.cpp:kLongestLine", "shafts/shaft_messages.cpp:kLongestReason",
     "transports/make_port.cpp:kLongestPlace", "transports/netlink.cpp:kLongestAnswer",
     "transports/slcan.cpp:kLongestAck",
     "transports/socket_listener.cpp:kLongestPath", "transports/socketcand.cpp:kMostWords",
-    // numbers of a fault, a counter of a controller
+    // parameters of a fault, a counter of a controller
     "core/fault.hpp:kMostFaultParams", "core/wire/can_errors.cpp:kMostReceiveErrors",
 };
 // clang-format on
@@ -134,7 +134,7 @@ TEST(Bounds, AreThoseOfTheDocument) {
   EXPECT_EQ(rows, 1 + kLists.size()) << "and no others";
 }
 
-/// A new constant of such a name is either in the table, or said to be no such bound.
+/// A new constant with such a name must be added to one of the two tables.
 TEST(Bounds, AreAllThatTheSourceHas) {
   std::set<std::string> known = kOthers;
   for (const List& list : kLists) known.insert(std::string(list.file) + ":" + list.constant);

@@ -33,13 +33,13 @@ TEST(ControlApi, TellsWhatIsThere) {
   EXPECT_EQ(t.get("/signals").body.size(), signals().size());
 }
 
-/// However many requests wait: the buses are served before each.
+/// The buses are served before each request, however many requests wait.
 TEST(ControlApi, LooksAfterTheBusesBeforeItAnswers) {
   TestWorld t{ClockMode{}};
   for (const char* path : {"/status", "/drives", "/drives/vcan0/1", "/advice", "/faults",
                            "/faults/kinds", "/signals", "/scenarios", "/clock"}) {
     const SimTime before = t.world.time();
-    // On a busy machine time may slip instead of going on, but not each time.
+    // On a busy machine time may slip instead of advancing, but not each time.
     for (int n = 0; n < 1000 && t.world.time() == before; ++n) {
       EXPECT_EQ(t.get(path).status, 200);
     }
@@ -47,7 +47,7 @@ TEST(ControlApi, LooksAfterTheBusesBeforeItAnswers) {
   }
 }
 
-/// As the page writes it, for names of buses have colons and slashes.
+/// As encoded by the page: names of buses contain colons and slashes.
 TEST(ControlApi, DecodesNamesInPaths) {
   TestWorld t;
   EXPECT_EQ(t.get("/drives/vcan%30/2").body["id"], 2);
@@ -101,7 +101,7 @@ TEST(ControlApi, RefusesWhatIsSaidTwice) {
   EXPECT_EQ(reason(twice), "is given twice");
   EXPECT_EQ(where(t.post("/directives", R"({"id": 1, "load": {"J_g_cm2": 1, "J_g_cm2": 2}})")),
             "J_g_cm2");
-  // The same word in two objects is no such thing.
+  // A key that occurs in two different objects is not a duplicate.
   EXPECT_EQ(
       t.post("/directives", R"({"id": 1, "when": {"id": 2, "error": "stall"}, "power": "off"})")
           .status,
@@ -160,7 +160,7 @@ TEST(ControlApi, ASettingLeavesTheOthersAsTheyAreInRam) {
   EXPECT_EQ(gains()["speed_ki"], 12);
 }
 
-/// Time stands still: the flash of a drive gets nothing done, and holds 16 writes (CanWire).
+/// Time stands still, so the drive's flash makes no progress; it holds 16 writes (CanWire).
 TEST(ControlApi, ASettingThatTheFlashHasNoRoomForIsRefused) {
   TestWorld t;
   const auto set = [&](const char* ids, int kp) {
@@ -220,7 +220,7 @@ TEST(ControlApi, WaitsForSoManyConditionsAndNoMore) {
   for (std::size_t n = 0; n < Bus::kMostWaiting; ++n) {
     ASSERT_EQ(t.post("/directives", R"({"id": 1, "turn_deg": 1, )" + never + "}").status, 200) << n;
   }
-  // Neither done, nor forgotten, nor answered with another one's name.
+  // Not executed, not forgotten, and not answered with another one's name.
   EXPECT_EQ(t.post("/directives", R"({"id": 1, "turn_deg": 1, )" + never + "}").status, 409);
   EXPECT_EQ(t.post("/directives", R"({"id": 1, "fault": "jam", )" + never + "}").status, 409);
   EXPECT_TRUE(t.get("/faults").body.empty());
@@ -308,7 +308,7 @@ TEST(ControlApi, SaysThatItHasNoRecorder) {
   EXPECT_EQ(t.post("/recording", R"({"directory": "x"})").body["directory"], "x");
 }
 
-/// A recording makes a directory, wherever whoever asks wants it.
+/// A recording creates a directory at any path that the client names.
 TEST(ControlApi, RecordsForTheUserAndForWhoHasTheToken) {
   TestWorld t;
   t.api.recording.start = [](const Json& said, bool) -> Json { return said; };
@@ -322,7 +322,7 @@ TEST(ControlApi, RecordsForTheUserAndForWhoHasTheToken) {
   EXPECT_EQ(t.ask(request).status, 200);
 }
 
-/// It may wait for the disk for seconds, and answers meanwhile.
+/// The program may wait for the disk for seconds and answers requests meanwhile.
 TEST(ControlApi, NothingIsBegunOnceTheProgramIsEnding) {
   TestWorld t;
   int begun = 0;
@@ -454,7 +454,7 @@ TEST(ControlApi, SaysWhatAHostSays) {
   EXPECT_EQ(line.bus().stats().frames, 3U) << "nothing is sent of what is refused";
 }
 
-/// docs/openapi.json and the router's table name the same requests.
+/// docs/openapi.json and the router's table list the same requests.
 TEST(OpenApi, HasEveryRouteAndNoOther) {
   std::ostringstream text;
   text << std::ifstream(LKEMU_SOURCE_DIR "/docs/openapi.json").rdbuf();

@@ -1,4 +1,4 @@
-// What the control interface tells of a drive.
+// JSON of a drive in the control interface.
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ TEST(ControlJson, ADriveTellsWhatItIsConnectedToNow) {
   EXPECT_EQ(now("2"), before);
 }
 
-/// A drive gives a reply, and a fault may keep it from the wire.
+/// A fault may keep a drive's reply off the wire.
 TEST(ControlJson, ADriveTellsHowManyFramesLeftIt) {
   TestWorld t;
   ASSERT_EQ(t.post("/directives", R"({"id": 2, "fault": "silent"})").status, 200);
@@ -56,7 +56,7 @@ TEST(ControlJson, ADriveTellsWhatItsLoopsAreTold) {
     t.post("/clock/advance", R"({"by_s": 0.01})");
     return t.get("/drives/vcan0/1").body["setpoint"];
   };
-  // docs/protocol.md: 0.01 degrees a bit. An encoder count of 65536 a turn is 0.0055 degrees.
+  // docs/protocol.md: 0.01 degrees a bit. One of 65536 encoder counts is 0.0055 degrees.
   const Json position = said({0xA3, 0, 0, 0, 0x10, 0x27, 0, 0});
   EXPECT_NEAR(position.at("angle_deg").get<double>(), 100, 0.011);
   const Json speed = said({0xA2, 0, 0, 0, 0x10, 0x27, 0, 0});

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file A world without interfaces, and what is asked of it.
+/// @file A world without interfaces, and requests to it.
 
 #include <boost/asio/io_context.hpp>
 #include <optional>
@@ -12,9 +12,9 @@
 
 namespace lk::emulator {
 
-/// Two buses, "vcan0" with the drives 1 and 2 and "vcan1" with drive 1, unless there is to be one.
+/// By default two buses: "vcan0" with drives 1 and 2, and "vcan1" with drive 1.
 struct TestWorld {
-  // Its electronics empty the link, from 24 V to 5 V, in C (24² − 5²) / (2 · 2.4 W) = 54 ms.
+  // The electronics discharge the link from 24 V to 5 V in C (24² − 5²) / (2 · 2.4 W) = 54 ms.
   static void let_it_draw(BusConfig& config) {
     for (ServoConfig& servo : config.servos) servo.profile.drive.supply.i_logic = 0.1;
   }
@@ -33,7 +33,7 @@ struct TestWorld {
     world.start();
   }
 
-  /// That bus alone, with a clock that is stepped.
+  /// A world with only this bus and a stepped clock.
   explicit TestWorld(const BusConfig& only) : world(loop, {.stepped = true}) {
     world.add(only);
     world.start();

@@ -1,5 +1,5 @@
-// Clients of the control interface that mean no good: refused, bounded, told of once in the log,
-// and others do not notice. No test waits for a time.
+// Malicious clients of the control interface are refused, bounded and logged once, without effect
+// on others. No test waits for a fixed time.
 
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
@@ -37,7 +37,7 @@ std::string websocket_frame(unsigned char first, const std::string& payload) {
 class Hostile : public Served {
  protected:
   Client tcp() const { return Client::tcp(server_->port()); }
-  /// Whether a well-behaved client is served.
+  /// Checks that a well-behaved client is served.
   void expect_others_served() const {
     EXPECT_EQ(status(ask(kStatus)), 200);
     if (server_->port() != 0) {
@@ -45,8 +45,8 @@ class Hostile : public Served {
                 200);
     }
   }
-  /// The server has dealt with all that had come when this is called: between two things that it is
-  /// given to do it looks at its sockets.
+  /// Waits until the server has handled all earlier input: it polls its sockets between two posted
+  /// handlers.
   void let_it_look() {
     for (int n = 0; n < 3; ++n) {
       const auto looked = std::make_shared<std::promise<void>>();
@@ -116,7 +116,7 @@ TEST_F(Hostile, WithoutDescriptorsBothEntrancesWaitForSome) {
   }
 }
 
-// --- time
+// --- time-outs
 
 TEST_F(Hostile, WhoTakesTooLongIsClosed) {
   options_.patience.request = std::chrono::milliseconds(1);
@@ -131,11 +131,11 @@ TEST_F(Hostile, WhoTakesTooLongIsClosed) {
   EXPECT_EQ(body.receive_all(), "");
 }
 
-/// However often a part of it comes: one deadline is for all of it.
+/// One deadline covers the whole request, even if bytes keep arriving.
 TEST_F(Hostile, WhoDripsIsClosed) {
   options_.patience.request = std::chrono::milliseconds(250);
   start();
-  // If each byte had a deadline of its own, both would end after 8000 of them, with an answer.
+  // With a deadline for each byte, both would end after 8000 bytes, with an answer.
   for (const std::string& begun :
        {"GET /api/v1/status HTTP/1.1\r\nX: "s,
         "POST /api/v1/directives HTTP/1.1\r\nContent-Type: application/json\r\n"
@@ -158,8 +158,8 @@ TEST_F(Hostile, WhoReadsNothingIsClosed) {
   options_.patience.request = std::chrono::milliseconds(1);
   start();
   const Client one = client();
-  // Many times what sockets hold, and so are the answers: the server cannot get rid of them, and
-  // reads no more.
+  // Requests and answers exceed the socket buffers many times: the server cannot send and stops
+  // reading.
   std::string many;
   for (int n = 0; n < 100'000; ++n) many += "GET /api/v1/faults/kinds HTTP/1.1\r\nHost: x\r\n\r\n";
   EXPECT_FALSE(one.send(many)) << "not cut off";
@@ -221,7 +221,7 @@ TEST_F(Hostile, HeadIsAnsweredWithoutABody) {
   EXPECT_EQ(status(one.receive_answer()), 200);
 }
 
-/// A proxy and this program could take one of them each.
+/// A proxy and this program could each use a different one.
 TEST_F(Hostile, WhoSaysTwiceWhereItComesFromIsRefused) {
   listen_to_tcp();
   start();
@@ -270,9 +270,9 @@ TEST_F(Hostile, WebSocketsLeavePlacesForNewcomers) {
   EXPECT_EQ(status(ask(kStatus)), 200);
 }
 
-// --- the log
+// --- log
 
-/// What the log says while it exists.
+/// Captures the log while it exists.
 class Log {
  public:
   Log() {
@@ -345,7 +345,7 @@ TEST_F(Hostile, WhoDoesNotTakeAnswersIsLoggedOnce) {
   const Log log;
   options_.patience.request = std::chrono::milliseconds(250);
   start();
-  // All there at once, and answered with many times what the socket holds.
+  // All requests arrive at once; their answers exceed the socket buffer many times.
   std::string requests;
   for (int n = 0; n < 100; ++n) requests += "GET /api/v1/faults/kinds HTTP/1.1\r\nHost: x\r\n\r\n";
   for (int n = 0; n < 2; ++n) {
@@ -408,7 +408,7 @@ TEST_F(Hostile, FramesThatNoClientMaySendEndTheStream) {
     one.send(upgrade("signals=alive&rate_Hz=10"));
     ASSERT_EQ(status(one.receive_until("\r\n\r\n")), 101);
     one.send(frames);
-    // The last that is heard is why, in a close frame: 1002, or 1009 for what is too long.
+    // The last bytes are a close frame with the reason: 1002, or 1009 for a frame that is too long.
     const std::string rest = one.receive_all();
     EXPECT_TRUE(rest.find("\x03\xEA") != std::string::npos ||
                 rest.find("\x03\xF1") != std::string::npos)
@@ -420,7 +420,7 @@ TEST_F(Hostile, FramesThatNoClientMaySendEndTheStream) {
 TEST_F(Hostile, WhoReadsNoTelemetryMissesSamplesAndHoldsUpNobody) {
   start();
   const Client sleeper = client();
-  // 10 kHz of more than 200 bytes: 2 MB in a second, more than is kept for it.
+  // 10 kHz of more than 200 bytes: 2 MB in a second, more than the server buffers.
   sleeper.send(upgrade("signals=angle_deg,speed_dps,iq_A,voltage_V,true_angle_deg&rate_Hz=10000"));
   EXPECT_EQ(status(sleeper.receive_until("\r\n\r\n")), 101);
   ASSERT_EQ(status(ask(post("/clock/advance", R"({"by_s": 1})"))), 200);

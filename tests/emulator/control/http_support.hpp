@@ -1,7 +1,6 @@
 #pragma once
 
-/// @file The control interface over real sockets, and clients that no library keeps from
-/// misbehaving.
+/// @file The control interface over real sockets, with raw clients that can misbehave.
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -31,7 +30,7 @@ namespace lk::emulator {
 
 namespace fs = std::filesystem;
 
-/// As long as it lives, this process cannot open anything; what is open stays so.
+/// While it exists, this process cannot open descriptors; open ones stay open.
 class NoDescriptors {
  public:
   NoDescriptors() {
@@ -47,8 +46,7 @@ class NoDescriptors {
   rlimit before_{};
 };
 
-/// A client without a library to keep it from misbehaving. What does not happen within its patience
-/// is a failure, and never taken for a closed connection.
+/// A raw socket client. A time-out is a test failure, and never counts as a closed connection.
 class Client {
  public:
   static Client unix_socket(const fs::path& path) {
@@ -61,7 +59,7 @@ class Client {
     client.connect_to(port, address);
     return client;
   }
-  /// Not connected yet.
+  /// Creates an unconnected socket.
   explicit Client(int family) : fd_(::socket(family, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     const timeval patience{kPatience_s, 0};
     ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
@@ -90,7 +88,7 @@ class Client {
     connect_to(reinterpret_cast<const sockaddr*>(&address), sizeof address);
   }
 
-  /// Returns whether all has gone out; else the other end has closed.
+  /// Returns whether all was sent; false if the other end has closed.
   bool send(std::string_view text) const {
     while (!text.empty()) {
       const ssize_t sent = ::send(fd_, text.data(), text.size(), MSG_NOSIGNAL);
@@ -102,21 +100,21 @@ class Client {
     }
     return true;
   }
-  /// Until `text` has come, or the end.
+  /// Receives until `text` or the end of the connection.
   std::string receive_until(const std::string& text) const {
     std::string all;
     while (!all.ends_with(text) && receive_byte(all, text)) {
     }
     return all;
   }
-  /// Until the end.
+  /// Receives until the end of the connection.
   std::string receive_all() const {
     std::string all;
     while (receive_byte(all, "the end of the connection")) {
     }
     return all;
   }
-  /// One answer, which has a Content-Length.
+  /// Receives one answer with a Content-Length.
   std::string receive_answer() const {
     std::string head = receive_until("\r\n\r\n");
     const std::size_t at = head.find("Content-Length: ");
@@ -124,7 +122,7 @@ class Client {
     while (left > 0 && receive_byte(head, "the rest of the body")) --left;
     return head;
   }
-  /// Whether something has come, or the end, before so much time is over.
+  /// Returns whether data or the end arrives within `time`.
   bool hears_within(std::chrono::milliseconds time) const {
     pollfd readable{fd_, POLLIN, 0};
     return ::poll(&readable, 1, static_cast<int>(time.count())) > 0;
@@ -134,7 +132,7 @@ class Client {
   void connect_to(const sockaddr* address, socklen_t size) const {
     if (::connect(fd_, address, size) != 0) throw std::runtime_error("connect");
   }
-  /// Appends the next byte; false at the end of the connection.
+  /// Appends the next byte; returns false at the end of the connection.
   bool receive_byte(std::string& to, const std::string& awaited) const {
     char byte = 0;
     const ssize_t size = ::recv(fd_, &byte, 1, 0);
@@ -142,7 +140,7 @@ class Client {
     if (size > 0) to += byte;
     return size > 0;
   }
-  /// After a call that failed: because the other end has closed, and not because time was over.
+  /// Call after a failed call: checks that the other end has closed, not that time has run out.
   static void expect_closed(const std::string& awaited) {
     const int error = errno;
     if (error == EPIPE || error == ECONNRESET) return;
@@ -150,7 +148,7 @@ class Client {
                   << testing::PrintToString(awaited) << ": " << std::strerror(error);
   }
 
-  // A machine may be busy, and sanitizers slow.
+  // Assumed: enough for a busy machine and slow sanitizers.
   static constexpr int kPatience_s = 60;
   int fd_;
 };
@@ -159,7 +157,7 @@ inline int status(const std::string& answer) {
   return answer.starts_with("HTTP/1.1 ") ? std::stoi(answer.substr(9, 3)) : 0;
 }
 
-/// A server whose loop runs on a thread of its own.
+/// A server whose loop runs on its own thread.
 class Served : public testing::Test {
  protected:
   Served() { options_.socket = own_.path("s"); }
@@ -175,10 +173,10 @@ class Served : public testing::Test {
     thread_.join();
     server_.reset();
   }
-  /// A token file with that mode.
+  /// Writes a token file with that mode.
   fs::path token_file(const std::string& token, fs::perms mode) const {
     fs::path file = directory_ / "token";
-    fs::remove(file);  // an ordinary user cannot write a file without the permission
+    fs::remove(file);  // a user without write permission cannot overwrite it
     std::ofstream(file) << token << '\n';
     fs::permissions(file, mode);
     return file;
@@ -206,13 +204,13 @@ class Served : public testing::Test {
 
 inline const std::string kStatus = "GET /api/v1/status HTTP/1.1\r\nHost: x\r\n\r\n";
 
-/// A POST with a body of JSON.
+/// Returns a POST request with a JSON body.
 inline std::string post(const std::string& path, const std::string& body) {
   return "POST /api/v1" + path + " HTTP/1.1\r\nContent-Type: application/json\r\n" +
          "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
 }
 
-/// What asks for telemetry; frames may follow it.
+/// Returns a WebSocket upgrade for telemetry.
 inline std::string upgrade(const std::string& query) {
   return "GET /api/v1/telemetry?" + query +
          " HTTP/1.1\r\nHost: x\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"

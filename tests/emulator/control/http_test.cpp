@@ -1,5 +1,5 @@
-// The control interface over real sockets: who may come in, and clients that mean no good. No test
-// waits for a time: what is waited for is an answer or the end of the connection.
+// The control interface over real sockets: access control and malicious clients. No test waits for
+// a fixed time, only for an answer or the end of the connection.
 
 #include "emulator/control/http_access.hpp"
 #include "emulator/files/runtime_dir.hpp"
@@ -85,7 +85,7 @@ TEST_F(Served, RequestsSentAheadAreAnsweredInOrder) {
   EXPECT_EQ(status(one.receive_all()), 400);
 }
 
-/// Which is what a stopped program does: its kernel takes connections for it.
+/// A stopped program behaves this way: its kernel accepts connections for it.
 TEST_F(Served, OneThatSaysNothingKeepsNobodyFromFindingAnother) {
   const fs::path runtime = directory_ / "lk-emu";
   secure_directory(runtime);
@@ -120,7 +120,7 @@ TEST_F(Served, HeadersAndBodiesHaveAnEnd) {
   EXPECT_EQ(status(ask(announce("/scenario", 60'000) + R"({"toml":")" + std::string(59'989, ' ') +
                        "\"}")),
             501);
-  // A body that never ends.
+  // An endless body.
   const Client endless = client();
   endless.send("POST /api/v1/directives HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n");
   const std::string chunk = "4000\r\n" + std::string(0x4000, 'x') + "\r\n";
@@ -144,7 +144,7 @@ TEST_F(Served, AnAdvanceEndsWhenNobodyWaitsForIt) {
     return ask("GET /api/v1/clock HTTP/1.1\r\n\r\n")
                .find(std::string("\"advancing\":") + whether) != std::string::npos;
   };
-  // Whatever was sent ahead: a part of the next request, and whole ones, in one piece or more.
+  // Data sent ahead: part of the next request, or whole ones, in one or more pieces.
   for (const std::string& ahead : {std::string(), std::string("G"), kStatus + kStatus}) {
     {
       const Client one = client();
@@ -306,7 +306,7 @@ TEST_F(Served, ATokenIsTakenAsAWholeOrRefused) {
   EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError);
   options_.token_file = token_file(longest + std::string(4096, 'y'), mode);
   EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError);
-  options_.token_file = token_file(longest + "\r", mode);  // and an end of line
+  options_.token_file = token_file(longest + "\r", mode);  // plus a line end
   start();
   const auto with = [&](const std::string& token) {
     return status(ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: " + host() +
@@ -314,7 +314,7 @@ TEST_F(Served, ATokenIsTakenAsAWholeOrRefused) {
   };
   EXPECT_EQ(with(longest), 200);
   EXPECT_EQ(with(longest.substr(1)), 401);
-  // A page has to write each byte of it as two digits, in one header.
+  // A page encodes each byte as two digits, in one header.
   std::string digits;
   for (std::size_t n = 0; n < longest.size(); ++n) digits += "78";
   const Client page = Client::tcp(server_->port());
@@ -346,7 +346,7 @@ TEST_F(Served, TelemetryTellsEveryInstantOfSimulatedTime) {
   EXPECT_NE(stream.receive_until("}").find(R"({"bus":"vcan0","ids":[2],"signals":["alive"])"),
             std::string::npos);
   EXPECT_EQ(status(ask(post("/clock/advance", R"({"by_s": 0.003})"))), 200);
-  // Frames are as small as their text: a length byte, then it. 1 ms apart, from where it began.
+  // A frame is a length byte and its text, 1 ms apart from the start.
   for (const char* time : {"0", "0.001", "0.002", "0.003"}) {
     const std::string sample = stream.receive_until("}");
     EXPECT_NE(sample.find(std::string("{\"time_s\":") + time + ",\"rows\":[[2,"), std::string::npos)

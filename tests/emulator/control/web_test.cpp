@@ -1,4 +1,4 @@
-// What a browser gets and may do: the dashboard's files, pages that only look, frames in words.
+// Requests of a browser: the dashboard's files, read-only pages, decoded frames.
 
 #include <gtest/gtest.h>
 
@@ -51,7 +51,7 @@ TEST_F(Served, ThePageIsToldTheLanguageThatWasAskedFor) {
     const std::string page = ask_for("");
     EXPECT_NE(page.find("<html lang=\"en\" data-lang=\"" + language + "\">"), std::string::npos);
     EXPECT_TRUE(page.ends_with("</html>\n"));
-    // A browser that kept the page in the other language gets this one.
+    // A browser with a cached page of the other language gets the right one.
     for (const std::string& other : etags) {
       EXPECT_EQ(status(ask_for("If-None-Match: " + other + "\r\n")), 200);
     }
@@ -112,7 +112,7 @@ TEST_F(Served, SamplesComeTogetherWhereThatWasAskedFor) {
                        "Content-Length: " +
                        std::to_string(body.size()) + "\r\n\r\n" + body)),
             200);
-  // Samples at 0, 1, 2, 3 and 4 ms, never more than three in a list; how many is a matter of time.
+  // Samples at 0, 1, 2, 3 and 4 ms, at most three per list; the grouping depends on timing.
   std::size_t samples = 0;
   for (int messages = 0; samples < 5 && messages < 5; ++messages) {
     const std::string list = stream.receive_until("]}]");
@@ -143,7 +143,7 @@ TEST_F(Served, FramesComeInWords) {
                        "Content-Length: " +
                        std::to_string(body.size()) + "\r\n\r\n" + body)),
             200);
-  // docs/protocol.md: 0x012C = 300 dps, 0xC350 = 50000 of 0.01 degrees. The drive answers with
+  // docs/protocol.md: 0x012C = 300 dps, 0xC350 = 50000 of 0.01 degrees. The drive replies with
   // state 2.
   std::string told = stream.receive_until(R"("from":"drive")");
   told += stream.receive_until("]}");
@@ -173,7 +173,7 @@ TEST_F(Served, FramesThatNobodyReadsAreMissedAndCounted) {
   const Client sleeper = client();
   sleeper.send("GET /api/v1/frames HTTP/1.1\r\n" + kUpgrade);
   EXPECT_EQ(status(sleeper.receive_until("\r\n\r\n")), 101);
-  for (int n = 0; n < 10; ++n) {  // more than a socket holds, each time some hundred kilobytes
+  for (int n = 0; n < 10; ++n) {  // more than a socket buffers, some hundred kilobytes each time
     boost::asio::post(t_.loop, [this] {
       for (int frames = 0; frames < 2000; ++frames) {
         t_.world.lines().front()->take_in({SimTime{0}, test::frame("141#9C00000000000000")});

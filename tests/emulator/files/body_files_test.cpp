@@ -1,4 +1,4 @@
-// Which file the model of a robot's body is.
+// Choice of the model file for a robot's body.
 
 #include "emulator/files/body_files.hpp"
 

@@ -1,4 +1,4 @@
-// What is synced, and what happens when that fails: this program's fsync is its own.
+// Synced files, and failed syncs: this program replaces fsync.
 
 #include "emulator/files/durable_file.hpp"
 
@@ -29,11 +29,11 @@
 
 namespace {
 
-/// A sync, and what a power cut just before it could have left of the watched file.
+/// A sync, and the files that a power cut just before it could have left.
 struct Sync {
   ino_t inode = 0;
-  std::string file;        // what is in it, by its name; empty: there is none
-  std::string unfinished;  // the same of what is to become it
+  std::string file;        // contents by name; empty: does not exist
+  std::string unfinished;  // contents of its temporary file
 
   friend bool operator==(const Sync&, const Sync&) = default;
   friend void PrintTo(const Sync& sync, std::ostream* out) {
@@ -41,11 +41,11 @@ struct Sync {
   }
 };
 
-std::mutex mutex;               // of those below
+std::mutex mutex;               // protects the variables below
 std::vector<Sync> synced;       // in order
-ino_t refused = 0;              // fsync of this one fails
-bool files_refused = false;     // and, if so, of every regular file
-std::filesystem::path watched;  // a file
+ino_t refused = 0;              // fsync of this inode fails
+bool files_refused = false;     // fsync of every regular file fails
+std::filesystem::path watched;  // the watched file
 
 std::string text_of(const std::filesystem::path& path) {
   std::ostringstream text;
@@ -107,7 +107,7 @@ class Synced : public testing::Test {
     files_refused = true;
   }
 
-  /// The syncs from here on are told with what is in this file.
+  /// Records this file's contents at each sync from now on.
   static void watch(const std::filesystem::path& path) {
     const std::lock_guard lock(mutex);
     synced.clear();
@@ -121,7 +121,7 @@ class Synced : public testing::Test {
   test::TempDirectory directory_;
 };
 
-/// Writes one after the other; gives what became of the last.
+/// Writes `times` times; returns the result of the last write.
 int write(const std::filesystem::path& path, int times) {
   const Descriptor directory(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   const RomPlace place{directory.get(), "test-1.toml", 0, {"test", 1, "test"}};
@@ -144,7 +144,7 @@ TEST_F(Synced, AFileBeforeItGetsItsNameAndTheNameAfterwards) {
   ASSERT_EQ(write_durably(directory.get(), "a", "before"), 0);
   watch(path / "a");
   ASSERT_EQ(write_durably(directory.get(), "a", "after"), 0);
-  const ino_t file = inode(path / "a");  // the same under both names
+  const ino_t file = inode(path / "a");  // one inode under both names
   EXPECT_EQ(syncs(),
             (std::vector<Sync>{{file, "before", "after"}, {inode(path), "after", "before"}}));
   EXPECT_FALSE(std::filesystem::exists(path / unfinished("a")));
@@ -160,7 +160,7 @@ TEST_F(Synced, AFileThatIsNotDurableDoesNotGetItsName) {
   EXPECT_FALSE(std::filesystem::exists(path / unfinished("a")));
 }
 
-/// Whoever wrote is told that it failed: what was acknowledged last holds, now and at the next
+/// The writer gets an error, so the last acknowledged contents must hold, now and at the next
 /// start.
 TEST_F(Synced, AFileWhoseNameIsNotDurableGivesItBack) {
   const auto path = make("rom");

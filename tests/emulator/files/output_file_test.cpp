@@ -87,7 +87,7 @@ TEST(OutputFile, ALinkInACircleIsRefused) {
   }
 }
 
-/// /dev/stdout is such a link, to /proc/self/fd/1, and `> FILE` opens a regular file there.
+/// /dev/stdout links to /proc/self/fd/1, and `> FILE` opens a regular file there.
 TEST(OutputFile, WhatIsOpenAlreadyGoesOnWhereItIs) {
   const test::TempDirectory directory;
   directory.put("shell", "");

@@ -31,14 +31,14 @@ TEST(RegularFile, IsReadUpToItsLimit) {
   EXPECT_EQ(read_regular_file(directory.put("empty", ""), 0), "");
 }
 
-/// The kernel's files say that they are empty, and some never end.
+/// Kernel files report a size of 0, and some are endless.
 TEST(RegularFile, TheSizeItSaysIsNotBelieved) {
   const std::string file = "/proc/self/maps";
   ASSERT_EQ(std::filesystem::file_size(file), 0U);
   EXPECT_EQ(refusal(file, 10), file + ": is longer than 10 bytes");
 }
 
-/// Opening a pipe would wait for somebody to write.
+/// Opening a pipe would wait for a writer.
 TEST(RegularFile, NothingElseIsRead) {
   const test::TempDirectory directory;
   const std::string pipe = directory.path("pipe");
@@ -51,11 +51,9 @@ TEST(RegularFile, NothingElseIsRead) {
   EXPECT_EQ(refusal(none, 10), "cannot read " + none + ": No such file or directory");
 }
 
-// --- motors by their path; tests/host/cli_test.cpp has names, as no shipped files are beside a
-// test
-// ------------------------------------------------------------------------------------------------
+// --- motors by path; tests/host/cli_test.cpp covers names, as unit tests have no shipped files
 
-/// What is said of a motor that is not found, up to the list of those that there are.
+/// Returns the message for a missing motor, up to the list of motors.
 std::string unknown_motor(const std::string& motor) {
   try {
     return "found " + find_motor_file(motor).name;
@@ -71,7 +69,7 @@ TEST(FindMotorFile, OfAPathSaysWhatIsWrong) {
             "\"./a?.toml\" is not UTF-8 without control characters; give such a path");
 }
 
-/// The kernel's ".." and not that of the text.
+/// ".." follows the kernel, not the text of the path.
 TEST(FindMotorFile, APathGoesThroughASymbolicLink) {
   const test::TempDirectory directory;
   std::filesystem::create_directories(directory.path("real/sub"));

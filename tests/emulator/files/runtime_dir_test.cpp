@@ -21,7 +21,7 @@ namespace runtime_dir_test {
 
 namespace fs = std::filesystem;
 
-/// A runtime directory with a socket that somebody listens at.
+/// A runtime directory with a listening socket.
 class RuntimeDirectory : public testing::Test {
  public:
   RuntimeDirectory(const RuntimeDirectory&) = delete;

@@ -1,4 +1,4 @@
-// Lines whose drives are on one body: the running program moves it as a scenario does.
+// Lines whose drives share a body: the running program moves it as a scenario does.
 #include <gtest/gtest.h>
 
 #include <boost/asio/io_context.hpp>
@@ -14,7 +14,7 @@ namespace body_world_test {
 
 using namespace std::chrono_literals;
 
-/// Two buses with a drive each, on the joints of a double pendulum that falls.
+/// Two buses with one drive each, on the joints of a falling double pendulum.
 std::vector<BusConfig> robot() {
   const auto body = std::make_shared<test::HandBody>(2, test::double_pendulum(0.3, 0.25),
                                                      SimTime(1ms), test::Two{1.0, -0.4});

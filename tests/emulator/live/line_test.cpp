@@ -17,7 +17,7 @@
 namespace lk::emulator {
 namespace line_test {
 
-/// The log's lines, as long as it lives.
+/// Captures the log while it exists.
 class Log {
  public:
   Log() {
@@ -40,7 +40,7 @@ class Log {
 TEST(Line, KeepsSoManyFramesForLaterAndCountsTheRest) {
   const Log log;
   Line line(test::bus_config({1, 2, 3}));
-  TimedFrame filler;  // which no drive takes in
+  TimedFrame filler;  // which all drives ignore
   filler.frame.kind = protocol::FrameKind::kError;
   line.keep_for_later({SimTime{0}, test::frame("141#9A00000000000000")});
   for (std::size_t n = 2; n < Line::kMostBacklog; ++n) line.keep_for_later(filler);
@@ -62,7 +62,8 @@ TEST(Line, KeepsSoManyFramesForLaterAndCountsTheRest) {
   EXPECT_EQ(line.bus().servo(3).stats().replies, 0U) << "lost";
 }
 
-/// A host that waits 50 ms for each reply and asks again, of a process that was stopped for 0.4 s.
+/// A host that waits 50 ms for each reply and then retries, with a process that was stopped for 0.4
+/// s.
 TEST(Line, PacketsThatWaitedWhileTimeSlippedAreHeardOneByOne) {
   Line line(test::serial_bus({test::serial_drive(Generation::kV236)}));
   const auto bring_on = [&](SimTime duration) {
@@ -75,8 +76,8 @@ TEST(Line, PacketsThatWaitedWhileTimeSlippedAreHeardOneByOne) {
     for (const protocol::Frame& packet : packets) line.take_in({line.bus().time(), packet});
     bring_on(std::chrono::milliseconds(400));
   }
-  // The host takes a reply to one that waited for that to its next packet, and sends early: while
-  // the drive answers the last of eight, each of which takes 330 us with its reply.
+  // The host takes a late reply for the answer to its next packet and sends early, while the drive
+  // answers the last of eight packets. Each packet takes 330 us with its reply.
   line.note_slip();
   const auto packet = protocol::bytes_frame(test::bytes("3E 9A 01 00 D9"));
   for (int n = 0; n < 8; ++n) line.take_in({line.bus().time(), packet});
@@ -91,7 +92,7 @@ TEST(Line, PacketsThatWaitedWhileTimeSlippedAreHeardOneByOne) {
       << advice_line("", line.adviser().given().front(), Language::kEnglish);
 }
 
-/// The longest bytes that are no packet, with a number.
+/// Returns the longest frame of bytes without a packet, marked by a number.
 protocol::Frame noise(int number) {
   protocol::Frame frame;
   frame.kind = protocol::FrameKind::kBytes;
@@ -114,7 +115,7 @@ TEST(Line, AFloodAfterTimeSlippedWaitsForRoomInOrder) {
       line.take_in({at, noise(sent.back())});
     }
   };
-  send(30);  // 3540 of the 4096 bytes for which the line has room
+  send(30);  // 3540 of the 4096 bytes of the line's buffer
   line.note_slip();
   send(70);
   line.bring_to(std::chrono::seconds(1), MonoTime::max(), Line::Patience::kNone);
@@ -127,7 +128,7 @@ TEST(Line, AFloodAfterTimeSlippedIsBounded) {
   Line line(test::serial_bus({test::serial_drive(Generation::kV236)}));
   line.note_slip();
   for (int n = 0; n < 2000; ++n) line.take_in({SimTime{0}, noise(n)});
-  // One is on the wire, 35 of 118 bytes fill the queue of 4096 bytes, 64 wait for room.
+  // One frame is on the wire, 35 of 118 bytes fill the queue of 4096 bytes, 64 wait for room.
   EXPECT_EQ(line.backlog(), 64U);
   EXPECT_EQ(line.bus().stats().count(Drop::kQueueFull), 2000U - 100U);
   line.bring_to(std::chrono::seconds(1), MonoTime::max(), Line::Patience::kNone);

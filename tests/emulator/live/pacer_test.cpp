@@ -39,7 +39,7 @@ TEST(SimClock, ALongerOneSlips) {
 
 TEST(SimClock, ABusAheadOfTheOthersIsNoLag) {
   SimClock clock(kStart);
-  // Time slipped for another bus: this one has got further already.
+  // Time slipped for another bus; this one is already ahead.
   EXPECT_EQ(clock.read(kStart + 1s, SimTime{2s}).now, SimTime{1s});
   EXPECT_EQ(clock.slips(), 0U);
 }
@@ -47,7 +47,7 @@ TEST(SimClock, ABusAheadOfTheOthersIsNoLag) {
 TEST(SimClock, ShowsWholeMicroseconds) {
   SimClock clock(kStart);
   EXPECT_EQ(clock.read(kStart + 123999ns, SimTime{0}).now, SimTime{123us});
-  // Whoever is woken for an instant finds that it has come.
+  // A waiter that wakes at an instant finds that it has come.
   const MonoTime wake = clock.to_mono(SimTime{123456});
   EXPECT_GE(clock.read(wake, SimTime{0}).now, SimTime{123456});
   EXPECT_LT(clock.read(wake - 1us, SimTime{0}).now, SimTime{123456});

@@ -7,9 +7,10 @@ namespace stamp_clock_test {
 
 using namespace std::chrono_literals;
 
-constexpr auto kAhead = std::chrono::nanoseconds(1'700'000'000s);  // the wall clock, of the other
+constexpr auto kAhead =
+    std::chrono::nanoseconds(1'700'000'000s);  // of the wall clock before the other
 
-/// Both clocks of a machine, which a test moves.
+/// Both clocks of a machine, advanced by the test.
 struct Machine {
   MonoTime mono = 10s;
   std::chrono::nanoseconds ahead = kAhead;
