@@ -399,7 +399,7 @@ TEST(FrameWords, ReadWhatDrivesAndHostsSay) {
   EXPECT_EQ(state.values, "temperature_C 25, voltage_V 24, errors 1: under_voltage");
 }
 
-/// docs/protocol.md: MS knows no 0x280, and only v236 knows 0x281.
+/// docs/protocol.md: MS lacks 0x280, and only v236 has 0x281.
 TEST(FrameWords, AreThoseOfADriveThatKnowsTheCommand) {
   BusConfig bus = test::bus_config({});
   bus.servos = {test::drive(Generation::kLegacy, Series::kMs, 1),

@@ -1,4 +1,4 @@
-// Drives that share a battery: its inner resistance costs each of them what all of them draw.
+// Drives on a common battery: its inner resistance lowers each link by the current of all.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -17,7 +17,7 @@ using std::chrono::milliseconds;
 constexpr double kV = 48.0;
 constexpr double kCable_ohm = 0.05;
 
-/// As many drives, their outputs clamped.
+/// `drives` drives with clamped outputs.
 Scenario clamped(int drives, double battery_R_ohm) {
   Scenario scenario;
   emulator::BusConfig bus;
@@ -45,7 +45,7 @@ void torque(ScenarioRun& run, int id, double iq_A) {
               {milliseconds(100 + id), protocol::encode_query(id, protocol::Torque{iq_A}, format)});
 }
 
-/// W, what a drive takes that holds `iq_A`: nearly all of it copper, whatever its voltage.
+/// Returns the power in W of a drive that holds `iq_A`: nearly all copper loss, at any voltage.
 double power_W(double iq_A) {
   ScenarioRun run(clamped(1, 0));
   torque(run, 1, iq_A);
@@ -55,7 +55,8 @@ double power_W(double iq_A) {
   return (run.bus(0).drawn_J(1) - before_J) / 0.1;
 }
 
-/// V, where the power that passes the resistances is what the drive takes: v·(V − v)/R = P.
+/// Returns the voltage in V at which the power through the resistances equals the drive's: v·(V −
+/// v)/R = P.
 double link_V(double R_ohm, double P_W) {
   return 0.5 * (kV + std::sqrt(kV * kV - 4.0 * R_ohm * P_W));
 }
@@ -67,7 +68,7 @@ TEST(Battery, CostsEachDriveWhatAllDraw) {
   ScenarioRun run(clamped(4, kBattery_ohm));
   for (int id = 1; id <= 4; ++id) torque(run, id, kIq_A);
   run.advance_to(milliseconds(500));
-  // Each drive's cable has its own current, the battery four of them.
+  // Each drive's cable carries its own current, the battery four of them.
   const double expected_V = link_V(kCable_ohm + 4.0 * kBattery_ohm, P_W);
   EXPECT_LT(expected_V, 46.0);
   for (int id = 1; id <= 4; ++id) EXPECT_NEAR(run.bus(0).truth(id).v_bus, expected_V, 0.03);
@@ -83,11 +84,11 @@ TEST(Battery, IsFeltByADriveThatDrawsNothing) {
   const double fell_V = idle_V - run.bus(0).truth(2).v_bus;
   const double draws_A = P_W / run.bus(0).truth(1).v_bus;
   EXPECT_NEAR(fell_V, draws_A * 1.0,
-              0.05 * fell_V);  // what the first one's electronics draw is in P_W, too
+              0.05 * fell_V);  // P_W includes the electronics of the first drive
 }
 
-/// The links' capacitors behind a large resistance: an estimate by the current of the step before
-/// would swing without end from R·C = h/2 on; here R·C is 16 h.
+/// Link capacitors behind a large resistance. An estimate from the previous step's current would
+/// oscillate for ever from R·C = h/2 on; here R·C is 16 h.
 TEST(Battery, ItsVoltageDoesNotSwing) {
   ScenarioRun run(clamped(12, 3.0));
   torque(run, 1, 5.0);

@@ -17,7 +17,7 @@ namespace lk::test {
 
 inline constexpr emulator::SimTime kMs = std::chrono::milliseconds(1);
 
-/// A delivered motor as drive `id`, at the body's joint `id` − 1; without noise of its sensors.
+/// Returns a delivered motor as drive `id`, at the body's joint `id` − 1, without sensor noise.
 inline emulator::ServoConfig on_joint(int id, const std::string& motor,
                                       const emulator::Mechanism& body) {
   emulator::ServoConfig servo;

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Bodies written by hand, for tests of what drives and bodies do to each other.
+/// @file Bodies written by hand, for tests of the coupling between drives and bodies.
 
 #include <array>
 #include <chrono>
@@ -17,19 +17,19 @@
 
 namespace lk::test {
 
-/// Of one or two joints.
+/// Values of one or two joints.
 using Two = std::array<double, 2>;
 
 struct Dynamics {
   Two diagonal;      // of the mass matrix
-  double coupling;   // its other entry
-  Two torque;        // of gravity and of speed
+  double coupling;   // its off-diagonal element
+  Two torque;        // gravity and velocity terms
   double potential;  // J
 };
-/// A body's equations at angles and speeds, without armature.
+/// Equations of a body at angles and speeds, without armature.
 using Equations = std::function<Dynamics(const Two& q, const Two& v)>;
 
-/// M(q)·a = torque(q, v) + what drives give; RK4, with torques that change evenly within a step.
+/// M(q)·a = torque(q, v) + drive torques; RK4, with torques that change linearly within a step.
 class HandBody : public emulator::Mechanism {
  public:
   HandBody(std::size_t joints, Equations equations, emulator::SimTime step, Two q0 = {},
@@ -90,7 +90,7 @@ class HandBody : public emulator::Mechanism {
 
   const Two& angles() const { return q_; }
   const Two& speeds() const { return v_; }
-  /// Kinetic and potential, that of the armature too.
+  /// Kinetic and potential energy, including that of the armature.
   double energy_J() const {
     const Dynamics d = with_armature(q_, v_);
     return 0.5 * (d.diagonal[0] * v_[0] * v_[0] + d.diagonal[1] * v_[1] * v_[1]) +
@@ -132,8 +132,8 @@ inline Equations pendulum(double J, double mgl) {
   };
 }
 
-/// Two equal rods without weight but for a mass at each end, which has the inertia `I`; the second
-/// angle is against the first rod. 0: hanging.
+/// Two equal massless rods, each with a mass of inertia `I` at its end; the second angle is
+/// relative to the first rod. 0: hanging.
 inline Equations double_pendulum(double m, double l, double I = 0) {
   return [=](const Two& q, const Two& v) {
     const double g = 9.81;

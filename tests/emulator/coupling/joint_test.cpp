@@ -1,4 +1,4 @@
-// What goes through a joint between a drive and a body: torque, energy, friction, faults.
+// Torque, energy, friction and faults at a joint between a drive and a body.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -29,7 +29,7 @@ TEST(Joint, HasTheRotorsInertiaOnceAndOnlyOnce) {
   EXPECT_NEAR((run.truth().omega_out - omega) / 0.1, 10 * tau_e / J, 1e-3 * 10 * tau_e / J);
 }
 
-/// What a drive gives is what the body takes: 0.1 % of all that went through.
+/// The drive's output energy is the body's input: 0.1 % of the total.
 TEST(Joint, LosesNoEnergy) {
   const double mgl = 0.6;
   OnBody run(std::make_shared<HandBody>(1, pendulum(0.02, mgl), kMs, Two{0.5, 0}),
@@ -48,7 +48,7 @@ TEST(Joint, LosesNoEnergy) {
   EXPECT_NEAR(e.supply,
               e.copper + e.inverter + e.friction + e.gear + e.load + e.stored - stored_before,
               1e-6 * e.supply);
-  // The drive keeps the books of the inertia that it sees, the body those of the armature.
+  // The drive's energy uses the inertia that it feels, the body's that of the armature.
   const model::MechanicsParams m = geared_drive(10).profile.drive.mechanics;
   const double omega = run.body().speeds()[0];
   const double armature = 0.5 * (100 * m.J + m.J_out) * omega * omega;
@@ -57,14 +57,14 @@ TEST(Joint, LosesNoEnergy) {
   EXPECT_NEAR(e.load + seen, run.body().energy_J() - armature - before, 1e-3 * through);
 }
 
-/// A free joint follows I·(ω now − ω a step before) = torque·step, in the same row.
+/// A free joint satisfies I·(ω now − ω one step before) = torque·step, within one row.
 TEST(Joint, ShowsTheTorqueOfTheStepThatBroughtItThere) {
   const double J_body = 0.02;
   OnBody run(std::make_shared<HandBody>(1, linear_inertia(J_body), kMs), geared_drive(10));
   run.advance(0.0015);  // rows lie between the ends of steps
   double before = run.view().joint.speed_rad_s;
   for (int n = 0; n < 50; ++n) {
-    run.torque_current(0.05 * n);  // another torque in each step
+    run.torque_current(0.05 * n);  // a different torque in each step
     run.advance(0.001);
     const JointState now = run.view().joint;
     EXPECT_NEAR(now.torque_Nm * 1e-3, J_body * (now.speed_rad_s - before), 1e-12) << n;
@@ -80,7 +80,7 @@ TEST(Joint, IsHeldByFrictionAsLongAsThatIsEnough) {
   const auto body = [](double angle) {
     return std::make_shared<HandBody>(1, pendulum(0.01, 0.1), kMs, Two{angle, 0});
   };
-  OnBody held(body(0.5), servo);  // 0.048 Nm
+  OnBody held(body(0.5), servo);  // holds 0.048 Nm
   held.advance(2);
   EXPECT_NEAR(held.body().angles()[0], 0.5, 1e-12);
   OnBody slips(body(0.7), servo);  // 0.064 Nm
@@ -88,7 +88,7 @@ TEST(Joint, IsHeldByFrictionAsLongAsThatIsEnough) {
   EXPECT_LT(slips.body().angles()[0], 0.6);
 }
 
-/// The rotor turns on alone, the arm falls as one without a drive.
+/// The rotor keeps turning alone; the arm falls as if it had no drive.
 TEST(Joint, FallsWhenItsCouplingBreaks) {
   for (const double stiffness : {0.0, 4500.0}) {
     ServoConfig servo = geared_drive(10);
@@ -101,12 +101,12 @@ TEST(Joint, FallsWhenItsCouplingBreaks) {
     EXPECT_NEAR(run.body().angles()[0], 0.1, 2e-3);
     const double rotor = run.truth().theta_m;
     run.fault("coupling_broken");
-    // Half a period of a small swing, from one side to the other; its flange goes along.
+    // Half a period of a small oscillation, from one side to the other; the flange moves along.
     const double omega = std::sqrt(mgl / (J + 1e-4));
     run.advance(3.14159265 / omega);
     EXPECT_NEAR(run.body().angles()[0], -0.1, 2e-3) << stiffness;
     EXPECT_NEAR(run.truth().theta_m, rotor, 0.05) << stiffness;
-    run.heal();  // where it stands, both grip
+    run.heal();  // couples at the present angles
     run.advance(0.2);
     EXPECT_NEAR(run.body().angles()[0], -0.1, 5e-3) << stiffness;
     EXPECT_NEAR(run.truth().theta_m, rotor, 0.1) << stiffness;
@@ -115,7 +115,7 @@ TEST(Joint, FallsWhenItsCouplingBreaks) {
 
 TEST(Joint, StopsAtAnEndStopOfTheDrive) {
   OnBody run(std::make_shared<HandBody>(1, pendulum(0.02, 0.6), kMs, Two{1.0, 0}), servo_config(1));
-  run.fault("end_stop", {-30.0, 1e6});  // degrees from where it stands
+  run.fault("end_stop", {-30.0, 1e6});  // degrees relative to the present angle
   double least = 1;
   for (int n = 0; n < 1000; ++n) {
     run.advance(0.001);
@@ -127,7 +127,7 @@ TEST(Joint, StopsAtAnEndStopOfTheDrive) {
 constexpr double kHanging_Nm = 0.6;
 constexpr double kArm_kg_m2 = 0.02;
 
-/// How far an arm falls in a time, with the drive's rotor.
+/// Returns how far an arm falls in a time, with the drive's rotor.
 double fall_rad(const ServoConfig& servo, double seconds) {
   const model::MechanicsParams& m = servo.profile.drive.mechanics;
   const double J = kArm_kg_m2 + m.J_out + m.gear_ratio * m.gear_ratio * m.J;
@@ -138,8 +138,8 @@ std::shared_ptr<HandBody> hanging_arm() {
   return std::make_shared<HandBody>(1, linear_inertia(kArm_kg_m2, kHanging_Nm), kMs);
 }
 
-/// A brake of 2 Nm at the output is let go of for 100 ms, and stops the arm where it has fallen for
-/// so long: after the fall's way once more in the ratio of the torques.
+/// A brake of 2 Nm at the output is released for 100 ms. It then stops the arm after a further
+/// angle: the fall times the ratio of the torques.
 TEST(Joint, SagsFartherWhileItsBrakeIsLate) {
   const auto sag = [](double late_s) {
     ServoConfig servo = geared_drive(10);
@@ -163,7 +163,7 @@ TEST(Joint, SagsFartherWhileItsBrakeIsLate) {
   EXPECT_NEAR(sag(0.1), stop * fall_rad(servo, 0.2), 0.03 * fall_rad(servo, 0.2));
 }
 
-/// 0x80 to a drive that holds an arm: it falls, as if the drive were no more than its rotor.
+/// 0x80 to a drive that holds an arm: the arm falls, with only the rotor's inertia added.
 TEST(Joint, IsLimpAfter0x80) {
   OnBody run(hanging_arm(), geared_drive(10));
   run.say(protocol::Speed{});

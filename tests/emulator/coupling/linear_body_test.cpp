@@ -1,4 +1,4 @@
-// A body that is an inertia and nothing else is a load: what a plain drive has, a coupled one gets.
+// A body that is only an inertia equals a load: a coupled drive behaves like a plain one.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ constexpr const char* kMotors[] = {"mf4005",     "mf5010",     "mf7015-23t", "mf
                                    "mg6010",     "mg6012-i36", "mg6012-i8",  "mg8008", "mg8016",
                                    "mh9025",     "ms3506",     "ms4010",     "ms4015"};
 
-/// The output takes a step of 10 degrees.
+/// A step of 10 degrees at the output.
 void step(ScenarioRun& run, const ServoConfig& servo) {
   const double N = servo.profile.drive.mechanics.gear_ratio;
   const auto increment = static_cast<std::int32_t>(std::lround(1000 * N));
@@ -50,9 +50,9 @@ TEST_P(LinearBody, MovesAsTheSameLoadDoes) {
       apart = std::max(apart, std::abs(output - plain.bus(0).truth(1).theta_out));
       off = std::max(off, std::abs(output - hand_body(coupled).angles()[0]));
     }
-    // Nothing is between them but rounding, of which encoders make counts now and then.
+    // They differ only by rounding, which encoders may turn into counts.
     EXPECT_LT(apart, 1e-4) << share;
-    // A gear's play to either side, and its twist under the peak torque: 1/1000 rad.
+    // The gear's play to either side, and its twist under the peak torque: 1/1000 rad.
     EXPECT_LE(off, 0.5 * m.backlash_out + 2e-3) << share;
   }
 }

@@ -1,4 +1,4 @@
-// A body that is put somewhere: its drives are there too, at rest.
+// A body that is moved to a pose: its drives move with it, at rest.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,8 +15,8 @@ double read(const OnBody& run, const char* signal) {
   return emulator::find_signal(signal)->read(run.view());
 }
 
-/// 1.2 rad at the output of a gear of 10:1 are 12 rad at the rotor: nearly two turns, which the
-/// drive has counted.
+/// 1.2 rad at the output of a 10:1 gear are 12 rad at the rotor: nearly two turns, which the drive
+/// has counted.
 TEST(PutThere, TheDriveIsThereAndKnowsIt) {
   for (const double stiffness : {0.0, 50.0, 4500.0}) {
     auto servo = geared_drive(10);
@@ -45,7 +45,7 @@ TEST(PutThere, TheDriveIsThereAndKnowsIt) {
   }
 }
 
-/// A drive that holds a position turns back to it.
+/// A drive that holds a position returns to it.
 TEST(PutThere, ADriveDoesWhatItWasTold) {
   OnBody run(std::make_shared<HandBody>(1, linear_inertia(0.001), kMs), geared_drive(10));
   run.say(protocol::Speed{});
@@ -60,7 +60,7 @@ TEST(PutThere, ADriveDoesWhatItWasTold) {
   EXPECT_NEAR(run.body().angles()[0], 0, 0.02);
 }
 
-/// The books are balanced: what the hand does is the load's.
+/// The energy balance holds: the move counts as work of the load.
 TEST(PutThere, TheEnergyIsTheLoads) {
   OnBody run(std::make_shared<HandBody>(1, linear_inertia(0.02), kMs), geared_drive(10));
   const double stored = run.energy().stored;
@@ -73,7 +73,7 @@ TEST(PutThere, TheEnergyIsTheLoads) {
               1e-6 * e.supply);
 }
 
-/// Behind a broken coupling the rotor stays where it is.
+/// The rotor behind a broken coupling does not move.
 TEST(PutThere, NotBehindABrokenCoupling) {
   OnBody run(std::make_shared<HandBody>(1, linear_inertia(0.02), kMs), geared_drive(10));
   run.fault("coupling_broken");

@@ -1,4 +1,4 @@
-// The steps of a body: their order, their slices, their copies.
+// The steps of a body: order, slices, copies.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,8 +18,7 @@ using emulator::ScenarioRun;
 using emulator::ServoConfig;
 using emulator::SimTime;
 
-/// Two geared drives on a double pendulum, under constant torque currents, with nothing in them
-/// that is not smooth.
+/// Two geared drives on a double pendulum with constant torque currents and smooth effects only.
 Scenario smooth(SimTime step) {
   const auto body = std::make_shared<HandBody>(2, double_pendulum(0.3, 0.25), step, Two{0.6, -0.4});
   std::vector<ServoConfig> servos;
@@ -60,12 +59,12 @@ TEST(Steps, AreOfSecondOrder) {
     error[n] = std::max(std::abs(angles[0] - exact[0]), std::abs(angles[1] - exact[1]));
   }
   EXPECT_LT(error[0], 1e-4);
-  // 4, less what is wrong with the exact one and of higher order.
+  // Ideally 4, minus higher orders and the reference's own error.
   EXPECT_GT(error[2] / error[1], 3.0) << error[0] << ' ' << error[1] << ' ' << error[2];
   EXPECT_GT(error[1] / error[0], 3.0) << error[0] << ' ' << error[1] << ' ' << error[2];
 }
 
-/// All of it to the bit.
+/// Compares all bits.
 void expect_same(const ScenarioRun& one, const ScenarioRun& other) {
   EXPECT_EQ(hand_body(one).angles(), hand_body(other).angles());
   EXPECT_EQ(hand_body(one).speeds(), hand_body(other).speeds());
@@ -106,7 +105,7 @@ TEST(Steps, InAFleetAreThoseAlone) {
   expect_same(fleet.run(0), alone);
 }
 
-/// Both outputs take a step of 20 degrees, one against the other.
+/// A step of 20 degrees at both outputs, in opposite directions.
 ScenarioRun pulling(const char* motor, double m, SimTime step) {
   const auto body = std::make_shared<HandBody>(2, double_pendulum(m, 0.2), step, Two{0.3, -0.2});
   const ServoConfig first = on_joint(1, motor, *body);
@@ -121,9 +120,9 @@ ScenarioRun pulling(const char* motor, double m, SimTime step) {
   return run;
 }
 
-/// Stiff gears on a body that is light beside their rotors, where each pulls at the other: beside
-/// an eighth of the step. A light joint may be anywhere in the play of its gear; one that swings
-/// for long, as the heavier arm does on the weakest motor, is only held to be no faster.
+/// Stiff gears on a body that is lighter than their rotors, each pulling at the other; compared
+/// with an eighth of the step. A light joint may be anywhere in its gear's play. The heavier arm
+/// oscillates long on the weakest motor, so only its speed is checked.
 TEST(Steps, AreStableWithStiffGearsOnALightBody) {
   for (const char* const motor : {"mg4005", "mg4010", "mg6012-i36", "mg8016"}) {
     const double play = profile(motor).drive.mechanics.backlash_out;
@@ -144,7 +143,7 @@ TEST(Steps, AreStableWithStiffGearsOnALightBody) {
       }
       EXPECT_LT(fastest[0], 1.1 * fastest[1]) << motor << ' ' << m;
       if (m < 0.1) {
-        EXPECT_LT(apart, 0.01 * 0.35 + play) << motor << ' ' << m;  // 1 % of the way
+        EXPECT_LT(apart, 0.01 * 0.35 + play) << motor << ' ' << m;  // 1 % of the travel
       }
     }
   }

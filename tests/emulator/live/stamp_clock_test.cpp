@@ -7,8 +7,7 @@ namespace stamp_clock_test {
 
 using namespace std::chrono_literals;
 
-constexpr auto kAhead =
-    std::chrono::nanoseconds(1'700'000'000s);  // of the wall clock before the other
+constexpr auto kAhead = std::chrono::nanoseconds(1'700'000'000s);  // wall clock minus mono
 
 /// Both clocks of a machine, advanced by the test.
 struct Machine {

@@ -1,4 +1,4 @@
-// The linearised loops beside the simulated ones.
+// Compares the linearised loops with the simulated ones.
 #include "emulator/margins/loop_margins.hpp"
 
 #include <cmath>
@@ -13,8 +13,8 @@ namespace loop_margins_test {
 using Complex = std::complex<double>;
 using model::test::NamedDrive;
 
-/// A motor on its bench without what is not linear: friction, cogging, play, noise, dead time,
-/// counts as large as the swings here.
+/// A motor without nonlinear effects: no friction, cogging, play, noise or dead time, and fine
+/// encoder counts.
 model::DriveInit linear_drive(const std::string& name, double rotors) {
   for (const NamedDrive& named : model::test::all_profiles()) {
     if (named.name != name) continue;
@@ -34,11 +34,11 @@ model::DriveInit linear_drive(const std::string& name, double rotors) {
   return {};
 }
 
-/// The speed that the loop sees, for a speed that it is told, at `omega`: from a swing of the
-/// setpoint about 20 rad/s, over whole periods, after it has settled.
+/// Returns the loop's measured speed over the commanded speed at `omega`: from a setpoint
+/// oscillation about 20 rad/s, over whole periods, after settling.
 Complex simulated(const model::DriveInit& init, double omega) {
   const model::MotionParams p = model::motion_params(init.params, init.settings);
-  // Whole samples a period, so that nothing leaks.
+  // A whole number of samples per period avoids leakage.
   const auto samples = static_cast<int>(std::lround(2 * std::numbers::pi / (omega * p.T_m)));
   const double step = 2 * std::numbers::pi / samples;
   model::DriveBank bank(std::span(&init, 1));
@@ -57,7 +57,7 @@ Complex simulated(const model::DriveInit& init, double omega) {
     bank.command(0, model::Speed{kBias + swing});
     bank.advance(init.params.control.motion_divider);
   }
-  // As the estimator makes a speed of it (docs/model.md §11), of a reading a PWM period old.
+  // Speed as the estimator computes it (docs/model.md §11), from a reading one PWM period old.
   const Complex z1 = std::polar(1.0, -step);
   const Complex estimate =
       p.estimator_share * (1.0 - z1) / p.T_m / (1.0 - (1.0 - p.estimator_share) * z1);
@@ -80,15 +80,15 @@ TEST(OpenLoop, ClosesToTheSimulatedFrequencyResponse) {
       const Complex expected = open / (1.0 + open);
       const Complex seen = simulated(init, omega);
       SCOPED_TRACE(std::string(bench.motor) + ", rad/s: " + std::to_string(omega));
-      // The linearisation takes the current loop for a continuous one with a delay; what is wrong
-      // with that grows with the frequency.
+      // The linearisation models the current loop as continuous with a delay; its error grows with
+      // the frequency.
       EXPECT_NEAR(std::abs(seen / expected), 1.0, 0.03);
       EXPECT_NEAR(std::arg(seen / expected) * 180 / std::numbers::pi, 0.0, 1.5);
     }
   }
 }
 
-/// Rotor speed that is left a second after a step of the target, over that in the first tenth.
+/// Returns the rotor speed one second after a target step, relative to that in the first tenth.
 double what_rings(model::DriveInit init) {
   model::DriveBank bank(std::span(&init, 1));
   const auto f = static_cast<std::int64_t>(init.params.inverter.f_pwm);
@@ -116,8 +116,8 @@ TEST(Margins, BelowZeroItRingsForEver) {
   }
 }
 
-/// The integrators of a heavier load want more gain, and the margin is the factor: with the speed
-/// gains turned up by it the loop stands at its limit.
+/// With a heavier load the integrators need more gain, and the gain margin is that factor: speed
+/// gains raised by it put the loop at its limit.
 TEST(Margins, AreTheFactorToTheLimit) {
   const model::DriveInit init = linear_drive("mf7015", 60);
   const Margins m = loop_margins(init.params, init.settings, Loop::kPosition);
@@ -129,7 +129,7 @@ TEST(Margins, AreTheFactorToTheLimit) {
   EXPECT_NEAR(limit.phase_deg, 0, 0.5);
 }
 
-/// Up to the loads that vendors sell such motors for.
+/// Up to the loads for which vendors sell such motors.
 TEST(Margins, OfFactoryGainsAreThereUpToTenRotors) {
   for (const NamedDrive& named : model::test::all_profiles()) {
     for (const double rotors : {0.0, 1.0, 3.0, 10.0}) {
@@ -140,7 +140,7 @@ TEST(Margins, OfFactoryGainsAreThereUpToTenRotors) {
         SCOPED_TRACE(named.name + ", rotors: " + std::to_string(rotors));
         EXPECT_GT(m.gain_dB, 0);
         EXPECT_GT(m.phase_deg, 0);
-        // The drive of the log was seen to ring.
+        // The drive of this log was observed to ring.
         if (named.name != "mg4005-14p") {
           EXPECT_FALSE(rings(m)) << m.gain_dB << " dB, " << m.phase_deg << " deg";
         }

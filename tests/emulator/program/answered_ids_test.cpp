@@ -1,4 +1,4 @@
-// Drives whose ROM has another ID, which another program answers for.
+// Drives whose ROM contains another ID, which another program may answer for.
 
 #include "emulator/program/answered_ids.hpp"
 
@@ -19,10 +19,10 @@
 namespace lk::emulator {
 namespace answered_ids_test {
 
-/// Of this process alone: the network namespace is everybody's.
+/// A name unique to this process, because the network namespace is shared.
 std::string name() { return "a" + std::to_string(::getpid()); }
 
-/// Another program that has an ID of this bus: it holds the name of the lock.
+/// Another program that owns an ID of this bus: it holds the name of the lock.
 class Other {
  public:
   explicit Other(int id) : fd_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {

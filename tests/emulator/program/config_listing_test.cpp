@@ -1,4 +1,4 @@
-// What the start says of the drives.
+// The listing of drives at the start.
 
 #include "emulator/program/config_listing.hpp"
 
@@ -11,7 +11,7 @@
 namespace lk::emulator {
 namespace config_listing_test {
 
-/// docs/protocol.md §10.1, written down here a second time.
+/// docs/protocol.md §10.1, written here a second time.
 TEST(Spoken, NamesGenerationAndLayoutOfEachDrive) {
   BusConfig bus = test::bus_config({});
   bus.interface = "vcan0";
@@ -54,7 +54,7 @@ TEST(ConfigListing, CountsOneDriveInTheSingular) {
   EXPECT_NE(describe_run({test::bus_config({1, 2})}).find(" 2 drives, "), std::string::npos);
 }
 
-/// A hip with a speed Kp of 250: against its gear it rings at 300 Hz.
+/// A hip drive with a speed Kp of 250 rings at 300 Hz against its gear.
 TEST(ConfigListing, SaysWhichLoopsRing) {
   BusConfig bus = test::bus_config({1}, 1'000'000);
   ServoConfig& servo = bus.servos[0];
@@ -69,7 +69,7 @@ TEST(ConfigListing, SaysWhichLoopsRing) {
                                       " of -"),
       std::string::npos)
       << describe_run({bus});
-  // A load too heavy for the angle's gain: the speed alone would do.
+  // A load too heavy for the angle gain; the speed loop alone would be stable.
   servo.rom = servo.profile.factory;
   servo.profile.drive.load.J = 0.3;
   EXPECT_NE(describe_run({bus}).find(note + "position loop rings"), std::string::npos)
@@ -93,12 +93,12 @@ TEST(PlaceNote, SaysWhichDrivesShareAnId) {
   bus.servos[2].rom.driver_id = 3;
   EXPECT_EQ(note(0), "answers at ID 9");
   bus.servos[1].rom.driver_id = 9;
-  bus.servos[1].rom.can_rate = 3;  // it hears nothing here
+  bus.servos[1].rom.can_rate = 3;  // it receives nothing on this bus
   EXPECT_EQ(note(0), "answers at ID 9");
   EXPECT_NE(describe_run({bus}).find("answers at ID 9"), std::string::npos);
 }
 
-/// The numbers of the tools without 921600: 7 is 1 Mbit/s.
+/// Rate codes of the tools without 921600: 7 is 1 Mbit/s.
 TEST(PlaceNote, SaysTheRateAsTheDrivesOfThisBusCountThem) {
   BusConfig bus = test::bus_config({1});
   bus.serial.emplace();

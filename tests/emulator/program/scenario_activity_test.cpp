@@ -1,4 +1,4 @@
-// Scenarios that clients begin on buses that run.
+// Scenarios that clients start on running buses.
 
 #include "emulator/program/scenario_activity.hpp"
 
@@ -19,7 +19,7 @@ namespace scenario_activity_test {
 
 using namespace std::chrono_literals;
 
-/// Reading a long one would keep the drives waiting.
+/// Reading a long one would block the drives.
 TEST(ScenarioActivity, AClientsScenarioIsShort) {
   TestWorld t;
   ScenarioActivity scenario(t.loop, t.world);
@@ -39,7 +39,7 @@ state = "running"
   EXPECT_EQ(post(ScenarioActivity::kLongestFile).status, 200);
 }
 
-/// A log costs one line of a scenario, and is read again for each.
+/// Each line of a scenario may name a log, which is read again each time.
 TEST(ScenarioActivity, WhatAClientsScenarioPlaysIsShortInAll) {
   TestWorld t;
   ScenarioActivity scenario(t.loop, t.world);
@@ -50,7 +50,7 @@ TEST(ScenarioActivity, WhatAClientsScenarioPlaysIsShortInAll) {
 id = 1
 state = "running"
 )";
-  // A third of what is allowed, most of it empty lines.
+  // A third of the limit, most of it empty lines.
   const std::string line = "(1.0) vcan0 141#9C00000000000000\n";
   const std::size_t third = ScenarioActivity::kLongestFile / 3;
   const std::string log = own.put("p.log", line + std::string(third - line.size(), '\n'));
@@ -90,7 +90,7 @@ state = "running"
   EXPECT_EQ(report["foreign"][0]["running"], t.world.lines()[0]->config().servos[0].profile.name);
 }
 
-/// Whoever reaches the TCP port need not be the user whose files these are.
+/// A client of the TCP port need not be the owner of these files.
 TEST(ScenarioActivity, OverTcpNoFileIsSpokenOfButShippedOnes) {
   TestWorld t;
   ScenarioActivity scenario(t.loop, t.world);
@@ -120,7 +120,7 @@ TEST(ScenarioActivity, OverTcpNoFileIsSpokenOfButShippedOnes) {
   EXPECT_EQ(over_tcp(Json{{"toml", checks}}).status, 200);
 }
 
-/// A wheel that nothing turns, until it bursts.
+/// A free wheel that bursts.
 class Bursting : public test::HandBody {
  public:
   Bursting()
@@ -140,7 +140,7 @@ class Bursting : public test::HandBody {
   int steps_ = 0;
 };
 
-/// All that it expects is as it should be: the drive does not notice.
+/// All expectations hold, because the drive notices nothing.
 TEST(ScenarioActivity, ABodyThatExplodesMakesItInvalid) {
   TestWorld t;
   ScenarioActivity scenario(t.loop, t.world);

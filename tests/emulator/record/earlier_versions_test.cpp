@@ -1,5 +1,4 @@
-// Files of earlier versions load: a robot, motors, a scenario, ROM and a recording, as version
-// 0.1.0 delivered and wrote them.
+// Files of version 0.1.0 load: a robot, motors, a scenario, ROM and a recording.
 
 #include <gtest/gtest.h>
 
@@ -51,7 +50,8 @@ std::vector<BusConfig> robot_of_then(const fs::path& file, const FindProfile& fi
   return parse_config(text_of(kEarlier / file), file.string(), overrides, find);
 }
 
-/// The example has nearly every key; the other robot also loads with copies of the motors of then.
+/// The example has nearly every key; the other robot also loads with copies of its former motor
+/// files.
 TEST(EarlierVersions, RobotsLoad) {
   EXPECT_NO_THROW(robot_of_then("buses/example.toml", test::profile));
   EXPECT_NO_THROW(robot_of_then("recording/config.toml", test::profile));
@@ -67,7 +67,7 @@ TEST(EarlierVersions, ScenariosLoad) {
   EXPECT_NO_THROW(parse_scenario(text_of(file), file.string(), {}, {robot, log}));
 }
 
-/// Written by drives that were told 0x19, and 0x32 where they have it.
+/// Written by drives that received 0x19 and, if they have it, 0x32.
 TEST(EarlierVersions, RomLoads) {
   const BusConfig bus = robot_of_then("recording/config.toml", test::profile).at(0);
   for (const int id : {1, 3}) {
@@ -83,7 +83,7 @@ TEST(EarlierVersions, RomLoads) {
   }
 }
 
-/// Its replies are those of another model, and that is what is said first.
+/// Its replies come from another model version, which the replay reports first.
 TEST(EarlierVersions, ARecordingSaysThatTheModelDiffers) {
   const Recording recording = read_recording(kEarlier / "recording");
   EXPECT_EQ(recording.info.version, "0.1.0");

@@ -1,5 +1,5 @@
-// A log of a bus, without a word of who said what: queries and replies are told apart, and what the
-// emulator says to the same queries is compared quantity by quantity.
+// A log without directions: the pairing finds queries and replies, and the comparison checks each
+// quantity against the emulator's replies to the same queries.
 
 #include "emulator/record/log_compare.hpp"
 
@@ -26,8 +26,8 @@ LoggedFrame logged(SimTime at, const char* text, std::optional<bool> from_host =
   return {{at, frame(text)}, from_host};
 }
 
-/// Replies written by hand (tests/golden), each behind its query; 31 of them, and 4 queries without
-/// one: to a drive that is not there, of an unknown command, too short, and for several drives.
+/// Replies written by hand (tests/golden), each after its query. 31 of them, and 4 queries without
+/// reply: to an absent drive, an unknown command, too short, and for several drives.
 constexpr std::size_t kGoldenReplies = 31;
 std::vector<LoggedFrame> golden(bool with_directions) {
   const std::string file = std::string(LKEMU_SOURCE_DIR) + "/tests/golden/resting_drive.log";
@@ -53,7 +53,7 @@ const ComparedCommand* find(const LogComparison& comparison, int command) {
   return found != comparison.commands.end() ? &*found : nullptr;
 }
 
-// --- telling them apart
+// --- pairing
 
 TEST(LogPairing, TheDirectionsOfTheLogAreFoundWithoutThem) {
   const auto bus = test::bus_config({1});
@@ -68,7 +68,7 @@ TEST(LogPairing, TheDirectionsOfTheLogAreFoundWithoutThem) {
     ASSERT_TRUE(found.exchanges[n].reply && told.exchanges[n].reply) << n;
     EXPECT_EQ(found.exchanges[n].reply, told.exchanges[n].reply) << n;
   }
-  // Could have been said twice by the host: what is byte for byte its query.
+  // An echo equals its query, so the host could have sent both.
   const auto log = golden(true);
   std::uint64_t equal = 0;
   for (std::size_t n = 0; n + 1 < log.size(); n += 2) {
@@ -81,7 +81,7 @@ TEST(LogPairing, TheDirectionsOfTheLogAreFoundWithoutThem) {
 TEST(LogPairing, AReplyThatWasLostDoesNotShiftTheOthers) {
   const auto bus = test::bus_config({1});
   const std::vector<LoggedFrame> log = {
-      logged(milliseconds(0), "141#9C00000000000000"),  // lost
+      logged(milliseconds(0), "141#9C00000000000000"),  // no reply
       logged(milliseconds(10), "141#9C00000000000000"),
       logged(milliseconds(11), "141#9C19000000000008"),
       logged(milliseconds(20), "141#9C00000000000000"),
@@ -92,10 +92,10 @@ TEST(LogPairing, AReplyThatWasLostDoesNotShiftTheOthers) {
   EXPECT_FALSE(paired.exchanges[0].reply);
   EXPECT_EQ(paired.exchanges[1].reply, log[2].timed);
   EXPECT_EQ(paired.exchanges[2].reply, log[4].timed);
-  EXPECT_EQ(paired.ambiguous, 1U);  // the first reply had two queries to choose from
+  EXPECT_EQ(paired.ambiguous, 1U);  // the first reply fits two queries
 }
 
-// Fifty queries, the eleventh without a reply: 49 exchanges, each as fast as the log has them.
+// Fifty queries, the eleventh without a reply: 49 exchanges, each with the latency of the log.
 TEST(LogPairing, ALostReplyDoesNotShiftTheOthersWhereTheDirectionsAreKnown) {
   const auto bus = test::bus_config({1});
   for (const char* reply : {"141#9C19000000000008", "241#9C19000000000008"}) {
@@ -117,7 +117,7 @@ TEST(LogPairing, ALostReplyDoesNotShiftTheOthersWhereTheDirectionsAreKnown) {
   }
 }
 
-/// With the identifiers that the newest manual prints, and with the log's directions or without.
+/// With the reply identifiers of the newest manual, with and without directions in the log.
 TEST(LogPairing, RepliesOnTheirOwnIdentifierFindTheirQueries) {
   auto bus = test::bus_config({1});
   bus.servos[0].quirks.dialect.reply_id_base = 0x180;
@@ -221,14 +221,14 @@ TEST(LogPairing, DrivesThatTheRobotDoesNotHaveAreLeftOut) {
                 logged(milliseconds(1), "145#9C19000000000008"), logged(milliseconds(2), "7FF#00")},
                test::bus_config({1}));
   EXPECT_EQ(paired.strangers, 2U);
-  EXPECT_EQ(paired.sent.size(), 1U);  // somebody else's, which takes its time on the wire
+  EXPECT_EQ(paired.sent.size(), 1U);  // a third party's frame, which takes time on the wire
 }
 
-// --- comparing
+// --- comparison
 
 TEST(LogComparison, TheGoldenLogIsWhatTheEmulatorSays) {
   auto bus = test::bus_config({1});
-  bus.servos[0].quirks.off_needs_run = true;  // as that of the log
+  bus.servos[0].quirks.off_needs_run = true;  // as the drive of the log
   const auto comparison = compare_log(golden(false), bus);
   EXPECT_EQ(comparison.commands.size(), 26U);  // the commands of the legacy manual
   std::uint64_t replies = 0;
@@ -246,7 +246,7 @@ TEST(LogComparison, TheGoldenLogIsWhatTheEmulatorSays) {
   }
 }
 
-/// What a bus of this configuration says, as a log.
+/// Returns a log of a bus with this configuration.
 std::vector<LoggedFrame> emulated_log(const BusConfig& config, const char* query) {
   Bus bus(config);
   bus.advance_to(kBeforeLog);
@@ -300,7 +300,7 @@ TEST(LogComparison, AShiftIsSeenInItsQuantityAlone) {
       << comparison_text(comparison);
 }
 
-// The drive stands at 2048 of 16384 counts; 16380 is 2052 behind that, not 14332 ahead.
+// The drive is at 2048 of 16384 counts; 16380 is 2052 counts back, not 14332 ahead.
 TEST(LogComparison, TheEncoderBeginsAnew) {
   const auto bus = test::bus_config({1});
   const auto comparison = compare_log({logged(milliseconds(0), "141#9C00000000000000"),
@@ -323,7 +323,7 @@ TEST(LogComparison, RepliesThatOneOfThemDoesNotGiveAreCounted) {
   EXPECT_EQ(find(comparison, 0x9C)->extra, 0U);
 }
 
-/// 0x42 of docs/rs485.md is another command than 0x42 on CAN.
+/// 0x42 of docs/rs485.md differs from 0x42 on CAN.
 TEST(LogComparison, CommandsHaveTheirNamesOnRs485) {
   const auto bus = test::serial_bus({test::serial_drive(Generation::kV235)});
   const LoggedFrame query{

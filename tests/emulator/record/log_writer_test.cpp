@@ -1,4 +1,4 @@
-// A disk that is full, or stands still, is nobody's trouble but the log's.
+// A full or blocked disk affects only the log.
 
 #include "emulator/record/log_writer.hpp"
 
@@ -31,7 +31,7 @@ TEST(LogWriter, SaysOnceThatTheDiskIsFullAndWritesNothingMore) {
 }
 
 TEST(LogWriter, NeverWaitsForASlowDisk) {
-  // A pipe that nobody reads is a disk that stands still.
+  // A pipe without a reader acts as a blocked disk.
   std::array<int, 2> ends{};
   ASSERT_EQ(::pipe2(ends.data(), O_CLOEXEC), 0);
   std::vector<std::string> said;
@@ -42,9 +42,9 @@ TEST(LogWriter, NeverWaitsForASlowDisk) {
     LogWriter writer(
         std::move(files), [&](const std::string& r) { said.push_back(r); }, kMost);
     const std::string line(1000, 'x');
-    while (!writer.failed()) writer.add(0, line);  // would hang here
+    while (!writer.failed()) writer.add(0, line);  // must not block
     EXPECT_FALSE(writer.done());
-    reader.reset();  // and now the disk is gone
+    reader.reset();  // the disk fails
   }
   EXPECT_EQ(said, std::vector<std::string>{"the disk is too slow"});
 }

@@ -1,4 +1,4 @@
-// What was recorded runs again, identically; and what was tampered with is found where it is.
+// A recording replays identically; a modification is reported at its location.
 
 #include <gtest/gtest.h>
 
@@ -82,7 +82,7 @@ RecordingInfo info() {
   return info;
 }
 
-/// Buses that are recorded, with what the program does around them.
+/// Recorded buses, with the actions of the program around them.
 class Live {
  public:
   Live(const fs::path& directory, const std::vector<BusConfig>& buses)
@@ -106,7 +106,7 @@ class Live {
     }
     recorder_.directive(n, buses_[n].time(), json);
   }
-  /// The disk refuses what was written last.
+  /// The disk refuses the last write.
   void refuse_rom(std::size_t n, int id) {
     std::vector<RomWrite> writes;
     buses_[n].take_rom_writes(writes);
@@ -138,7 +138,7 @@ class Live {
 
 class Record : public ::testing::Test {
  protected:
-  /// A wild run on both buses; gives the number of its replies.
+  /// Makes a random run on both buses; returns the number of replies.
   std::uint64_t make(bool ended = true, const std::vector<BusConfig>& buses = robot()) {
     std::mt19937 dice(3);
     Live live(directory(), buses);
@@ -165,7 +165,7 @@ class Record : public ::testing::Test {
       if (n == 800) live.directive(0, R"({"at_s": 0.3, "id": 2, "supply_V": 11.7, "ramp_s": 0.1})");
       if (n == 900) live.directive(0, R"({"clear": "all"})");
       if (n == 1000) live.host(0, live.time(0), test::frame("141#9100000000002000"));
-      if (n == 1001) live.advance(0, live.time(0) + milliseconds(20));  // the flash has it
+      if (n == 1001) live.advance(0, live.time(0) + milliseconds(20));  // the flash has written it
       if (n == 1002) live.refuse_rom(0, 1);
       if (n == 1003) live.directive(0, R"({"id": 1, "fault": "reset"})");
       if (n == 1004) live.advance(0, live.time(0) + milliseconds(100));
@@ -202,7 +202,7 @@ class Record : public ::testing::Test {
   const fs::path& scratch_ = own_.path();
 };
 
-/// The replay of what lies in `directory`.
+/// The replay of a recording in `directory`.
 struct Again {
   explicit Again(const fs::path& directory)
       : recording(read_recording(directory)), replay(recording.buses) {
@@ -230,7 +230,7 @@ TEST_F(Record, RunsAgainIdentically) {
   EXPECT_TRUE(again.end.complete);
 }
 
-// What the drives start with is part of the recording.
+// The recording contains the initial ROM of the drives.
 TEST_F(Record, KeepsTheRomThatTheDrivesStartWith) {
   std::vector<BusConfig> buses = robot();
   ServoConfig& servo = buses[0].servos[0];
@@ -264,9 +264,9 @@ TEST_F(Record, NeedsEveryDirective) {
   EXPECT_EQ(left_out, 3);
 }
 
-// --- tampered with
+// --- modified recordings
 
-/// The place of the reply in the middle of the log.
+/// Returns the index of the reply nearest to the middle of the log.
 std::size_t middle_reply(const std::vector<std::string>& lines) {
   std::size_t place = lines.size() / 2;
   while (!lines[place].ends_with('R')) ++place;
@@ -329,7 +329,7 @@ TEST_F(Record, AReplyTooFewOrTooManyIsNamed) {
 TEST_F(Record, AnotherOrderIsNamed) {
   make();
   auto lines = frames();
-  // Two replies of one bus with nothing between them, which say different things.
+  // Two adjacent replies of one bus with different data.
   const auto two = std::ranges::adjacent_find(lines, [](const auto& a, const auto& b) {
     return a.ends_with('R') && b.ends_with('R') && a.substr(20) != b.substr(20) &&
            a.substr(20, 5) == b.substr(20, 5);
@@ -355,7 +355,7 @@ TEST_F(Record, AChangedQueryIsFoundByItsReply) {
   EXPECT_TRUE(Again(directory()).replay.difference());
 }
 
-// --- cut short
+// --- truncated recordings
 
 TEST_F(Record, KilledAnywhereItIsGoodUpToItsLastLine) {
   make(false);

@@ -1,4 +1,4 @@
-// The inputs of a recording, whatever somebody has put into them.
+// Inputs of a recording, with arbitrary contents.
 
 #include "emulator/record/recording.hpp"
 
@@ -23,7 +23,7 @@ std::string input(const std::string& directive) {
   return R"({"time_ns":5,"after_frames":2,"bus":"vcan0","directive":)" + directive + "}";
 }
 
-/// Of a ROM whose first parameter was written so often.
+/// Returns the line of a ROM whose first parameter was written `writes` times.
 std::string rom(const std::string& writes) {
   return R"({"time_ns":0,"after_frames":0,"bus":"vcan0","restored_rom":{"id":1,"rom":"","wear":[)" +
          writes + ",0,0,0,0,0,0,0,0,0]}}";
@@ -40,7 +40,7 @@ TEST(RecordedInput, ARestoredRomThatIsAsWiredIsSo) {
   ServoConfig servo;
   servo.id = 3;
   servo.profile.name = "test";
-  servo.rom.driver_id = 9;  // it started with these
+  servo.rom.driver_id = 9;  // initial values
   servo.rom.bus_type = 1;
   servo.rom.serial_rate = 5;
   servo.rom.can_rate = 2;
@@ -68,7 +68,7 @@ TEST(RecordedInput, IsRefusedWithItsLine) {
   }
 }
 
-/// A directory with half a beginning in it would be refused by the next start.
+/// The next start would refuse a directory with an incomplete beginning.
 TEST(Recording, ABeginningThatFailsLeavesNothing) {
   const test::TempDirectory scratch;
   const std::filesystem::path directory = scratch.path() / "recording";
@@ -88,7 +88,7 @@ TEST(Recording, ABeginningThatFailsLeavesNothing) {
   EXPECT_TRUE(std::filesystem::exists(directory / kRecordingFile)) << "somebody's recording";
 }
 
-/// Every motor file goes along, those that are extended too, whatever they are called.
+/// A recording includes all motor files, also extended ones, under any name.
 TEST(Recording, RunsWithoutTheMotorFilesItWasMadeFrom) {
   const test::TempDirectory scratch;
   const std::filesystem::path directory = scratch.path() / "recording";
@@ -126,7 +126,7 @@ motor = ")" + kMotors +
   EXPECT_EQ(servos[2].profile.name, "mf7015.toml");
 }
 
-/// One that came from somebody else may have anything in it.
+/// A recording from a third party may contain anything.
 TEST(Recording, AFileThatIsNoneIsRefusedAndNotWaitedFor) {
   const test::TempDirectory scratch;
   const std::filesystem::path directory = scratch.path() / "recording";
@@ -182,7 +182,7 @@ TEST(Recording, WhatIsWrongWithACopyIsToldOfTheCopy) {
             (directory / "config.toml").string() + ":1: bus.interface: missing");
 }
 
-/// They decide what the bytes of the recording mean.
+/// They determine the meaning of the recorded bytes.
 TEST(Recording, KeepsTheFirmwareAndTheBootAngleThatTheCommandLineAskedFor) {
   const test::TempDirectory scratch;
   RecordingInfo info;

@@ -22,7 +22,7 @@ namespace rom_gate_test {
 
 using protocol::Frame;
 
-/// A reply that can be told from others by `mark`.
+/// Returns a reply that `mark` identifies.
 TimedFrame reply(int id, std::uint8_t mark, std::uint64_t after = 0) {
   TimedFrame out;
   out.frame.id = 0x140 + static_cast<std::uint32_t>(id);
@@ -39,7 +39,7 @@ struct Gate {
   const RomGate::Kept* settle(int id, std::uint64_t number, bool durable = true) {
     return gate.settle(rom_write(id, number), durable, out);
   }
-  /// The marks of what has left since the last call.
+  /// Returns the marks of the replies released since the last call.
   std::vector<int> left() {
     std::vector<int> marks;
     for (const Frame& frame : out) marks.push_back(frame.data[0]);
@@ -57,11 +57,11 @@ TEST(RomGate, AWrongIdentifierWaitsForItsOwnDriveAndErrorFramesForNone) {
   wrong.said_by = 1;
   g.pass(wrong);
   g.pass(reply(1, 2));
-  TimedFrame echo = reply(7, 9);  // a host's own, to a drive that is not here
+  TimedFrame echo = reply(7, 9);  // a host's own frame, to an absent drive
   echo.echo = true;
   g.pass(echo);
   EXPECT_EQ(g.left(), Marks{9});
-  TimedFrame error = reply(40, 3);  // low bits of no drive here
+  TimedFrame error = reply(40, 3);  // low bits of an absent drive
   error.frame.kind = protocol::FrameKind::kError;
   g.pass(error);
   TimedFrame babble = reply(0, 4);  // identifier 0x140
@@ -103,7 +103,7 @@ TEST(RomGate, EachReplyWaitsForItsOwnWrite) {
   }
   g.settle(1, 1);
   EXPECT_EQ(g.left(), Marks{1});
-  g.settle(1, 3);  // two writes that became one
+  g.settle(1, 3);  // two writes merged into one
   EXPECT_EQ(g.left(), (Marks{2, 3}));
   EXPECT_FALSE(g.gate.idle());
   g.settle(1, 4);
@@ -173,9 +173,9 @@ TEST(RomGate, HoldsSoManyAndNoMore) {
   EXPECT_EQ(g.left().size(), RomGate::kMostHeld);
 }
 
-// --- the whole way, from bus to disk and back
+// --- from bus to disk and back
 
-/// A bus, its gate, and a disk that stands still until it is told to go on.
+/// A bus, its gate, and a disk that blocks until released.
 class BlockedDisk : public testing::Test {
  protected:
   static BusConfig config() {
@@ -189,7 +189,7 @@ class BlockedDisk : public testing::Test {
     return advance();
   }
 
-  /// What leaves for the bus until a millisecond later, the disk's answers included.
+  /// Returns the frames that leave for the bus within a millisecond, including completed writes.
   std::vector<Frame> advance() {
     std::vector<Frame> out;
     const auto take = [&] {
@@ -208,7 +208,7 @@ class BlockedDisk : public testing::Test {
     return out;
   }
 
-  /// Lets the disk finish one write and takes its answer in, as the loop does.
+  /// Lets the disk finish one write and processes its answer, as the loop does.
   std::vector<Frame> finish_one(int error) {
     std::vector<Frame> out;
     error_ = error;
@@ -275,7 +275,7 @@ TEST_F(BlockedDisk, AFullOneLeavesRomAsItWasAndRamAsCommanded) {
 
 // --- a later write in the flash while the disk refuses an earlier one
 
-/// One drive whose flash takes 20 ms, between its bus and a gate; the test is the disk.
+/// A drive whose flash takes 20 ms, between its bus and a gate; the test acts as the disk.
 class LaterWrite : public testing::Test {
  protected:
   static constexpr SimTime kFlash = std::chrono::milliseconds(20);
@@ -284,7 +284,7 @@ class LaterWrite : public testing::Test {
     send(protocol::WritePidToRom{{1, 1, 1, 1, 1, 1}});
     wait(kFlash);
     settle(true);
-    send(protocol::WriteOffsetToRom{111});  // the one that fails
+    send(protocol::WriteOffsetToRom{111});  // the write that fails
     wait(kFlash);
     send(protocol::WritePidToRom{{2, 2, 2, 2, 2, 2}});
     wait(kFlash / 2);
@@ -368,7 +368,7 @@ TEST_F(LaterWrite, ThatNobodyHasTakenYetIsNotUndone) {
   expect_rom(2, 111);
 }
 
-// --- what is said of it
+// --- messages
 
 TEST(RefusedRom, IsSaidOnceForEachDriveUntilItIsWrittenAgain) {
   std::ostringstream log;

@@ -41,7 +41,7 @@ std::string refusal(const RomOptions& options) {
   return "accepted";
 }
 
-/// Keeps the `number`-th write of drive 1 in `directory`.
+/// Stores the `number`-th write of drive 1 in `directory`.
 void keep(const test::TempDirectory& directory, std::uint64_t number) {
   const RomWrite write = rom_write(1, number);
   directory.put("vcan0-1.toml", print_rom({"vcan0", 1, "m"}, write.rom, write.wear));
@@ -117,7 +117,7 @@ TEST(RomStore, ADirectoryHasOneHolder) {
   EXPECT_EQ(refusal(in(directory.path())), "accepted") << "the file stays, the lock does not";
 }
 
-/// A directory out of somebody's archive may bring its own lock.
+/// A directory from a third party's archive may contain its own lock.
 TEST(RomStore, ALockThatIsAnythingElseIsLeftAlone) {
   const test::TempDirectory directory;
   const std::string other = directory.put("other", "precious");
@@ -163,7 +163,7 @@ TEST(RomStore, SaysWhyADirectoryCannotBeUsed) {
             "cannot keep ROM in /proc/none/x: No such file or directory");
 }
 
-/// Nobody is stopped by permissions who is root.
+/// Permissions do not stop root.
 TEST(RomStore, AUsedDirectoryThatMayNotBeWrittenAnyMoreIsRefused) {
   const test::TempDirectory directory;
   const bool root = ::geteuid() == 0;
@@ -177,7 +177,7 @@ TEST(RomStore, AUsedDirectoryThatMayNotBeWrittenAnyMoreIsRefused) {
   const std::string closed = refusal(in(directory.path()));
   if (root) {
     ASSERT_EQ(::seteuid(0), 0);
-    ::prctl(PR_SET_DUMPABLE, 1);  // which the kernel took away; the leak checker wants it
+    ::prctl(PR_SET_DUMPABLE, 1);  // the kernel cleared it; the leak checker needs it
   }
   EXPECT_EQ(used, "accepted");
   EXPECT_EQ(closed, "cannot keep ROM in " + directory.path().string() + ": Permission denied");

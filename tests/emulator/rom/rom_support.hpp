@@ -7,7 +7,7 @@
 
 namespace lk::emulator {
 
-/// The `number`-th write of the drive `id`; what it writes is told by its number.
+/// Returns the `number`-th write of the drive `id`; its contents derive from `number`.
 inline RomWrite rom_write(int id, std::uint64_t number) {
   RomWrite write;
   write.number = number;

@@ -17,7 +17,7 @@
 namespace lk::emulator {
 namespace rom_writer_test {
 
-/// Files must not become larger than so many bytes, as on a full disk.
+/// Limits the size of files, as a full disk does.
 class SizeLimit {
  public:
   explicit SizeLimit(rlim_t bytes) {
@@ -73,7 +73,8 @@ TEST(WriteDurably, WhatWasCutShortBeforeIsNoHindrance) {
   EXPECT_EQ(directory.names(), std::set<std::string>{"a"});
 }
 
-/// Whoever can put files beside it may not choose what is overwritten, nor have it wait.
+/// An attacker who can create files next to it must not choose the overwritten file, nor block the
+/// writer.
 TEST(WriteDurably, WritesNothingThatItHasNotMade) {
   const test::TempDirectory directory;
   const Descriptor fd(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
@@ -99,12 +100,12 @@ TEST(WriteDurably, SaysWhyItCannot) {
   EXPECT_EQ(write_durably(gone.get(), "a", "text"), ENOENT);
 }
 
-/// A disk that does what the test lets it do.
+/// A disk controlled by the test.
 struct SlowDisk {
   std::counting_semaphore<> started{0};
   std::counting_semaphore<> may_go_on{0};
   std::atomic<int> error = 0;
-  std::vector<std::string> texts;  // the writer's, to be read when it is done
+  std::vector<std::string> texts;  // written by the writer thread; read after its end
 
   RomWriter::WriteFile write() {
     return [this](int, const std::string&, const std::string& text) {
@@ -137,7 +138,7 @@ TEST(RomWriter, WritesThatPileUpBecomeTheLast) {
         },
         disk.write());
     writer.write(one, rom_write(1, 1));
-    disk.started.acquire();  // on its way: what comes now has to wait
+    disk.started.acquire();  // in progress: later writes must wait
     writer.write(two, rom_write(2, 1));
     writer.write(one, rom_write(1, 2));
     writer.write(two, rom_write(2, 2));
@@ -190,7 +191,7 @@ TEST(RomWriter, WithoutAThreadEachWriteIsRefusedUntilThereIsOne) {
     writer.write(one, rom_write(1, 3));
     for (int i = 0; i < 3; ++i) reported.acquire();
   }
-  // EAGAIN is what pthread_create(3) gives then.
+  // pthread_create(3) fails with EAGAIN in this case.
   EXPECT_EQ(done, (std::vector<Done>{{1, 1, EAGAIN}, {1, 2, EAGAIN}, {1, 3, 0}}));
 }
 

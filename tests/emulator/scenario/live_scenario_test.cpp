@@ -1,4 +1,4 @@
-// A scenario on a line without an interface, with a host beside it.
+// A scenario on a line without an interface, together with a host.
 
 #include "emulator/scenario/live_scenario.hpp"
 
@@ -13,7 +13,7 @@ namespace live_scenario_test {
 
 using namespace std::chrono_literals;
 
-/// A line that has run for a while when the scenario begins.
+/// A line that has run for a while before the scenario begins.
 class Live : public testing::Test {
  protected:
   Live() { go_to(10s); }
@@ -51,7 +51,7 @@ TEST_F(Live, HearsAHostAndItsOwnFrames) {
   EXPECT_EQ(live.report().verdict.expectations.at(0).status, ExpectationResult::Status::kOpen);
   go_to(12s);
   EXPECT_EQ(overs_, 1);
-  // What comes after its end is not its own.
+  // Later frames do not belong to the scenario.
   line_.take_in({12s, test::frame("141#9C00000000000000")});
   go_to(13s);
   live.finish();
@@ -60,7 +60,7 @@ TEST_F(Live, HearsAHostAndItsOwnFrames) {
   EXPECT_EQ(live.report().simulated, 1s);
 }
 
-/// Whether two runs heard the same, at the same times.
+/// The account tells whether two runs received equal frames at equal times.
 TEST_F(Live, GivesAccountOfWhatDrivesHaveSaid) {
   Scenario plan = scenario();
   plan.expectations = {answered(0)};
@@ -71,7 +71,7 @@ TEST_F(Live, GivesAccountOfWhatDrivesHaveSaid) {
     line_.take_in({start + delay, test::frame(query)});
     go_to(start + 1s);
     live.finish();
-    // What comes later is not the scenario's.
+    // Later frames do not belong to the scenario.
     line_.take_in({start + 1s, test::frame(query)});
     go_to(start + 2s);
     return live.report().accounts.at(0);
@@ -107,7 +107,7 @@ TEST_F(Live, TimesCountFromItsBeginningAndItsFaultsEndWithIt) {
   EXPECT_EQ(line_.bus().faults().at(0).evidence.state, FaultEvidence::State::kCleared);
 }
 
-/// The verdict does not pass over what it cannot know.
+/// The verdict is invalid if data for it is missing.
 TEST_F(Live, FaultsThatMadeRoomForOthersMakeItSayNothing) {
   LiveScenario live(
       scenario(), {&line_}, [] {}, well);
@@ -187,11 +187,11 @@ TEST_F(Live, ItsVerdictIsThatOfItsLastInstant) {
   plan.robot[0].events = {{500ms, {kWholeBus, SetFault{hang}}, std::nullopt}};
   LiveScenario live(
       plan, {&line_}, [this] { ++overs_; }, well);
-  go_to(11s + 200ms);  // whoever is told comes later
+  go_to(11s + 200ms);  // the listener runs late
   line_.take_in({11s + 200ms, test::frame("141#9C00000000000000")});
   go_to(11s + 300ms);
   live.finish();
-  EXPECT_EQ(live.report().verdict.outcome, Outcome::kInvalid);  // it changed nothing in its time
+  EXPECT_EQ(live.report().verdict.outcome, Outcome::kInvalid);  // the fault had no effect in time
   EXPECT_EQ(line_.bus().faults().at(0).evidence.effects, 0U);
 }
 

@@ -1,4 +1,4 @@
-// Captures, byte by byte: written by hand from the two documents that pcapng.hpp names.
+// Captures byte by byte, by hand from the two documents that pcapng.hpp names.
 
 #include "emulator/scenario/pcapng.hpp"
 
@@ -14,7 +14,7 @@
 namespace lk::emulator {
 namespace pcapng_test {
 
-/// Of hexadecimal digits, with spaces between.
+/// Parses hexadecimal digits with spaces.
 std::string bytes(std::string_view text) {
   std::string out;
   for (std::size_t n = 0; n < text.size(); n += 2) {

@@ -1,4 +1,4 @@
-// A scenario that runs with its outputs, and what its report says.
+// Runs a scenario with its outputs and checks its report.
 
 #include "emulator/scenario/scenario_runner.hpp"
 
@@ -11,7 +11,7 @@
 namespace lk::emulator {
 namespace scenario_runner_test {
 
-/// One drive that takes a missing input for an error after `timeout_s`, and a frame at 0.3 s.
+/// One drive with a lost-input error after `timeout_s`, and a frame at 0.3 s.
 RunReport run(const std::string& timeout_s, const std::string& more = "") {
   const ScenarioFiles files{.robot =
                                 [&](const std::string& /*name*/, const Overrides& overrides) {

@@ -1,5 +1,5 @@
-// The delivered scenarios, beyond scenarios.pass_in_the_program: each passes with another seed too,
-// and fails without its events, without effective faults, or with inverted expectations.
+// The delivered scenarios, in addition to scenarios.pass_in_the_program: each passes with another
+// seed too, and fails without its events, without effective faults, or with inverted expectations.
 
 #include <gtest/gtest.h>
 
@@ -61,7 +61,7 @@ std::string told(const Verdict& verdict) {
   return text;
 }
 
-/// Such a robot is of tests/bodies.
+/// tests/bodies covers robots with a body.
 bool has_body(const std::string& name) {
   try {
     load(name);
@@ -83,8 +83,8 @@ std::vector<std::string> names() {
 
 class Delivered : public testing::TestWithParam<std::string> {};
 
-/// Another seed is another drive of the kind. Their own seeds run in the program: scenarios.NAME of
-/// tests/host.
+/// Another seed means another specimen of the drive. The program runs them with their own seeds:
+/// scenarios.NAME of tests/host.
 TEST_P(Delivered, PassesWithAnotherSeed) {
   const fs::path file = kConfigs / "scenarios" / (GetParam() + ".toml");
   const Verdict verdict = run(parse_scenario(text_of(file), file.string(), 4711, kFiles));
@@ -98,7 +98,7 @@ TEST_P(Delivered, DoesNotPassWithoutItsEvents) {
     had_any = had_any || !bus.events.empty();
     bus.events.clear();
   }
-  if (!had_any) scenario.sends.clear();  // one in which the host is the trouble
+  if (!had_any) scenario.sends.clear();  // a scenario about an error of the host
   EXPECT_NE(run(scenario).outcome, Outcome::kPassed);
 }
 
@@ -108,7 +108,7 @@ TEST_P(Delivered, IsInvalidWhenItsFaultsHaveNoEffect) {
   for (BusConfig& bus : scenario.robot) {
     for (TimedDirective& event : bus.events) {
       if (!std::holds_alternative<SetFault>(event.directive.what)) continue;
-      event.at = scenario.duration;  // too late for anything to show
+      event.at = scenario.duration;  // too late to have an effect
       ++faults;
     }
     std::ranges::stable_sort(bus.events, {}, &TimedDirective::at);
@@ -117,8 +117,8 @@ TEST_P(Delivered, IsInvalidWhenItsFaultsHaveNoEffect) {
   EXPECT_NE(run(scenario).outcome, Outcome::kPassed);
 }
 
-/// An estimator with its pole at −1.5 (1/(1 + x) at x = −5/3), which no file can ask for: the speed
-/// that the loops see swings to and fro without end.
+/// An estimator with its pole at −1.5 (1/(1 + x) at x = −5/3), which no file can configure: the
+/// loops' speed oscillates without bounds.
 TEST(Verdict, IsInvalidWhenTheLoopsRunOutOfAllBounds) {
   Scenario scenario;
   scenario.robot = parse_config("[[bus]]\ninterface = \"a\"\n[[bus.drive]]\nid = 1\n", "a.toml", {},
@@ -136,17 +136,17 @@ TEST(Verdict, IsInvalidWhenTheLoopsRunOutOfAllBounds) {
   EXPECT_EQ(verdict.invalid[0], "a drive 1: no such motor: its state has run out of all bounds");
 }
 
-/// What no value can meet is met by none.
+/// Inverts each expectation so that no value can meet it.
 TEST_P(Delivered, FailsWhenWhatItExpectsIsTurnedRound) {
   const Scenario scenario = load(GetParam());
   Scenario turned = scenario;
   for (Expectation& expectation : turned.expectations) {
     if (auto* within = std::get_if<SignalWithin>(&expectation.what)) {
-      // Beyond one of the two ends: of the range that is expected nothing is left.
+      // Beyond one of the two ends: no value of the expected range remains.
       const bool has_max = !std::isinf(within->range.max);
       within->range =
           has_max ? Range{within->range.max + 1e-9, kInf} : Range{-kInf, within->range.min - 1e-9};
-      // What is to be reached at some time is now to be missed at all times.
+      // An expectation for some time becomes a condition for all times.
       if (expectation.when.kind == Period::Kind::kBy) {
         expectation.when.kind = Period::Kind::kThroughout;
       }
@@ -177,7 +177,7 @@ INSTANTIATE_TEST_SUITE_P(Scenarios, Delivered, testing::ValuesIn(names()),
 
 TEST(Scenarios, ThereAreSome) { EXPECT_GE(names().size(), 12U); }
 
-/// The example of docs/scenarios.md, but for its first line, which has the time of the wall in it.
+/// The example of docs/scenarios.md, except for its first line, which contains the wall-clock time.
 TEST(Scenarios, TheDocumentsShowWhatIsPrinted) {
   const Scenario scenario = load("jammed_joint");
   RunReport report;

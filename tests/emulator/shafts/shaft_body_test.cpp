@@ -1,4 +1,4 @@
-// What simulators say of joints, and what of that is refused.
+// States that simulators send for joints, and the refused ones.
 #include "emulator/shafts/shaft_body.hpp"
 
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ TEST(ShaftBody, OfADrivesJointAngleAndSpeedMeanNothing) {
 }
 
 TEST(ShaftBody, FindsOutWhatActsBesideTheDrive) {
-  // 0.04 kg·m², under 2 Nm of the drive and −3 Nm of gravity: −25 rad/s².
+  // 0.04 kg·m² with 2 Nm from the drive and −3 Nm from gravity: −25 rad/s².
   ShaftBody body = body_of(LK_SHAFTS_SIMULATOR, LK_SHAFTS_TORQUE_UNTOLD);
   take(body, {0.5, 2.0, 0.04, kNan});
   EXPECT_EQ(body.joint(0).body_torque_Nm, 0.0) << "nothing is known yet";
@@ -83,7 +83,7 @@ TEST(ShaftBody, GivesMeansOfStepsWithoutAnswer) {
 TEST(ShaftBody, AnArmatureThatChangesIsNotInWhatWasSaidBefore) {
   ShaftBody body = body_of(LK_SHAFTS_SIMULATOR);
   take(body, {0.5, 2.0, 0.04, 0});
-  body.set_armature(0, 0.001);  // the coupling has broken
+  body.set_armature(0, 0.001);  // the coupling breaks
   EXPECT_DOUBLE_EQ(body.joint(0).inertia_kg_m2, 0.031);
 }
 

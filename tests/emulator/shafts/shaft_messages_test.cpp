@@ -1,4 +1,4 @@
-// The messages byte for byte as docs/shafts.md lays them out; what is none is said to be none.
+// Messages byte for byte as in docs/shafts.md; invalid ones are refused.
 #include "emulator/shafts/shaft_messages.hpp"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace lk::emulator {
 namespace shaft_messages_test {
 
-/// Little-endian, written by hand.
+/// Appends a little-endian number.
 void put(ShaftBytes& bytes, std::uint64_t value, int size) {
   for (int n = 0; n < size; ++n) bytes.push_back(static_cast<unsigned char>(value >> (8 * n)));
 }
@@ -105,7 +105,7 @@ TEST(ShaftMessages, WhatIsNoneIsSaidSo) {
       {"ours", head(4, 32 + 80, 2, 1, 0), "sent a message of a kind that only lk-emu sends"},
       {"a joint less", head(3, 64, 1, 0, 0), "sent a message of 1 joints where there are 2"},
       {"short", head(3, 95, 2, 0, 0), "sent a message that has another length than its records"},
-      // 2^27 joints of 32 bytes are 2^32 bytes, which are 0 of 32 bits.
+      // 2^27 joints of 32 bytes are 2^32 bytes, which is 0 in 32 bits.
       {"overflow", head(3, 32, 1U << 27U, 0, 0),
        "sent a message that has another length than its records"},
       {"text", head(5, 32, 0, UINT32_MAX, 0),

@@ -1,5 +1,5 @@
-// The limits of docs/shafts.md, each from both sides: a drive and a simulator that are linear, so
-// that what grows and what dies out can be calculated by hand.
+// The limits in docs/shafts.md, each from both sides, with a linear drive and simulator, so that
+// growth and decay can be computed by hand.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -21,7 +21,7 @@ namespace stability_test {
 constexpr SimTime kStep = std::chrono::milliseconds(1);
 constexpr double kStep_s = 1e-3;
 
-/// Switched on and not driven, and its shaft feels nothing but `B`, Nm·s/rad.
+/// A drive that is on but not driven; only `B`, Nm·s/rad, acts on its shaft.
 BusConfig one_drive(double B) {
   BusConfig config = test::bus_config({1});
   model::DriveParams& drive = config.servos[0].profile.drive;
@@ -35,7 +35,7 @@ BusConfig one_drive(double B) {
 
 using Simulator = std::function<lk_shafts_state(const lk_shafts_torque&)>;
 
-/// Speeds of the joint after each step; none where it has run away.
+/// Returns the joint's speed after each step; empty if it diverged.
 std::vector<double> run(double B, const lk_shafts_accept& terms, double speed_rad_s,
                         const lk_shafts_state& first, const Simulator& simulator, int steps) {
   Bus bus(one_drive(B));
@@ -63,7 +63,7 @@ std::vector<double> run(double B, const lk_shafts_accept& terms, double speed_ra
 
 double armature() { return Bus(one_drive(0)).mounted_shaft(1).armature; }
 
-/// The largest of the last ten, as a share of the largest of the first ten.
+/// Returns the largest of the last ten speeds relative to the largest of the first ten.
 double growth(const std::vector<double>& speeds) {
   if (speeds.empty()) return std::numeric_limits<double>::infinity();
   const auto most = [](auto from, auto to) {
@@ -74,8 +74,8 @@ double growth(const std::vector<double>& speeds) {
   return most(speeds.end() - 10, speeds.end()) / most(speeds.begin(), speeds.begin() + 10);
 }
 
-/// A joint of the simulator's of inertia `I` without anything else on it, on a drive that brakes it
-/// so hard that within a step it stands. `told`: what the simulator says that it has.
+/// A free joint of inertia `I` in the simulator, on a drive that brakes it to a stop within one
+/// step. `told`: the inertia that the simulator sends.
 double growth_of_braked(double I, double told, std::uint32_t flags) {
   const double B = 20 * std::max(I, told) / kStep_s;
   double angle = 0;
@@ -88,7 +88,7 @@ double growth_of_braked(double I, double told, std::uint32_t flags) {
   return growth(run(B, {LK_SHAFTS_SIMULATOR, flags}, speed, {0, speed, told, 0}, simulator, 100));
 }
 
-/// Each step the speed becomes (1 − told/I) of itself.
+/// Each step multiplies the speed by (1 − told/I).
 TEST(ShaftStability, AnInertiaThatIsToldMayBeLessThanTwiceTheRealOne) {
   const double I = 10 * armature();
   EXPECT_LT(growth_of_braked(I, I, 0), 1e-3);
@@ -97,7 +97,7 @@ TEST(ShaftStability, AnInertiaThatIsToldMayBeLessThanTwiceTheRealOne) {
   EXPECT_GT(growth_of_braked(I, 2.1 * I, 0), 10) << "1.1^90 is 5313";
 }
 
-/// ω' = (1−r)·(ω + Δ), Δ' = (1−r)·Δ − r·ω with r = told/I: its limit is 4/3.
+/// ω' = (1−r)·(ω + Δ), Δ' = (1−r)·Δ − r·ω with r = told/I: the limit is 4/3.
 TEST(ShaftStability, WithTheTorqueFoundOutFourThirds) {
   const double I = 10 * armature();
   EXPECT_LT(growth_of_braked(I, I, LK_SHAFTS_TORQUE_UNTOLD), 1e-3);
@@ -105,15 +105,15 @@ TEST(ShaftStability, WithTheTorqueFoundOutFourThirds) {
   EXPECT_GT(growth_of_braked(I, 1.42 * I, LK_SHAFTS_TORQUE_UNTOLD), 10);
 }
 
-/// The armature is never more than what is there.
+/// Without a sent inertia the armature is used, which never exceeds the real one.
 TEST(ShaftStability, AnInertiaThatIsNotKnownIsStableForAnyJoint) {
   for (const double share : {1.0, 1.1, 3.0, 30.0, 1000.0}) {
     EXPECT_LT(growth_of_braked(share * armature(), 0, 0), 1.0) << share;
   }
 }
 
-/// A simulator that tells nothing of a free joint of the inertia `I_own` beside the armature. The
-/// drive gives a constant torque current. Returns the largest torque on the joint.
+/// The simulator sends no inertia or torque for a free joint of `I_own` plus the armature. The
+/// drive has a constant torque current. Returns the largest torque on the joint.
 double most_torque_Nm(const model::DriveParams& drive, SimTime step, double I_own) {
   ServoConfig servo = test::servo_config(1);
   servo.profile.drive = drive;
@@ -151,14 +151,14 @@ double most_torque_Nm(const model::DriveParams& drive, SimTime step, double I_ow
   return most;
 }
 
-/// Of 2 A a lossless gear makes N·k_t·2 A, and a start with slack in the teeth no more than twice
-/// of it (a spring that is loaded at once).
+/// At 2 A a lossless gear gives N·k_t·2 A. A start with backlash gives at most twice that (a
+/// suddenly loaded spring).
 double bound_Nm(const model::DriveParams& drive) {
   const double k_t = 1.5 * drive.motor.pole_pairs * drive.motor.psi_f;
   return 2 * drive.mechanics.gear_ratio * k_t * 2.0;
 }
 
-/// The steps that a simulator may ask for are whole periods of 32 kHz.
+/// A simulator's step must be a whole number of periods of 32 kHz.
 TEST(ShaftStability, NothingToldIsStableOnEveryGearAtEveryStep) {
   for (const char* const motor : {"mg4010", "mg5010", "mg8016", "mg6012-i36"}) {
     const model::DriveParams drive = test::profile(motor).drive;
@@ -172,8 +172,8 @@ TEST(ShaftStability, NothingToldIsStableOnEveryGearAtEveryStep) {
   }
 }
 
-/// A spring so soft that a bare output is resolved by the step is the simulator's; one a little
-/// stiffer is not.
+/// If the gear is so soft that the step resolves a bare output, the simulator owns the output
+/// alone; with a slightly stiffer gear it does not.
 TEST(ShaftStability, NothingToldIsStableOnBothSidesOfAStiffGear) {
   model::DriveParams drive = test::profile("mg5010").drive;
   const SimTime step = std::chrono::milliseconds(1);
@@ -190,13 +190,13 @@ TEST(ShaftStability, NothingToldIsStableOnBothSidesOfAStiffGear) {
   }
 }
 
-/// A simulator that leaves the armature out: its joint is lighter than what the drive takes it for.
+/// A simulator that omits the armature: its joint is lighter than the drive assumes.
 TEST(ShaftStability, AJointWithoutItsArmatureIsNotWhenItIsLight) {
   const double I = 0.4 * armature();
   EXPECT_GT(growth_of_braked(I, 0, 0), 10);
 }
 
-/// A spring `k` with a damper `c` in the simulator, on a shaft of the drive's with a load of `J`.
+/// A spring `k` and a damper `c` in the simulator, on the drive's shaft with a load of `J`.
 double growth_on_spring(double J, double k, double c) {
   const auto simulator = [&](const lk_shafts_torque& drive) {
     return lk_shafts_state{0, 0, J, -k * drive.angle_rad - c * drive.speed_rad_s};
@@ -216,8 +216,8 @@ TEST(ShaftStability, ADrivesJointOnASpringWantsADamper) {
   EXPECT_GT(growth_on_spring(J_load, k, 1.05 * 2 * J / kStep_s), 10) << "too much";
 }
 
-/// The speed of an inertia under a torque is the torque times the time over both inertias together,
-/// whoever has them: reflected once and only once.
+/// Speed equals torque times time over the sum of both inertias, for either owner: the armature is
+/// reflected exactly once.
 TEST(ShaftStability, TheArmatureCountsOnce) {
   const double I = 5 * armature();
   double angle = 0;

@@ -50,7 +50,7 @@ TEST(CanMsgpack, AFrameOfEachKindThereAndBack) {
   EXPECT_EQ(error->kind, FrameKind::kError);
 }
 
-/// One byte of a query changed: `at` is where its value is.
+/// Changes the value byte of a query at `at`.
 std::optional<Frame> with(std::size_t at, std::uint8_t value) {
   std::vector<std::uint8_t> changed = bytes(kQuery);
   changed.at(at) = value;
@@ -68,8 +68,8 @@ TEST(CanMsgpack, WhatIsNoMessage) {
   const std::string_view text(reinterpret_cast<const char*>(whole.data()), whole.size());
   EXPECT_FALSE(with(text.find("arbitration_id") + 15, 0x08));  // 0x841, not extended
   EXPECT_FALSE(with(text.find("dlc") + 3, 9));
-  EXPECT_FALSE(with(text.find("dlc") + 3, 7));    // and eight bytes
-  EXPECT_FALSE(with(text.find("is_fd") + 5, 1));  // no boolean
+  EXPECT_FALSE(with(text.find("dlc") + 3, 7));    // but there are eight bytes
+  EXPECT_FALSE(with(text.find("is_fd") + 5, 1));  // not a boolean
   EXPECT_EQ(with(text.find("is_fd") + 5, 0xC3)->kind, FrameKind::kFd);
   EXPECT_FALSE(parse_can_msgpack(std::vector<std::uint8_t>(kLongestCanMsgpack, 0x91)));
   EXPECT_FALSE(parse_can_msgpack(bytes("dfffffffff")));

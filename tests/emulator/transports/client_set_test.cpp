@@ -1,4 +1,4 @@
-// A set of clients as its port uses it. Sockets that keep writes apart show what leaves with one.
+// Clients as their port uses them. SOCK_SEQPACKET shows the data of each system call.
 
 #include "emulator/transports/client_set.hpp"
 
@@ -39,7 +39,7 @@ class AClient : public ::testing::Test {
   void say(std::string_view text) const {
     EXPECT_EQ(::send(host_.get(), text.data(), text.size(), 0), static_cast<ssize_t>(text.size()));
   }
-  /// What has left with one system call; nothing when nothing has.
+  /// Returns the data of one system call, if any.
   std::optional<std::string> hear() const {
     std::string text(std::size_t{256} * 1024, '\0');
     const ssize_t size = ::recv(host_.get(), text.data(), text.size(), 0);
@@ -71,7 +71,7 @@ TEST_F(AClient, IsToldOfManyRepliesAtOnce) {
   EXPECT_EQ(hear(), std::nullopt);
 }
 
-/// As `printf … | socat - TCP:…` and `nc -N`.
+/// As with `printf … | socat - TCP:…` and `nc -N`.
 TEST_F(AClient, ThatSendsNoMoreGetsItsReply) {
   say(kQuery);
   ASSERT_EQ(collect(), 1U);
@@ -83,7 +83,7 @@ TEST_F(AClient, ThatSendsNoMoreGetsItsReply) {
   clients_.flush();
   EXPECT_EQ(hear(), "z\r" + std::string(kReply));
   EXPECT_EQ(hear(), std::nullopt);
-  // The host waits for the end of the stream too.
+  // The host also waits for the end of the stream.
   std::vector<ReceivedFrame> frames;
   for (int n = 0; n < 3 && clients_.size() > 0; ++n) {
     clients_.collect(frames, 2 * ClientSet::kLastReply);
@@ -121,12 +121,12 @@ TEST_F(AClient, ThatDidNotReadIsAnsweredAllTheSame) {
   const int few_bytes = 4096;
   ASSERT_EQ(::setsockopt(host_.get(), SOL_SOCKET, SO_RCVBUF, &few_bytes, sizeof few_bytes), 0);
   while (clients_.stats().lost_unread < 1000) reply(1000);
-  say("F\rV\r");  // the room that frames have left is less
+  say("F\rV\r");  // more than the space that frames have left
   EXPECT_EQ(collect(), 0U);
   std::string heard;
   while (const auto more = hear()) {
     heard += *more;
-    collect();  // there is room again
+    collect();  // space is free again
   }
   EXPECT_TRUE(heard.ends_with("F08\rV1013\r")) << heard.size();
 }
@@ -135,7 +135,7 @@ TEST(ClientSet, ReadsOfManyClientsNoMoreAtOnceThanOfTwo) {
   ClientSet clients{"slcan-tcp:29536"};
   std::vector<Descriptor> hosts;
   constexpr std::size_t kHosts = 32;
-  std::string lines;  // each is malformed, which the statistics count
+  std::string lines;  // malformed lines, which the statistics count
   while (lines.size() < 4096) lines += "x\r";
   for (std::size_t n = 0; n < kHosts; ++n) {
     int ends[2];

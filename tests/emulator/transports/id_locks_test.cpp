@@ -18,10 +18,10 @@
 namespace lk::emulator {
 namespace id_locks_test {
 
-/// Of this process alone: the network namespace is everybody's.
+/// Returns a name unique to this process, because the network namespace is shared.
 std::string bus(const std::string& name = "") { return "t" + std::to_string(::getpid()) + name; }
 
-/// How taking the lock ends: with nothing, or why not.
+/// Returns the reason why taking the lock failed, or nothing.
 std::string taken(IdLocks& locks, const std::string& interface, int id,
                   const LinkState& link = {}) {
   try {
@@ -32,7 +32,7 @@ std::string taken(IdLocks& locks, const std::string& interface, int id,
   }
 }
 
-/// A process that does `act`, says so by a pipe, and stays until it is killed.
+/// A process that runs `act`, reports this through a pipe, and stays until killed.
 class Other {
  public:
   explicit Other(const std::function<void()>& act) {
@@ -64,7 +64,7 @@ class Other {
   pid_t pid_ = 0;
 };
 
-/// The socket that a lock is, made by hand. Of its type: each type has names of its own.
+/// Makes a lock's socket by hand. Pre: the lock's type, since each type has its own names.
 int named_socket(const std::string& interface, int id) {
   const std::string name = "lk-emu/" + interface + "/" + std::to_string(id);
   sockaddr_un address{};
@@ -104,7 +104,7 @@ TEST(IdLocks, TwoBusesOfOneProcessMayNotBeOne) {
 TEST(IdLocks, TheOtherEndOfAPairIsTakenAsWell) {
   LinkState end;
   end.name = bus();
-  end.peer = static_cast<int>(::if_nametoindex("lo"));  // any interface that is there
+  end.peer = static_cast<int>(::if_nametoindex("lo"));  // any existing interface
   ASSERT_NE(end.peer, 0);
   IdLocks locks;
   EXPECT_EQ(taken(locks, bus(), 7, end), "");
@@ -131,7 +131,7 @@ TEST(IdLocks, EveryRefusedProgramIsToldAsLongAsTheHolderHangsUp) {
   });
 }
 
-/// What holds the name need not be of our kind, and need not answer.
+/// The owner of the name may be another program that does not answer.
 TEST(IdLocks, AStrangerThatHoldsTheNameIsNotWaitedFor) {
   const std::string refusal = bus() +
                               ": ID 3 is answered by another program (of another container, "

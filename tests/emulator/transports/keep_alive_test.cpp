@@ -17,7 +17,7 @@ int option_of(const Descriptor& socket, int level, int name) {
   return value;
 }
 
-/// Idle or with a reply under way: both take a minute.
+/// Idle or with an unacknowledged reply: both take a minute.
 TEST(KeepAlive, AnAcceptedConnectionEndsAMinuteAfterItsPeerHasGone) {
   sockaddr_in address{};
   address.sin_family = AF_INET;

@@ -13,8 +13,8 @@ namespace netlink_test {
 
 using Clock = std::chrono::steady_clock;
 
-/// How often a monitor looks at `socket` while the loop is turned a thousand times, and how often
-/// it may: at once, and every second.
+/// A monitor reads `socket` only at once and then every second while the loop runs a thousand
+/// times.
 void expect_no_spin(int socket) {
   boost::asio::io_context loop;
   int looks = 0;
@@ -23,7 +23,7 @@ void expect_no_spin(int socket) {
       loop, [&looks] { ++looks; }, socket);
   for (int n = 0; n < 1000; ++n) loop.poll();
   EXPECT_LE(looks, 1 + (Clock::now() - begin) / std::chrono::seconds(1));
-  // It goes on by looking now and then.
+  // It keeps reading every now and then.
   const int before = looks;
   while (looks == before && Clock::now() - begin < std::chrono::seconds(60)) {
     loop.run_one_for(std::chrono::seconds(1));
@@ -42,7 +42,7 @@ TEST(LinkMonitor, ASocketThatGivesErrorsIsNotReadForEver) {
   std::array<int, 2> ends{};
   ASSERT_EQ(::pipe(ends.data()), 0);
   ::close(ends[1]);
-  expect_no_spin(ends[0]);  // ready at once, and ENOTSOCK each time
+  expect_no_spin(ends[0]);  // always ready, with ENOTSOCK each time
 }
 
 TEST(LinkMonitor, EachMessageIsASignToLook) {

@@ -1,4 +1,4 @@
-// Hosts that share a pseudo-terminal, or follow each other at it.
+// Hosts that share a pseudo-terminal or use it one after another.
 
 #include "emulator/transports/pty_link.hpp"
 
@@ -21,7 +21,7 @@ class Pty : public testing::Test {
   Descriptor open() const {
     return Descriptor(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   }
-  /// Opens the terminal as a host, and lets the link follow.
+  /// Opens the terminal as a host, and updates the link.
   Descriptor come() {
     Descriptor host = open();
     link_.follow_hosts();
@@ -33,7 +33,7 @@ class Pty : public testing::Test {
   }
   static std::string read(const Descriptor& host) {
     pollfd readable{.fd = host.get(), .events = POLLIN, .revents = 0};
-    ::poll(&readable, 1, 0);  // bytes on their way arrive first
+    ::poll(&readable, 1, 0);  // wait for bytes in transit
     char bytes[16];
     const ssize_t size = ::read(host.get(), bytes, sizeof bytes);
     return {bytes, size > 0 ? static_cast<std::size_t>(size) : 0};
@@ -47,7 +47,7 @@ class Pty : public testing::Test {
 
 TEST_F(Pty, KeepsUnreadBytesWhileOneOfTwoHostsStays) {
   const Descriptor stays = open();
-  Descriptor leaves = open();  // inotify merges both openings into one event
+  Descriptor leaves = open();  // inotify merges both opens into one event
   link_.follow_hosts();
   reply("reply");
   leaves = Descriptor();
@@ -60,7 +60,7 @@ TEST_F(Pty, DiscardsUnreadBytesWhenTwoHostsCloseItAtOnce) {
   Descriptor second = come();
   reply("old");
   first = Descriptor();
-  second = Descriptor();  // inotify merges both closings into one event
+  second = Descriptor();  // inotify merges both closes into one event
   link_.follow_hosts();
   const Descriptor next = come();
   EXPECT_EQ(read(next), "");

@@ -1,6 +1,6 @@
-// Hosts that come just before a port reads: this program's read is its own.
+// Hosts that connect just before a port reads: this program replaces read().
 
-#undef _FORTIFY_SOURCE  // its header defines read too, and Clang takes no second one
+#undef _FORTIFY_SOURCE  // its header also defines read, and Clang accepts no second definition
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ class HostBeforeRead : public testing::Test {
     port.receive(ignore);
     ASSERT_TRUE(host);
     reply();
-    port.receive(ignore);  // the port finds the event of the opening here at the latest
+    port.receive(ignore);  // the port sees the open event here at the latest
     pollfd readable{.fd = host.get(), .events = POLLIN, .revents = 0};
     EXPECT_EQ(::poll(&readable, 1, 0), 1) << "the reply was discarded";
   }

@@ -41,7 +41,7 @@ TEST(SerialBytes, PacketsArriveAsPackets) {
   EXPECT_EQ(data(frames), kAsk);
 }
 
-// FF FB 2C is a telnet negotiation; on this port all bytes are data.
+// FF FB 2C is a telnet negotiation, but all bytes on this port are data.
 TEST(SerialBytes, BytesAreDataInBothDirections) {
   for (const std::string& digits : {kAsk + " FF FB 2C FF FF", std::string("FF FB 2C 3E"),
                                     std::string("FF FF"), std::string("FF 00")}) {

@@ -1,5 +1,5 @@
-// The protocol of Lawicel's adapters, byte for byte, as its manual has it ("CAN232", commands S, O,
-// L, C, t, T, r, R, F, V, N, Z, M, m).
+// The protocol of Lawicel's adapters, byte for byte by its manual ("CAN232", commands S, O, L, C,
+// t, T, r, R, F, V, N, Z, M, m).
 
 #include "emulator/transports/slcan.hpp"
 
@@ -50,7 +50,8 @@ TEST(Slcan, WhatIsNoFrame) {
   }
 }
 
-/// python-can 4 does this at start and end: an adapter refuses it, and so do we; no line is bad.
+/// python-can 4 does this at start and end. The adapter refuses it, but no line counts as
+/// malformed.
 TEST(Slcan, ClosingTwiceAndOpeningTwiceMakesSense) {
   Slcan slcan(1'000'000);
   const FromClient heard = say(slcan, "C\rS8\rO\rO\rC\r");
@@ -59,13 +60,13 @@ TEST(Slcan, ClosingTwiceAndOpeningTwiceMakesSense) {
   EXPECT_EQ(say(slcan, "Cx\rOx\r").malformed, 2U);
 }
 
-/// python-can 4.1 takes an acknowledgement for a message that is none.
+/// python-can 4.1 takes some acknowledgements for frames.
 TEST(Slcan, WithoutAcknowledgementsOnlyQuestionsAreAnswered) {
   Slcan slcan(1'000'000, false);
   const FromClient heard = say(slcan, "C\rS8\rO\rt1410\rT000001410\rt9\r");
   EXPECT_EQ(heard.answer, "");
   EXPECT_EQ(heard.frames.size(), 2U);
-  EXPECT_EQ(heard.malformed, 1U);  // the line that is no frame
+  EXPECT_EQ(heard.malformed, 1U);  // the line without a frame
   EXPECT_EQ(say(slcan, "V\rv\rN\rF\r").answer, "V1013\rv0101\rNLKEM\rF00\r");
   EXPECT_EQ(shown(slcan, frame("141#00")), "t141100\r");
 }
@@ -139,14 +140,14 @@ TEST(Slcan, StampsAreMillisecondsOfAMinute) {
   EXPECT_EQ(say(slcan, "Z1\rO\r").answer, "\r\r");
   EXPECT_EQ(shown(slcan, frame("141#9A"), 59'999ms), "t14119AEA5F\r");
   EXPECT_EQ(shown(slcan, frame("141#9A"), 60'000ms), "t14119A0000\r");
-  EXPECT_EQ(say(slcan, "Z0\r").answer, "\a");  // only while it is closed
+  EXPECT_EQ(say(slcan, "Z0\r").answer, "\a");  // only while closed
 }
 
-/// SJA1000, two filters: identifier and RTR in the upper 12 bits of each half; a mask's 1 is
-/// either.
+/// SJA1000, two filters: identifier and RTR in the upper 12 bits of each half; a mask bit 1 means
+/// don't care.
 TEST(Slcan, FiltersChooseIdentifiers) {
   Slcan slcan(0);
-  // 0x141 << 5 = 0x2820; 0x142 << 5 = 0x2840; RTR either.
+  // 0x141 << 5 = 0x2820; 0x142 << 5 = 0x2840; RTR don't care.
   EXPECT_EQ(say(slcan, "M28202840\rm001F001F\rO\r").answer, "\r\r\r");
   EXPECT_NE(shown(slcan, frame("141#00")), "");
   EXPECT_NE(shown(slcan, frame("142#00")), "");

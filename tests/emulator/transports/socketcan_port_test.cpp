@@ -17,18 +17,18 @@
 namespace lk::emulator {
 namespace socketcan_port_test {
 
-/// While this lives no descriptor can be had.
+/// While it exists, no descriptor can be opened.
 class NoDescriptors {
  public:
   NoDescriptors() {
-    // UBSan looks at an object of a type that it has not seen yet through a pipe.
+    // On its first use of a type, UBSan opens a pipe, so use this type now.
     try {
       throw std::system_error(EMFILE, std::generic_category(), "as later");
     } catch (const std::system_error& problem) {
       EXPECT_STREQ(problem.what(), "as later: Too many open files");
     }
     ::getrlimit(RLIMIT_NOFILE, &before_);
-    const Descriptor next(::open("/dev/null", O_RDONLY | O_CLOEXEC));  // the lowest that is free
+    const Descriptor next(::open("/dev/null", O_RDONLY | O_CLOEXEC));  // the lowest free one
     const rlimit limit{static_cast<rlim_t>(next.get()), before_.rlim_max};
     ::setrlimit(RLIMIT_NOFILE, &limit);
   }

@@ -1,4 +1,4 @@
-// socketcand's protocol, word for word, as its doc/protocol.md and its source have it.
+// socketcand's protocol, word for word by its doc/protocol.md and its source.
 
 #include "emulator/transports/socketcand.hpp"
 
@@ -56,7 +56,7 @@ TEST(Socketcand, SendsWhatIsAFrame) {
   EXPECT_TRUE(heard.frames[1].extended);
   EXPECT_EQ(heard.frames[2].kind, FrameKind::kRemote);
   EXPECT_EQ(heard.frames[2].dlc, 3);
-  // More than a standard identifier can be, as python-can has it.
+  // Above the standard identifiers, as python-can sends it.
   EXPECT_TRUE(say(daemon, "< send 800 0 >").frames.at(0).extended);
 }
 

@@ -5,7 +5,7 @@
 namespace lk::emulator {
 namespace tell_limit_test {
 
-/// All within ten seconds, unless the machine stands still for as long.
+/// All within ten seconds, unless the machine stalls for that long.
 TEST(TellLimit, TellsTwentyTimesInAWhile) {
   TellLimit limit;
   int told = 0;

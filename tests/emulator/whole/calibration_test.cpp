@@ -1,4 +1,4 @@
-// 0x18: the shaft is led to and fro, and the drive says how well its encoder followed.
+// 0x18: the drive moves the shaft to and fro and reports how well the encoder followed.
 
 #include <gtest/gtest.h>
 
@@ -49,8 +49,8 @@ TEST(Calibration, TurnsTwoElectricalTurnsToAndFroAndAnswersWhenDone) {
     ASSERT_EQ(replies.size(), 1U);
     const protocol::Payload& data = replies[0].frame.data;
     const int ratio = data[5] + 256 * data[6];
-    // Friction holds the rotor back by a part of a quarter of an electrical turn at each end of the
-    // two; nothing lets it run ahead.
+    // Friction delays the rotor by part of a quarter of an electrical turn at each of the two ends;
+    // it cannot run ahead.
     EXPECT_GE(ratio, 900);
     EXPECT_LE(ratio, 1010);
     EXPECT_EQ(data[7] & protocol::kCalibrationDone, protocol::kCalibrationDone);
@@ -65,7 +65,7 @@ TEST(Calibration, OtherCommandsMeetSilenceMeanwhile) {
   EXPECT_TRUE(host.talk(frame(kCalibrate), 1s).empty());
   EXPECT_TRUE(host.talk(frame("141#9C00000000000000"), 1s).empty());
   EXPECT_TRUE(host.talk(frame("141#A200000040380000"), 1s).empty());
-  EXPECT_EQ(host.talk(frame("141#9C00000000000000"), 1500ms).size(), 1U);  // that of 0x18
+  EXPECT_EQ(host.talk(frame("141#9C00000000000000"), 1500ms).size(), 1U);  // the reply to 0x18
   EXPECT_EQ(host.talk(frame("141#9C00000000000000"), 10ms).size(), 1U);
 }
 

@@ -1,6 +1,5 @@
-// Drives under random faults, on both wires: when no fault is active, every powered drive that
-// hears a valid query answers within its reply time. LK_LONG_RUN_S gives simulated seconds other
-// than the few of everyday (docs/testing.md).
+// Drives under random faults, on both wires: while no fault is active, every powered drive answers
+// a valid query within its reply time. LK_LONG_RUN_S sets the simulated seconds (docs/testing.md).
 
 #include <gtest/gtest.h>
 
@@ -26,11 +25,11 @@ using protocol::FrameKind;
 
 constexpr int kDrives = 10;
 constexpr SimTime kLongestFault = 30ms;
-/// Longest time that a frame stays held after its fault has ended.
+/// Longest time that a frame remains held after its fault has ended.
 constexpr double kLongestHold_ms = 10;
-/// Held frames, bus-off recovery, and the silence that resets the receivers of RS-485, together.
+/// Sum of held frames, bus-off recovery, and the pause that resets RS-485 receivers.
 constexpr SimTime kSettled = 20ms;
-/// From one query to the next, at least.
+/// Shortest time between two queries.
 constexpr SimTime kPeriod = 1ms;
 
 BusConfig ten_drives(std::uint32_t seed, bool serial) {
@@ -59,7 +58,7 @@ BusConfig ten_drives(std::uint32_t seed, bool serial) {
   return config;
 }
 
-/// A host that asks one drive after the other, while faults come and go.
+/// A host that polls the drives in turn while faults come and go.
 class Polled {
  public:
   Polled(std::uint32_t seed, bool serial)
@@ -68,7 +67,7 @@ class Polled {
         config_(ten_drives(seed, serial)),
         bus_(config_) {}
 
-  /// Returns what was wrong; empty: nothing.
+  /// Returns an error message, or an empty string.
   std::string run(int rounds) {
     for (int n = 0; n < rounds; ++n) {
       begin_faults();
@@ -87,7 +86,7 @@ class Polled {
     for (int left = 1 + life_.below(2); left > 0; --left) {
       Fault fault = life_.fault();
       const std::string_view kind = fault.row->word;
-      // The effect of such a fault stays: the drive has another ID, or other settings.
+      // The effect of such a fault persists: a different ID or different settings.
       if (kind == "id_changed" || kind == "rom_damaged" || kind == "ram_flipped") continue;
       fault.every.reset();
       limit_hold(fault);
@@ -128,7 +127,7 @@ class Polled {
     return frame;
   }
 
-  /// When the reply is over at the latest.
+  /// Latest end of the reply.
   SimTime deadline(const Frame& query) const {
     const ServoConfig& servo = config_.servos.front();
     constexpr std::int64_t kLongestReply = 14;
@@ -160,7 +159,7 @@ class Polled {
     return false;
   }
 
-  /// A query is not lost because a reply that a fault has held is still to come.
+  /// A query is not lost while a reply held by a fault is pending.
   std::string check_heard() {
     const BusStats before = bus_.stats();
     for (int id = 1; id <= kDrives; ++id) ask(id);
@@ -183,7 +182,7 @@ class Polled {
       const bool was_alive = bus_.telemetry(id).alive;
       ++checked_;
       if (ask(id) || !was_alive) continue;
-      if (!bus_.telemetry(id).alive || bus_.servo(id).starts() != starts) continue;  // browned out
+      if (!bus_.telemetry(id).alive || bus_.servo(id).starts() != starts) continue;  // brown-out
       return "drive " + std::to_string(id) + " did not answer after" + faults_;
     }
     return "";

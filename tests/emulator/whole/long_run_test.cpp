@@ -1,7 +1,6 @@
-// 32 drives for a long time under random commands and faults: the books balance, every state is
-// finite, memory stays where it is, and the same seed gives the same bytes. A program of its own,
-// for it counts every allocation there is. LK_LONG_RUN_S gives simulated seconds other than the few
-// of everyday (docs/testing.md).
+// 32 drives for a long time under random commands and faults: counters add up, states are finite,
+// memory does not grow, and a seed gives equal bytes each time. A separate program, because it
+// counts all allocations. LK_LONG_RUN_S sets the simulated seconds (docs/testing.md).
 
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -24,7 +23,7 @@
 #include "tests/support/profile.hpp"
 
 namespace {
-/// Bytes that are allocated and not freed, as malloc counts them.
+/// Allocated bytes, as malloc counts them.
 std::int64_t live_bytes = 0;
 
 void* counted(void* memory) {
@@ -40,7 +39,7 @@ void* operator new(std::size_t size, std::align_val_t alignment) {
   return counted(std::aligned_alloc(step, (size + step) / step * step));
 }
 void operator delete(void* memory) noexcept {
-  live_bytes -= static_cast<std::int64_t>(::malloc_usable_size(memory));  // 0 of none
+  live_bytes -= static_cast<std::int64_t>(::malloc_usable_size(memory));  // 0 for a null pointer
   std::free(memory);
 }
 void operator delete(void* memory, std::size_t) noexcept { operator delete(memory); }
@@ -61,12 +60,12 @@ constexpr SimTime kCheck = 10ms;
 /// What one more fault in the bus's list may hold: a list that grows has room for twice what is in
 /// it; and its name, its drives and where they stood, what it first acted on.
 constexpr std::int64_t kBytesOfAFault = 2 * sizeof(LiveFault) + 256;
-/// Queues and lists that come and go with what happens at the moment: as many frames as the hosts'
-/// send queue has, in lists that have grown to twice that: the hosts', and, under faults of the
-/// adapter, the adapter's. A leak of a frame for each is more than that within a second.
+/// Queues and lists whose size varies: up to as many frames as the hosts' send queue, with twice
+/// the capacity, for the hosts and, under adapter faults, the adapter. A leak of one frame each
+/// would exceed this within a second.
 constexpr std::int64_t kMostBytesOfTheMoment = 2 * 2 * CanWire::kHostQueue * sizeof(TimedFrame);
 
-/// All motors as they are delivered, of all generations, in turns.
+/// All delivered motors and all generations in turn.
 BusConfig all_kinds(std::uint64_t seed) {
   constexpr std::array kMotors{"mf4005",    "mf5010",     "mf7015-23t", "mf7015", "mf9025",
                                "mg4005",    "mg4010",     "mg5010",     "mg5210", "mg6010",
@@ -102,10 +101,10 @@ class LongRun {
     rom_writes_.reserve(1000);
   }
 
-  /// Returns what was wrong, and when; empty: nothing.
+  /// Returns an error message with its time, or an empty string.
   std::string run() {
     for (SimTime at{0}; at < duration_; at += life_.up_to(700us)) {
-      const int frames = life_.one_in(1000) ? life_.below(1500) : 1;  // now and then, too many
+      const int frames = life_.one_in(1000) ? life_.below(1500) : 1;  // occasionally too many
       for (int n = 0; n < frames; ++n) send(at);
       if (life_.one_in(2)) advance(at);
       if (life_.one_in(100)) act(at);
@@ -120,7 +119,7 @@ class LongRun {
   }
 
   struct Outcome {
-    std::uint64_t hash = 0;  // of every frame that drives sent, and when
+    std::uint64_t hash = 0;  // of every frame from drives, with its time
     BusStats stats;
     std::vector<std::uint64_t> effects;
 
@@ -149,7 +148,7 @@ class LongRun {
     }
   }
 
-  /// Frames of hosts that have been on the wire when `waiting` of them are still to come.
+  /// Returns the number of host frames sent on the wire so far, with `waiting` still queued.
   std::uint64_t on_the_wire(const BusStats& stats, std::uint64_t waiting) const {
     return sent_ - stats.count(Drop::kErrorFrame) - stats.count(Drop::kCanFd) -
            stats.count(Drop::kQueueFull) - waiting;
@@ -191,7 +190,7 @@ class LongRun {
     }
   }
 
-  /// FNV-1a.
+  /// FNV-1a hash.
   void note(std::uint64_t value) {
     for (int n = 0; n < 8; ++n) hash_ = (hash_ ^ (value >> (8 * n) & 0xFFU)) * 0x100000001B3U;
   }
@@ -203,7 +202,7 @@ class LongRun {
     return check_memory();
   }
 
-  /// Drives that have come to answer at one ID have a reply each.
+  /// Drives with equal IDs reply once each.
   bool share_an_id() const {
     std::set<int> ids;
     for (int id = 1; id <= kDrives; ++id) ids.insert(bus_.place(id).id);
@@ -228,7 +227,8 @@ class LongRun {
     }
     if (stats.replies != seen_replies_) return "replies counted are not those seen";
     if (stats.error_frames != seen_errors_) return "error frames counted are not those seen";
-    // Each query has one reply, but for those to several drives: nothing changes without them.
+    // Each query has one reply, except those to several drives; without these the difference is
+    // constant.
     const std::uint64_t beyond = given - stats.queries;
     const bool none_for_several = for_several_until_ <= on_the_wire_ && !share_an_id();
     if (none_for_several && beyond != beyond_) return "queries and replies do not add up";
@@ -250,7 +250,7 @@ class LongRun {
   }
 
   std::optional<std::string> check_memory() {
-    if (checks_ == 1) bytes_ = live_bytes;  // it runs
+    if (checks_ == 1) bytes_ = live_bytes;  // baseline
     const std::int64_t more = live_bytes - bytes_ - kBytesOfAFault * faults_;
     most_bytes_ = std::max(most_bytes_, more);
     if (more > kMostBytesOfTheMoment) return "memory grows";
@@ -267,8 +267,8 @@ class LongRun {
   std::uint64_t sent_ = 0;
   std::uint64_t seen_replies_ = 0;
   std::uint64_t seen_errors_ = 0;
-  std::uint64_t for_several_until_ = 0;  // the last frame to several drives, by its number
-  std::uint64_t on_the_wire_ = 0;        // frames that had been there at the last check
+  std::uint64_t for_several_until_ = 0;  // number of the last frame to several drives
+  std::uint64_t on_the_wire_ = 0;        // frames sent by the last check
   std::uint64_t beyond_ = 0;             // replies beyond one for each query
   std::uint64_t hash_ = 0xCBF29CE484222325U;
   std::uint64_t refused_writes_ = 0;
@@ -304,7 +304,7 @@ LongRun::Outcome live(std::uint32_t seed, SimTime duration) {
   EXPECT_EQ(run.run(), "");
   print(run, duration,
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-  // Nothing of what this is about may have failed to happen.
+  // Checks that every condition of this test has occurred.
   LongRun::Outcome outcome = run.outcome();
   EXPECT_GT(outcome.stats.replies, 1000U);
   EXPECT_GT(outcome.stats.replies_lost, 0U);

@@ -1,5 +1,5 @@
-// What a host must see of a real motor, with the profile mf7015 as it is delivered: noise,
-// friction, cogging and all. Expected values come from the profile's numbers, not from the code.
+// Motion of a real motor as a host sees it, with the delivered profile mf7015 including noise,
+// friction and cogging. Expected values come from the profile's numbers, not from the code.
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ void give(Host& host, const protocol::Command& command) {
 
 double speed_dps(const Host& host) { return host.bus.truth(1).omega_m * kDegPerRad; }
 
-/// Mean speed over `duration`, from the distance travelled.
+/// Returns the mean speed over `duration`, from the distance travelled.
 double mean_speed_dps(Host& host, SimTime duration) {
   const double start = host.bus.truth(1).theta_m;
   host.wait(duration);
@@ -73,8 +73,8 @@ TEST(Torque, CommandStaysInForceUntilTheSupplyEndsIt) {
   const double first = speed_dps(host);
   host.wait(500ms);
   EXPECT_NEAR(speed_dps(host), first, 0.02 * first);
-  // The back-EMF meets the voltage: ω_max ≤ (V/√3)/(p·ψ_f); duty limit, drag and resistance cost
-  // some.
+  // The back-EMF approaches the voltage: ω_max ≤ (V/√3)/(p·ψ_f), reduced by duty limit, drag and
+  // resistance.
   const auto& drive = config.profile.drive;
   const double no_load_dps = drive.supply.v_source / std::numbers::sqrt3 /
                              (drive.motor.pole_pairs * drive.motor.psi_f) * kDegPerRad;
@@ -150,7 +150,7 @@ struct Arrival {
 
 class Position : public ::testing::TestWithParam<Arrival> {};
 
-// Within one count of 14 bits, which is 0.022°, half a count for the target between two, and it
+// Within one 14-bit count, which is 0.022°, plus half a count for a target between two; then it
 // holds.
 TEST_P(Position, ArrivesWithinOneCountAndHolds) {
   Host host(motor());
@@ -189,11 +189,11 @@ TEST(Hold, AgainstALoad) {
   host.bus.set_load(1, load);
   host.wait(1s);
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()) / 100, 90, 0.05);
-  EXPECT_LT(host.state_2().iq_A, -2);  // pushes back: k_t is about 0.105 Nm/A
+  EXPECT_LT(host.state_2().iq_A, -2);  // counteracts: k_t is about 0.105 Nm/A
 }
 
-/// docs/protocol.md §4.3: where the shaft rests on its target, the same target is no turn away,
-/// whichever the direction. One that goes round is degrees off by 50 ms later.
+/// docs/protocol.md §4.3: a repeated target at the present angle causes no turn, for either
+/// direction. A turn would be degrees off after 50 ms.
 TEST(Hold, TheSameTargetAgainIsNoTurnAway) {
   for (const char* name : {"mg4005", "mg6010", "mg8016", "mf7015"}) {
     Host host(motor(name));
@@ -231,7 +231,7 @@ TEST(RunStates, StopEndsTheDriveRunResumesIt) {
   host.wait(10ms);
   EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);
   host.wait(5s);
-  EXPECT_NEAR(speed_dps(host), 0, 1);  // friction
+  EXPECT_NEAR(speed_dps(host), 0, 1);  // stopped by friction
   give(host, protocol::Run{});
   host.wait(2s);
   EXPECT_NEAR(mean_speed_dps(host, 500ms), 720, 5);
@@ -243,7 +243,7 @@ TEST(RunStates, OffCoastsAndNoCurrentFlows) {
   host.wait(1s);
   give(host, protocol::Off{});
   host.wait(50ms);
-  EXPECT_GT(speed_dps(host), 100);  // coasts
+  EXPECT_GT(speed_dps(host), 100);  // coasting
   EXPECT_NEAR(host.bus.truth(1).i_q, 0, 0.05);
   host.wait(5s);
   EXPECT_NEAR(speed_dps(host), 0, 1);
@@ -276,8 +276,7 @@ TEST(Signs, ClockwiseIsPositiveEverywhere) {
 
 // --- a geared motor
 
-// The rotor's angles on the wire, the encoder field over one turn of the output: 65536 counts are
-// 3600°.
+// Rotor angles on the wire; the encoder field spans one output turn: 65536 counts are 3600°.
 TEST(Geared, EncoderSpansTheOutputTurn) {
   auto config = motor("mg4005");
   config.boot_angle_deg = 8.92;

@@ -1,7 +1,6 @@
 #pragma once
 
-/// @file What hosts may say to 32 drives and what may happen to them, at random and repeatably, for
-/// tests.
+/// @file Random but repeatable host frames and events for 32 drives, for tests.
 
 #include <algorithm>
 #include <array>
@@ -19,16 +18,16 @@ namespace lk::test {
 
 using emulator::SimTime;
 
-/// Draws frames, directives and faults, valid and invalid, anywhere within what may be asked for.
+/// Draws frames, directives and faults, valid and invalid, over the whole permitted range.
 class RandomLife {
  public:
-  /// Faults last `longest_fault` at most, each time.
+  /// Each fault lasts at most `longest_fault`.
   RandomLife(std::uint32_t seed, int drives, SimTime longest_fault)
       : random_(seed), drives_(drives), longest_fault_(longest_fault) {}
 
   bool one_in(unsigned n) { return below(n) == 0; }
   int below(unsigned n) { return static_cast<int>(random_() % n); }
-  /// [0, 1)
+  /// Returns a number in [0, 1).
   double share() { return static_cast<double>(random_() >> 5U) / 134'217'728.0; }
   double between(double low, double high) { return low + (high - low) * share(); }
   SimTime up_to(SimTime most) {
@@ -36,7 +35,7 @@ class RandomLife {
   }
   int drive() { return 1 + below(static_cast<unsigned>(drives_)); }
 
-  /// For one drive or for several; sometimes nothing that a drive would answer.
+  /// Returns a frame for one or several drives; sometimes an invalid one.
   protocol::Frame frame() {
     protocol::Frame frame;
     for (auto& byte : std::span(frame.data).first(protocol::kCanBytes))
@@ -56,7 +55,7 @@ class RandomLife {
     return frame;
   }
 
-  /// To one drive, or a fault of theirs ended.
+  /// Returns a directive for one drive, or the end of a fault.
   emulator::Directive directive() {
     using namespace emulator;
     using namespace std::chrono_literals;
@@ -98,8 +97,8 @@ class RandomLife {
     for (std::size_t n = 0; n < row.params.size(); ++n) fault.values[n] = value(row.params[n]);
     if (row.per_frame) fault.probability = one_in(2) ? 1 : share();
     if (!row.momentary()) {
-      // Not for long: a second drive with an ID is a motor of its own to compute, and while the
-      // bus as a whole is faulty nobody says much.
+      // Short, because a second drive with an ID needs its own motor model, and a fault of the
+      // whole bus blocks most traffic.
       const bool dear = row.word == "duplicate_id" || row.of_bus;
       fault.duration = up_to(dear ? longest_fault_ / 10 : longest_fault_) + SimTime{1};
     }
@@ -118,7 +117,7 @@ class RandomLife {
   }
 
  private:
-  /// So that no drive answers, or none is asked.
+  /// Makes the frame invalid, so that no drive answers.
   void spoil(protocol::Frame& frame) {
     switch (below(7)) {
       case 0:
@@ -164,7 +163,7 @@ class RandomLife {
                                      RomParameter::kMaxAngle,
                                      RomParameter::kCurrentRamp,
                                      RomParameter::kBroadcastMode,
-                                     RomParameter::kDriverId};  // it is told its own ID again
+                                     RomParameter::kDriverId};  // its own ID again
     emulator::Setting setting;
     setting.parameter = kParameters[static_cast<std::size_t>(below(kParameters.size()))];
     emulator::Registers& value = setting.value;
@@ -193,10 +192,10 @@ class RandomLife {
     }
     if (!parameter.required && one_in(4)) return parameter.fallback;
     if (parameter.word == "new_id") return 1.0 + below(static_cast<unsigned>(drives_));
-    // While what hosts have written waits in their adapter, nobody says anything.
+    // While frames wait in a host's adapter, the bus is silent.
     if (parameter.word == "stall_ms") return between(parameter.min, 20);
     if (parameter.word == "tx_us" || parameter.word == "tail_us") return between(0, 20'000);
-    // Mostly what may happen, at times the most that may be asked for.
+    // Mostly realistic values, sometimes the permitted extremes.
     const double value = between(parameter.min, parameter.max);
     const double fit = one_in(4) ? value : std::clamp(value / 1000, parameter.min, parameter.max);
     return parameter.whole ? std::ceil(fit) : fit;

@@ -1,5 +1,4 @@
-// Every configuration that is delivered runs, with all that happens by itself, and every drive is
-// asked how it is.
+// Runs every delivered configuration with its events, and queries every drive.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +22,7 @@ bool is_serial(const ServoConfig& servo) {
   return servo.quirks.dialect.framing == protocol::Framing::kSerial;
 }
 
-/// The one reply to a query.
+/// Returns the only reply to a query.
 protocol::Frame ask(Bus& bus, const ServoConfig& servo, const protocol::Payload& payload) {
   protocol::Frame query;
   query.id = 0x140U + static_cast<std::uint32_t>(servo.id);
@@ -41,7 +40,7 @@ protocol::Frame ask(Bus& bus, const ServoConfig& servo, const protocol::Payload&
   return replies.empty() ? protocol::Frame{} : replies[0].frame;
 }
 
-/// Multi-turn angle by 0x92, 0.01°, of the low 32 bits: nothing here turns further.
+/// Returns the multi-turn angle by 0x92 in 0.01°: the low 32 bits, which suffice here.
 std::int32_t angle_cdeg(Bus& bus, const ServoConfig& servo) {
   const auto reply = ask(bus, servo, {0x92});
   std::uint32_t bits = 0;
@@ -49,7 +48,7 @@ std::int32_t angle_cdeg(Bus& bus, const ServoConfig& servo) {
   return static_cast<std::int32_t>(bits);
 }
 
-/// 0xA4: there with at most 100 °/s.
+/// Sends 0xA4: moves to the target with at most 100 °/s.
 void go_to(Bus& bus, const ServoConfig& servo, std::int32_t target_cdeg) {
   const auto bits = static_cast<std::uint32_t>(target_cdeg);
   protocol::Payload payload{0xA4, 0, 100, 0};
@@ -74,7 +73,7 @@ bool finite(const model::Truth& truth) {
 
 class Robot : public testing::TestWithParam<const char*> {};
 
-/// The drive answers, stands somewhere between its stops, and nothing is wrong with it.
+/// The drive answers, is between its stops, and has no error.
 void expect_well(Bus& bus, const ServoConfig& servo) {
   const std::uint32_t id =
       servo.quirks.dialect.reply_id_base + static_cast<std::uint32_t>(servo.id);
@@ -107,7 +106,7 @@ TEST_P(Robot, RunsThroughAllItsEventsWithoutErrors) {
       bus.advance_to(event.at + 10ms);
       for (const ServoConfig& servo : config.servos) EXPECT_TRUE(finite(bus.truth(servo.id)));
     }
-    // A power cycle and a ramp of the supply go on for a while.
+    // A power cycle and a supply ramp take a while.
     if (!config.events.empty()) bus.advance_to(config.events.back().at + 3s);
     EXPECT_EQ(bus.time() > 5s, !config.events.empty()) << "the events were executed";
     for (const ServoConfig& servo : config.servos) {
@@ -142,7 +141,7 @@ TEST(Robots, TheBenchHasWhatSomeDrivesOnlyHave) {
   const BusConfig config = robot("bench")[0];
   Bus bus(config);
   bus.advance_to(100ms);
-  ask(bus, config.servos[0], {0xA0, 0, 0, 0, 0xF4, 0x01});  // half the power
+  ask(bus, config.servos[0], {0xA0, 0, 0, 0, 0xF4, 0x01});  // half power
   bus.advance_to(1s);
   EXPECT_NEAR(bus.telemetry(1).power, 0.5, 0.01);
   const ServoConfig& braked = config.servos[4];
@@ -164,7 +163,7 @@ TEST(Robots, AreAllTested) {
   std::size_t files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(LKEMU_SOURCE_DIR "/configs/buses")) {
     if (entry.path().extension() != ".toml") continue;
-    // Those with a body run in tests/bodies.
+    // tests/bodies runs robots with a body.
     if (test::text_of_robot(entry.path().stem()).find("\n[body]\n") == std::string::npos) ++files;
   }
   EXPECT_EQ(files, 6U) << "name the new one above";

@@ -1,4 +1,4 @@
-// No drive of a delivered robot buzzes: after a move its current comes to rest.
+// No drive of a delivered robot oscillates after a move: its current settles.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace settling_test {
 
 using test::robot;
 
-/// The current that the rated torque takes; where none is printed, a tenth of the sensor's range.
+/// Returns the current for the rated torque; without a rating, a tenth of the sensor range.
 double rated_current_A(const Profile& profile) {
   const model::DriveParams& d = profile.drive;
   const double k_t = 1.5 * d.motor.pole_pairs * d.motor.psi_f;
@@ -23,8 +23,8 @@ double rated_current_A(const Profile& profile) {
                  : 0.1 * d.current_sensor.range;
 }
 
-/// Peak to peak of the current, A, a second after a step of the output's target. Without the noise
-/// of the sensors, which is there before the step too and is no ringing.
+/// Returns the peak-to-peak current in A, one second after a target step of the output. Without
+/// sensor noise, which exists before the step too.
 double ripple_after_step_A(const ServoConfig& servo, double step_deg) {
   model::DriveInit init{servo.profile.drive, control_settings(servo.rom), 1, 0.0};
   model::DriveParams& d = init.params;
@@ -34,7 +34,7 @@ double ripple_after_step_A(const ServoConfig& servo, double step_deg) {
   init.theta_m = servo.boot_angle_deg.value_or(0.0) * rad;
   model::DriveBank bank(std::span(&init, 1));
   const auto f = static_cast<std::int64_t>(d.inverter.f_pwm);
-  bank.advance(f / 2);           // a joint falls to where it hangs
+  bank.advance(f / 2);           // a joint falls to its resting position
   const double clear = 1 * rad;  // of the end stops
   const double target = std::clamp(bank.truth(0).theta_out + step_deg * rad,
                                    d.load.theta_min + clear, d.load.theta_max - clear);
@@ -42,7 +42,7 @@ double ripple_after_step_A(const ServoConfig& servo, double step_deg) {
   bank.advance(f);
   double low = bank.truth(0).i_q;
   double high = low;
-  for (std::int64_t n = 0; n < f / 4; n += 5) {  // 5 periods: no multiple of those of the loops
+  for (std::int64_t n = 0; n < f / 4; n += 5) {  // 5 periods: not a multiple of the loops' periods
     bank.advance(5);
     low = std::min(low, bank.truth(0).i_q);
     high = std::max(high, bank.truth(0).i_q);

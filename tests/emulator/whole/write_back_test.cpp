@@ -1,5 +1,4 @@
-// What a host can read of a drive it can write back: a tool that reads all parameters, and writes
-// them all, changes nothing.
+// A tool that reads all parameters of a drive and writes them back changes nothing.
 
 #include <gtest/gtest.h>
 
@@ -35,7 +34,7 @@ BusConfig bus_of(const std::string& motor, Generation generation, Framing framin
   return bus;
 }
 
-/// A query that reads, and the commands that write what it reads.
+/// A read query, and the write commands for its values.
 struct Pair {
   Frame read;
   std::vector<std::uint8_t> writes;
@@ -53,7 +52,7 @@ Frame query(Framing framing, const std::vector<int>& data) {
   return frame;
 }
 
-/// docs/protocol.md §10 and docs/rs485.md: all that there is to read and to write.
+/// docs/protocol.md §10 and docs/rs485.md: all parameters that can be read and written.
 std::vector<Pair> pairs(Framing framing) {
   std::vector<Pair> all;
   for (const int id : {0x0A, 0x0B, 0x0C, 0x1E, 0x20, 0x22, 0x24, 0x26}) {
@@ -78,10 +77,10 @@ std::vector<Pair> pairs(Framing framing) {
   return all;
 }
 
-/// The reply; none: this drive does not have the command.
+/// Returns the reply; none if this drive lacks the command.
 std::vector<Frame> ask(Host& host, const Frame& frame) { return host.talk(frame, 1ms); }
 
-/// All that is kept of the drive.
+/// All stored state of the drive.
 struct Kept {
   explicit Kept(const Host& host)
       : ram(host.bus.servo(1).ram()),
@@ -91,8 +90,8 @@ struct Kept {
   bool operator==(const Kept&) const = default;
 };
 
-/// Reads and writes back; with `lowered` it writes something smaller in between. Returns how many
-/// values there were.
+/// Reads and writes back; with `lowered` it writes a smaller value in between. Returns the number
+/// of values.
 int write_back(const BusConfig& config, Framing framing, bool lowered) {
   int values = 0;
   for (const Pair& pair : pairs(framing)) {
@@ -144,7 +143,7 @@ TEST(WriteBack, EveryValueOfTheFactory) {
   EXPECT_GT(values, 1000);
 }
 
-/// As far as configuration files go, beyond what prints let hosts write.
+/// Configuration files allow larger values than the manuals let hosts write.
 TEST(WriteBack, EveryValueOfAConfiguration) {
   for_every_drive([](BusConfig config, Framing framing) {
     Registers& rom = config.servos.front().rom;
@@ -156,7 +155,7 @@ TEST(WriteBack, EveryValueOfAConfiguration) {
     }
     rom.max_torque_current_lsb = config.servos.front().quirks.dialect.iq_command_limit_lsb;
     rom.max_power_permille = 850;
-    rom.max_speed_dps = kMaxSpeed_dps - 0.001;  // between two values of the wire
+    rom.max_speed_dps = kMaxSpeed_dps - 0.001;  // between two wire values
     rom.max_angle_deg = kMaxAngle_deg - 0.001;
     rom.current_ramp_A_s = kMaxCurrentRamp_A_s - 0.0001;
     rom.acceleration_dps_s = INT32_MAX;
