@@ -10,7 +10,7 @@
 namespace lk::emulator {
 namespace agenda_test {
 
-/// Told apart by the drive that they are for.
+/// A task that `number` identifies.
 Task task(int number) { return Reconnect{number}; }
 
 std::vector<int> all_of(Agenda agenda) {

@@ -1,5 +1,5 @@
-// The way of a frame allocates nothing once the bus runs: a program of its own, for it counts every
-// allocation there is.
+// A frame causes no allocations once the bus runs. A separate program, because it counts all
+// allocations.
 
 #include <gtest/gtest.h>
 
@@ -59,7 +59,7 @@ TEST(Allocation, NoneWhilePolling) {
   EXPECT_EQ(allocations_while_polling(0), 0U);
 }
 
-/// Frames of all kinds, for drives that are there and one that is not.
+/// Number of allocations for frames of all kinds, to present drives and an absent one.
 std::size_t allocations_of_advice(Adviser& adviser, int frames) {
   const std::size_t before = allocations;
   std::uint32_t random = 1;

@@ -1,4 +1,4 @@
-// The parts of a bus, each by itself.
+// Unit tests for the parts of a bus.
 
 #include <gtest/gtest.h>
 
@@ -75,7 +75,7 @@ TEST(LinkPart, SendsInOrderAndHoldsOneBackUntilTheNextHasLeft) {
   EXPECT_EQ(link.send_all(wire, {Outgoing{5ms, frame("141#9A19000000000000")}}), 0U);
   EXPECT_FALSE(link.held_back);
   EXPECT_EQ(wire.deliver(5ms)->frame.data[0], 0x9A);
-  EXPECT_EQ(wire.deliver(5ms)->frame.data[0], 0x9C);  // ready before, and behind it
+  EXPECT_EQ(wire.deliver(5ms)->frame.data[0], 0x9C);  // ready earlier, but queued behind it
   EXPECT_FALSE(wire.deliver(1s));
 }
 
@@ -102,7 +102,7 @@ TEST(AgendaPart, EqualsComeInTheOrderOfEntryAndALookOnlyOnce) {
   agenda.enter(1ms, SagEnd{1});
   agenda.enter(1ms, FaultEnd{7});
   agenda.look_by(5ms);
-  agenda.look_by(6ms);  // there is one before
+  agenda.look_by(6ms);  // an earlier look is planned
   agenda.forget<SupplyStep>(1);
   agenda.forget_fault<FaultEnd>(8);
   EXPECT_TRUE(std::holds_alternative<SagEnd>(agenda.take()));

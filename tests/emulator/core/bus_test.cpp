@@ -1,5 +1,5 @@
-// A bus with drives: when queries act, when replies leave, what is dropped and why. Lengths counted
-// by hand, see can_wire_test.cpp; further ones:
+// A bus with drives: effect of queries, time of replies, dropped frames and their reasons. Lengths
+// counted by hand, see can_wire_test.cpp; further ones:
 //
 //   141#9A1900F000000000   10 stuff bits: 118 bits
 //     00010100000(1)10001000100110100001100100000(1)000111100000(1)00000(1)00000(1)00000(1)00000(1)00000(1)
@@ -56,7 +56,7 @@ TEST(BusTiming, QueryReplyTimeReply) {
   EXPECT_TRUE(run_until(bus, 1s).empty());
 }
 
-/// A host that says who it is: the others get its frame when its last bit is on the wire.
+/// A host with a sender ID: the others receive its frame when its last bit is on the wire.
 TEST(BusTiming, HostsHearEachOther) {
   Bus bus(bus_config({1}, kBitrate));
   const TimedFrame query{.at = 0us, .frame = frame("141#9A00000000000000"), .sender = 7};
@@ -68,7 +68,7 @@ TEST(BusTiming, HostsHearEachOther) {
   ASSERT_EQ(heard.size(), 3U);
   EXPECT_EQ(heard[0], (TimedFrame{.at = 120us, .frame = query.frame, .sender = 7}));
   EXPECT_EQ(heard[1], (TimedFrame{.at = 123us + 123us, .frame = foreign.frame, .sender = 9}));
-  // Ready at 220 µs, while the second query has the wire.
+  // Ready at 220 µs, while the second query occupies the wire.
   EXPECT_EQ(heard[2], (TimedFrame{123us + 126us + 118us, frame("141#9A1900F000000000")}));
   EXPECT_EQ(bus.stats().replies, 1U);
   EXPECT_EQ(bus.stats().replies_waiting, 0U);
@@ -91,8 +91,7 @@ TEST(BusTiming, PipelinedQueriesToOneDrive) {
   ASSERT_EQ(replies.size(), 3U);
   // Queries end at 120, 243; the first reply is ready at 220 and goes before the third query.
   EXPECT_EQ(replies[0].at, 246us + 118us);
-  // The wire is free at 367; the second reply has been ready since 343 and goes before the third
-  // query.
+  // The wire is free at 367; the second reply is ready since 343 and goes before the third query.
   EXPECT_EQ(replies[1].at, 367us + 118us);
   // Third query 488..608, ready at 708.
   EXPECT_EQ(replies[2].at, 708us + 118us);
@@ -152,8 +151,8 @@ TEST(BusTiming, EarlierFramesCountAsNow) {
   EXPECT_EQ(bus.time(), 1s);
 }
 
-// What the wire is modelled for: one query and its reply take about 244 µs, so 3 drives can be
-// polled at 1 kHz and 12 cannot.
+// Wire load: one query and its reply take about 244 µs, so 3 drives can be polled at 1 kHz, but not
+// 12.
 int replies_per_second(int drives) {
   BusConfig config = bus_config({}, kBitrate);
   for (int id = 1; id <= drives; ++id) {
@@ -187,8 +186,8 @@ TEST(BusQueue, OverloadFillsTheHostQueueAndIsCounted) {
   EXPECT_EQ(run_until(bus, 10s).size(), CanWire::kHostQueue);
 }
 
-// The queue is full only if the wire has not worked it off by the time of the frame, however far
-// the host of the library runs ahead with receive().
+// The queue is full only if frames still wait at the frame's own time, however far the caller runs
+// ahead with receive().
 TEST(BusQueue, FramesOfTheFutureDoNotOverflow) {
   Bus bus(bus_config({1}, kBitrate));
   for (int k = 0; k < 5000; ++k) {
@@ -206,7 +205,7 @@ TEST(BusDrops, EveryCauseIsCounted) {
   fd.kind = protocol::FrameKind::kFd;
   bus.receive({0us, error});
   bus.receive({0us, fd});
-  EXPECT_EQ(bus.next_due(), std::nullopt);  // neither occupies a classical wire
+  EXPECT_EQ(bus.next_due(), std::nullopt);  // neither occupies the wire
   for (const char* text :
        {"141#R", "00000141#9A00000000000000", "140#9A00000000000000", "142#9A00000000000000",
         "141#9A", "141#0000000000000000", "142#0000000000000000", "280#0000000000000000",
@@ -245,7 +244,7 @@ TEST(Bus, WithoutDrives) {
   EXPECT_TRUE(run_until(bus, 1s).empty());
   EXPECT_EQ(bus.size(), 0U);
   EXPECT_FALSE(bus.has(1));
-  // Nobody lacks power: nobody is in the mode for 0x280, and nobody knows the other.
+  // No drive lacks power: none is in the mode for 0x280, and none has the other command.
   EXPECT_EQ(bus.stats().count(Drop::kNoPower), 0U);
   EXPECT_EQ(bus.stats().count(Drop::kNoSuchDrive), 1U);
   EXPECT_EQ(bus.stats().count(Drop::kWrongMode), 1U);
@@ -278,7 +277,7 @@ TEST(Bus, RepliesAreHandedOutOnceAndAppended) {
   EXPECT_EQ(replies.size(), 2U);
 }
 
-/// A host may be waiting before the first control tick: 24.0 V and 25 °C then as well.
+/// A host may query before the first control tick: it reads 24.0 V and 25 °C then as well.
 TEST(Bus, TheFirstInstantAlreadyHasAVoltageAndATemperature) {
   Bus bus(bus_config({1}));
   bus.receive({0us, frame("141#9A00000000000000")});

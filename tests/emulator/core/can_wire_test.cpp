@@ -1,6 +1,5 @@
-// The medium alone. All frame lengths below were counted by hand; the bits that stuffing inserts
-// stand in parentheses, and 10 bits follow each (CRC delimiter, ACK slot and delimiter, end of
-// frame):
+// The wire alone. All frame lengths below were counted by hand. Stuff bits are in parentheses; 10
+// bits follow each frame (CRC delimiter, ACK slot and delimiter, end of frame):
 //
 //   141#9A00000000000000   12 stuff bits: 98 + 12 + 10 = 120 bits
 //     00010100000(1)10001000100110100000(1)00000(1)00000(1)00000(1)00000(1)00000(1)00000(1)00000(1)
@@ -80,7 +79,7 @@ TEST(CanWire, LowerIdentifierGoesFirst) {
   CanWire wire(1'000'000);
   wire.send_from_host(0us, kQuery1);
   wire.send_from_host(0us, kQuery32);
-  wire.send_from_drive(50us, kReply2);  // 0x142 against 0x160 when the wire falls free at 123 µs
+  wire.send_from_drive(50us, kReply2);  // 0x142 against 0x160 when the wire becomes free at 123 µs
   expect_next(wire, 120us, kQuery1);
   expect_next(wire, 123us + 116us, kReply2);
   expect_next(wire, 242us + 120us, kQuery32);
@@ -96,7 +95,7 @@ TEST(CanWire, HostWinsWithTheLowerIdentifier) {
   expect_next(wire, 245us + 117us, kReply32);
 }
 
-// The adapter's queue is a FIFO: what waits behind its head takes no part.
+// The adapter's queue is a FIFO: only its head takes part in arbitration.
 TEST(CanWire, OnlyTheHeadOfTheHostQueueArbitrates) {
   CanWire wire(1'000'000);
   wire.send_from_host(0us, kMulti);
@@ -175,8 +174,8 @@ TEST(CanWire, WhoWaitsWhenItsDriveDiesNeverHadTheWire) {
   EXPECT_EQ(wire.busy(), 123us);
 }
 
-// Looking ahead decides nothing: whoever is there when the frame starts takes part, whoever comes a
-// nanosecond later does not.
+// Looking ahead decides nothing: a frame present at the start takes part, a frame one nanosecond
+// later does not.
 TEST(CanWire, ArbitrationIsDecidedAtTheStart) {
   for (const bool in_time : {true, false}) {
     CanWire wire(1'000'000);
@@ -206,7 +205,7 @@ TEST(CanWire, DataBeatsRemoteAndStandardBeatsExtended) {
 TEST(CanWire, HostQueueIsAFifoInTime) {
   CanWire wire(1'000'000);
   wire.send_from_host(500us, kQuery1);
-  wire.send_from_host(100us, kQuery2);  // put there later, so not sent before
+  wire.send_from_host(100us, kQuery2);  // queued later, so not sent before
   expect_next(wire, 620us, kQuery1);
   expect_next(wire, 623us + 119us, kQuery2);
 }
@@ -228,7 +227,7 @@ TEST(CanWire, WithoutABitRateNothingTakesTime) {
   wire.send_from_host(7us, kQuery1);
   expect_next(wire, 7us, kQuery32);
   wire.send_from_drive(7us, kReply32);
-  expect_next(wire, 7us, kReply32);  // at once, whatever waits with a lower identifier
+  expect_next(wire, 7us, kReply32);  // at once, although a lower identifier waits
   expect_next(wire, 7us, kQuery1);
   EXPECT_EQ(wire.busy(), 0ns);
 }

@@ -1,4 +1,4 @@
-// Motors are brought where somebody needs them, not before: nobody can tell.
+// Motors are advanced only when needed, without observable difference.
 
 #include <gtest/gtest.h>
 
@@ -14,10 +14,10 @@ namespace delivery_test {
 using namespace std::chrono_literals;
 
 constexpr SimTime kEnd = 300ms;
-constexpr SimTime kLook = 7ms + 300us;  // hits no tick but by chance
+constexpr SimTime kLook = 7ms + 300us;  // rarely coincides with a tick
 
-/// Twelve drives with all their noise, more than are computed in one go, at two PWM rates. Some are
-/// told to die all the time, and boot again within a millisecond.
+/// Twelve drives with noise at two PWM rates, more than a block computes together. Some lose power
+/// repeatedly and boot within a millisecond.
 BusConfig restless(std::int64_t bitrate, bool with_fault) {
   BusConfig config = test::powered_bus({1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}, bitrate);
   for (ServoConfig& servo : config.servos) {
@@ -32,7 +32,7 @@ BusConfig restless(std::int64_t bitrate, bool with_fault) {
   config.servos[7].profile.drive.inverter.f_pwm = 24000;
   config.servos[10].rom.broadcast_mode = true;
   for (int n = 0; n < 100; ++n) {
-    // By pairs, so that of two who want to say something one goes first and one may be dead.
+    // In pairs, so that of two drives that want to send, one goes first and one may be off.
     const SimTime at = n * 3ms + n % 7 * 130us;
     config.events.push_back({at, {1 + n * 5 % 12, Sag{0.0, 1500us}}});
     if (n % 2 == 0) config.events.push_back({at, {1 + (n * 5 + 1) % 12, Sag{0.0, 900us}}});
@@ -47,8 +47,8 @@ BusConfig restless(std::int64_t bitrate, bool with_fault) {
   return config;
 }
 
-/// Questions, motion, writes to ROM, something for several, and frames that are over sooner than
-/// any other: whoever gives way to one shows.
+/// Queries, motion, ROM writes, multi-drive commands, and the shortest frames, which show any
+/// change in arbitration.
 std::vector<TimedFrame> traffic(std::uint32_t seed, SimTime mean_pause) {
   std::mt19937 random(seed);
   const auto below = [&](std::int64_t n) {
@@ -92,8 +92,8 @@ void look(const Bus& bus, std::vector<double>& seen) {
                            static_cast<double>(stats.replies_waiting)});
 }
 
-/// Frames go in at their times; every kLook somebody looks at everything. In between `bring` takes
-/// the bus from one of these instants to the next.
+/// Sends frames at their times and reads the whole state every kLook. `bring` advances the bus
+/// between these instants.
 template <class Bring>
 Outcome run(const BusConfig& config, const std::vector<TimedFrame>& frames, Bring bring) {
   Bus bus(config);
@@ -144,7 +144,7 @@ TEST_P(Delivery, LooksTheSameHoweverFarMotorsStayBehind) {
   const BusConfig config = restless(bitrate, with_fault);
   for (std::uint32_t seed = 1; seed <= 2; ++seed) {
     const auto frames = traffic(seed, mean_pause);
-    // What it has to be: no motor is ever behind by as much as a tick.
+    // The reference: no motor ever lags by a tick.
     const Outcome strict = run(config, frames, [](Bus& bus, SimTime until) {
       while (bus.time() < until) bus.advance_to(std::min(until, bus.time() + 10us));
     });
@@ -171,7 +171,7 @@ INSTANTIATE_TEST_SUITE_P(Wires, Delivery,
                                            Case{1'000'000, 120us, true}, Case{50'000, 2ms, false},
                                            Case{50'000, 3ms, true}));
 
-// What is done to a drive is done at the bus's time, though its motor had stayed behind.
+// A directive acts at the bus's time, even if the drive's motor has lagged.
 TEST(Delivery, WhatIsDoneToADriveIsDoneNow) {
   Bus settled(test::powered_bus({1, 2}));
   Bus behind = settled;
@@ -191,7 +191,7 @@ TEST(Delivery, WhatIsDoneToADriveIsDoneNow) {
   EXPECT_EQ(behind.truth(2).theta_m, settled.truth(2).theta_m);
 }
 
-/// Wants to look every `period`, from `period` on.
+/// Requests a look every `period`, starting at `period`.
 struct Watcher {
   SimTime next_due() const { return next; }
   void look(const Bus& bus) {

@@ -1,4 +1,4 @@
-// Same configuration, same seed, same frames at the same times: the same replies, byte for byte.
+// Equal configuration, seed and frame times give equal replies, byte for byte.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ namespace determinism_test {
 
 using namespace std::chrono_literals;
 
-/// Drives of two PWM rates with all their noise, one of them in multi-drive mode.
+/// Drives of two PWM rates with noise, one of them in multi-drive mode.
 BusConfig mixed_config(std::int64_t bitrate, std::uint64_t seed) {
   BusConfig config = test::bus_config({1, 2, 3, 9, 32}, bitrate);
   config.seed = seed;
@@ -29,8 +29,8 @@ BusConfig mixed_config(std::int64_t bitrate, std::uint64_t seed) {
   return config;
 }
 
-/// Traffic in time order: sparse, bursts, equal instants, rubbish, and floods that overflow the
-/// queue.
+/// Traffic in order of time: sparse, bursts, equal instants, invalid frames, and floods that
+/// overflow the queue.
 std::vector<TimedFrame> traffic(std::uint32_t seed, int count) {
   std::mt19937 random(seed);
   const auto below = [&](std::uint32_t n) { return static_cast<std::uint32_t>(random() % n); };
@@ -65,9 +65,9 @@ struct Outcome {
   BusStats stats;
 };
 
-constexpr SimTime kSettle = 300ms;  // works off what waits at the end
+constexpr SimTime kSettle = 300ms;  // empties the queues at the end
 
-/// Advances to each frame only.
+/// Advances only to the frames.
 Outcome run_plainly(Bus bus, const std::vector<TimedFrame>& frames) {
   Outcome run;
   for (const TimedFrame& in : frames) {
@@ -80,8 +80,8 @@ Outcome run_plainly(Bus bus, const std::vector<TimedFrame>& frames) {
   return run;
 }
 
-/// Advances at random instants in between, sometimes not at all, sometimes to the next due time,
-/// and takes the replies at random moments. `copying` goes on with a copy of the bus now and then.
+/// Advances at random instants in between, sometimes not at all or to the next due time, and takes
+/// the replies at random. With `copying` it sometimes continues with a copy of the bus.
 Outcome run_split(Bus bus, const std::vector<TimedFrame>& frames, std::uint32_t seed,
                   bool copying) {
   std::mt19937 random(seed);
@@ -99,7 +99,7 @@ Outcome run_split(Bus bus, const std::vector<TimedFrame>& frames, std::uint32_t 
     }
     if (copying && random() % 50 == 0) {
       Bus copy = bus;
-      bus.advance_to(in.at + 5ms);  // the original goes its own way
+      bus.advance_to(in.at + 5ms);  // the original continues separately
       bus = copy;
     }
     bus.receive(in);
@@ -122,7 +122,7 @@ TEST_P(Determinism, SplitsDoNotMatter) {
   for (std::uint32_t seed = 1; seed <= 4; ++seed) {
     const Outcome split = run_split(bus, frames, seed, seed % 2 == 0);
     ASSERT_EQ(split.replies, plain.replies);
-    // How full the queue gets depends on how far a caller runs ahead of time with receive().
+    // The peak of the queue depends on how far the caller runs ahead with receive().
     BusStats stats = split.stats;
     stats.queue_peak = plain.stats.queue_peak;
     EXPECT_EQ(stats, plain.stats);
@@ -153,8 +153,7 @@ TEST_P(Determinism, RepliesAreInOrderOfTime) {
 
 INSTANTIATE_TEST_SUITE_P(Bitrates, Determinism, ::testing::Values(0, 250'000, 1'000'000));
 
-// A drive does not change with its company: alone on a bus it gives the bytes it gives among
-// others.
+// A drive does not depend on other drives: alone on a bus it gives the same bytes.
 TEST(Company, DoesNotMatter) {
   BusConfig together = mixed_config(0, 5);
   BusConfig alone = together;

@@ -1,4 +1,4 @@
-// Frames as can-utils write them: cansend's `ID#DATA`, candump's `ID#R`, `ID##…` and error frames.
+// Frames as in can-utils: cansend's `ID#DATA`, candump's `ID#R`, `ID##…` and error frames.
 
 #include "emulator/core/frame_text.hpp"
 
@@ -25,7 +25,7 @@ Frame parsed(std::string_view text) {
   return good != nullptr ? *good : Frame{};
 }
 
-// What stands right beside the digits and letters in ASCII is no digit either.
+// ASCII neighbours of the hexadecimal digits are not digits.
 TEST(FrameText, OnlyHexadecimalDigitsAreDigits) {
   for (const char c : {'/', ':', '@', 'G', '`', 'g', ' ', '-', 'x'}) {
     const std::string id = std::string("14") + c;
@@ -44,7 +44,7 @@ TEST(FrameText, BytesOfRs485StandBehindItsName) {
   EXPECT_EQ(packet.dlc, 1);
   EXPECT_EQ(packet.data[0], 0x9A);
   EXPECT_EQ(frame_text(packet), "rs485#3E9A0100D9");
-  // A wrong sum, something behind it: bytes.
+  // Raw bytes: a wrong sum, or bytes after the packet.
   for (const char* text : {"rs485#3E9A0100D8", "rs485#3E9A0100D900", "rs485#FF"}) {
     EXPECT_EQ(parsed(text).kind, FrameKind::kBytes) << text;
     EXPECT_EQ(frame_text(parsed(text)), text);
@@ -63,7 +63,7 @@ TEST(FrameText, AnIdentifierHasThreeOrEightDigits) {
   EXPECT_EQ(problem("800#"), "\"800\" is above 7FF; identifiers of 29 bits have 8 digits");
   EXPECT_EQ(parsed("1FFFFFFF#").id, 0x1FFFFFFFU);
   EXPECT_TRUE(parsed("1FFFFFFF#").extended);
-  // Bits above the 29 and the one that marks an error frame.
+  // Bits above the 29, and the flag of an error frame.
   EXPECT_EQ(problem("40000000#"), "\"40000000\" is above 1FFFFFFF");
   EXPECT_EQ(problem("80000141#9C"), "\"80000141\" is above 1FFFFFFF");
   EXPECT_EQ(parsed("20000040#").kind, FrameKind::kError);
@@ -87,7 +87,7 @@ TEST(FrameText, ARemoteRequestAsksForSoManyBytes) {
 
 TEST(FrameText, WritesNoMoreThanAFrameHolds) {
   Frame longer = test::frame("141#0102030405060708");
-  longer.dlc = 15;  // as a raw DLC may say
+  longer.dlc = 15;  // a possible raw DLC
   EXPECT_EQ(frame_text(longer), "141#0102030405060708");
   longer.dlc = 2;
   EXPECT_EQ(frame_text(longer), "141#0102");

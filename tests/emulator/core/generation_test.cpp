@@ -1,4 +1,4 @@
-// Generations and series of drives, on a bus: what they answer, what it looks like, what it does.
+// Generations and series of drives on a bus: answered commands, formats, effects.
 
 #include "emulator/core/generation.hpp"
 
@@ -21,7 +21,7 @@ using test::Host;
 using test::kMfLsb_A;
 using test::kMgLsb_A;
 
-/// The numbers of an MG4005-i10 that its angles depend on.
+/// Parameters of an MG4005-i10 that affect its angles.
 ServoConfig mg4005(Generation generation, double boot_angle_deg) {
   ServoConfig config = drive(generation);
   config.profile.drive.encoder.bits = 18;
@@ -33,7 +33,7 @@ ServoConfig mg4005(Generation generation, double boot_angle_deg) {
 
 double truth_deg(const Host& host) { return host.bus.truth(1).theta_m * 180 / std::numbers::pi; }
 
-// --- what is answered
+// --- answered commands
 
 TEST(Generation, LegacyIsTheDefault) {
   EXPECT_EQ(quirks_of(Generation::kLegacy), Quirks{});
@@ -42,7 +42,8 @@ TEST(Generation, LegacyIsTheDefault) {
   EXPECT_FALSE(quirks_of(Generation::kV236).run_resumes);
 }
 
-/// docs/protocol.md §4.1: the manuals of V2.35 and V2.36 want 0x88 after 0x80, the first does not.
+/// docs/protocol.md §4.1: the manuals of V2.35 and V2.36 require 0x88 after 0x80, the first one
+/// does not.
 TEST(Generation, NewerDrivesThatAreOffWaitForRun) {
   for (const auto& [generation, waits] :
        {std::pair(Generation::kLegacy, false), std::pair(Generation::kLateLegacy, false),
@@ -57,7 +58,7 @@ TEST(Generation, NewerDrivesThatAreOffWaitForRun) {
 
 using Bytes = std::set<unsigned>;
 
-/// What the vendor's manuals give each generation and series, byte by byte: written down here, not
+/// Command bytes of each generation and series by the vendor's manuals, written by hand, not
 /// derived from the tables under test. `late-legacy` has the commands of `legacy`.
 const Bytes kLegacyBytes{0x19, 0x30, 0x31, 0x32, 0x33, 0x34, 0x37, 0x38, 0x80, 0x81,
                          0x88, 0x90, 0x91, 0x92, 0x94, 0x95, 0x9A, 0x9B, 0x9C, 0x9D,
@@ -143,9 +144,9 @@ TEST(Generation, StateOfRealDrivesAtRest) {
   }
 }
 
-// Angle and encoder field of a real MG4005-i10. Its encoder reports in steps of 0.055°, its angle
-// in steps of 0.01°, so a pair leaves open where within five angles its encoder really stood; all
-// of these come out right with the field rounded down.
+// Angle and encoder field of a real MG4005-i10. The encoder has steps of 0.055°, the angle of
+// 0.01°, so a pair fixes the true angle only within five steps. All pairs are correct if the field
+// is rounded down.
 TEST(Generation, AnglesOfARealDrive) {
   struct Reading {
     int angle_cdeg;
@@ -174,7 +175,7 @@ void expect_at_45_deg(int bits, EncoderSpan span, Generation generation, double 
   Host host(config);
   const int expected = span == EncoderSpan::kRotorTurn ? turn / 8 : turn / 80;  // 45°
   const auto encoder = host.get<protocol::Encoder>(protocol::ReadEncoder{});
-  // Where ten rotor turns share the field, 45° need not be a whole number of its counts.
+  // If ten rotor turns share the field, 45° need not be a whole number of counts.
   const int slack = span == EncoderSpan::kRotorTurn ? 0 : 1;
   EXPECT_NEAR(encoder.encoder_counts, expected, slack);
   EXPECT_NEAR(encoder.raw_counts, (expected + offset) % turn, slack);
@@ -187,7 +188,7 @@ TEST(Generation, EncodersOfEveryWidth) {
   for (const int bits : {12, 14, 15, 16, 18}) {
     for (const EncoderSpan span : {EncoderSpan::kRotorTurn, EncoderSpan::kOutputTurn}) {
       for (const Generation generation : {Generation::kLegacy, Generation::kV236}) {
-        // Of ten rotor turns in a field, the last two lie beyond the first.
+        // If a field spans ten rotor turns, the last two offsets are beyond the first turn.
         for (const double offset_turns : {0.01, 0.55, 0.995}) {
           expect_at_45_deg(bits, span, generation, offset_turns);
         }
@@ -279,8 +280,8 @@ TEST(Generation, SingleTurnAngleCoversTheOutputTurn) {
   EXPECT_NEAR(static_cast<double>(wrapped.multi_turn_cdeg()), 12000, 10);
   Host legacy(mg4005(Generation::kLegacy, 3599.0));
   EXPECT_EQ(legacy.ask("141#9400000000000000"), frame("141#9400000000003C8C"));  // 35900
-  // A real one, told 0xA4 1078.44° at power-up with 19631 of 65536 counts a turn of the output: it
-  // stays where it is.
+  // A real drive with 19631 of 65536 counts per output turn received 0xA4 1078.44° at power-up and
+  // did not move.
   Host log(mg4005(Generation::kLegacy, 1078.37));
   EXPECT_EQ(protocol::get_le<std::uint16_t>(log.ask("141#9000000000000000").data, 4), 19631);
   EXPECT_NEAR(static_cast<double>(log.multi_turn_cdeg()), 107844, 11);  // two counts
@@ -289,15 +290,14 @@ TEST(Generation, SingleTurnAngleCoversTheOutputTurn) {
   EXPECT_EQ(rotor.ask("141#9400000000000000"), frame("141#9400000094110000"));
 }
 
-// docs/protocol.md §7: where the multi-turn angle starts is one thing, what 0x80 makes of it
-// another.
+// docs/protocol.md §7: the initial multi-turn angle and the effect of 0x80 on it are independent.
 TEST(Generation, MultiTurnAngleStartsAtZeroOnDrivesThatDoSo) {
   auto config = mg4005(Generation::kV236, 90);
   config.quirks.boot_multi_turn = BootMultiTurn::kZero;
   Host host(config);
   EXPECT_EQ(host.ask("141#9200000000000000"), frame("141#9200000000000000"));
   EXPECT_EQ(host.single_turn_cdeg(), 9000) << "the encoder knows where it stands";
-  host.ask("141#A300000028230000");  // 90° from there
+  host.ask("141#A300000028230000");  // 90° from here
   host.wait(2s);
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 9000, 10);
   EXPECT_NEAR(static_cast<double>(host.single_turn_cdeg()), 18000, 10);
@@ -318,7 +318,7 @@ TEST(Generation, MultiTurnAngleStartsAtZeroOnDrivesThatDoSo) {
   EXPECT_EQ(wrapped.multi_turn_cdeg(), 9000);
 }
 
-// docs/protocol.md §4: under-voltage has passed; 0x9B clears it, whatever its reply shows.
+// docs/protocol.md §4: the under-voltage is over; 0x9B clears it, independent of the shown flags.
 TEST(Generation, ClearRepliesShowTheFlagsFromBeforeOnDrivesThatDoSo) {
   for (const ClearReply shown : {ClearReply::kAfter, ClearReply::kBefore}) {
     auto config = drive(Generation::kV236);
@@ -347,12 +347,12 @@ TEST(Generation, TargetsCoverTheOutputTurn) {
   EXPECT_NEAR(moved_to("141#A500000020BF0200"), 180000, 10);  // clockwise to 1800°
   EXPECT_NEAR(moved_to("141#A501000030570500"), -10000, 10);  // back through 0 to 3500°
   Host host(mg4005(Generation::kV236, 90));
-  host.ask("141#A5000000407E0500");  // 360000: beyond
+  host.ask("141#A5000000407E0500");  // 360000: out of range
   EXPECT_EQ(host.bus.servo(1).stats().invalid_targets, 1U);
   Host rotor(drive(Generation::kV236));
   rotor.ask("141#A5000000A08C0000");  // 36000
   EXPECT_EQ(rotor.bus.servo(1).stats().invalid_targets, 1U);
-  rotor.ask("141#A50000009F8C0100");  // 35999 and a bit that 16 do not hold
+  rotor.ask("141#A50000009F8C0100");  // 35999 plus a bit above the lower 16
   EXPECT_EQ(rotor.bus.servo(1).stats().invalid_targets, 2U);
 }
 
@@ -363,16 +363,16 @@ TEST(Generation, ClearAngleSetsTheAngleAndMovesNothing) {
   const double before_deg = truth_deg(host);
   EXPECT_EQ(host.ask("141#95123456D5860100"), frame("141#95123456D5860100"));  // 1000.53°
   EXPECT_EQ(host.multi_turn_cdeg(), 100053);
-  EXPECT_NEAR(host.single_turn_cdeg(), 9000, 4);  // of the multi-turn angle only
+  EXPECT_NEAR(host.single_turn_cdeg(), 9000, 4);  // affects only the multi-turn angle
   host.wait(1s);
   EXPECT_NEAR(truth_deg(host), before_deg, 360.0 / 16384);
-  host.ask("141#A700000010270000");  // 100° on, from the place that was commanded
+  host.ask("141#A700000010270000");  // another 100° from the last target
   host.wait(1s);
   EXPECT_NEAR(truth_deg(host), before_deg + 100, 0.05);
-  host.ask("141#A3000000D5860100");  // and back to what is 1000.53° now
+  host.ask("141#A3000000D5860100");  // back to the present 1000.53°
   host.wait(1s);
   EXPECT_NEAR(truth_deg(host), before_deg, 0.05);
-  host.bus.power_cycle(1);  // RAM
+  host.bus.power_cycle(1);  // it is stored in RAM
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 9000, 4);
 }
 
@@ -463,7 +463,7 @@ TEST(Generation, BrakeTellsItsCoil) {
   EXPECT_EQ(host.ask("141#8C10000000000000"), frame("141#8C01000000000000"));
   EXPECT_EQ(host.ask("141#8C02000000000000"), frame("141#8C01000000000000"));
   EXPECT_EQ(host.bus.servo(1).stats().invalid_targets, 1U);
-  host.ask("141#8000000000000000");  // off frees the shaft, not the brake
+  host.ask("141#8000000000000000");  // off releases the shaft, not the brake
   EXPECT_EQ(host.ask("141#8C10000000000000"), frame("141#8C01000000000000"));
   EXPECT_EQ(host.ask("141#8C00000000000000"), frame("141#8C00000000000000"));
   host.ask("141#8C01000000000000");

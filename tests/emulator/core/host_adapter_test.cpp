@@ -1,4 +1,4 @@
-// The adapter between a host and its wire: its arithmetic, its profiles, and a bus behind it.
+// The adapter between a host and its wire: timing, profiles, and a bus behind it.
 
 #include "emulator/core/wire/host_adapter.hpp"
 
@@ -30,8 +30,8 @@ std::vector<SimTime> arrivals(HostAdapter& adapter) {
 
 AdapterTimes times_of(std::string_view profile) { return find_adapter(profile)->times; }
 
-/// Rounds per second of a host that takes no time and asks three drives one after the other: 90 us
-/// of wire and 150 us of reply time each, three drives at 2 Mbit/s.
+/// Returns rounds per second of an infinitely fast host that queries three drives in turn: 90 us of
+/// wire and 150 us of reply time each, three drives at 2 Mbit/s.
 double rounds_Hz(std::string_view profile) {
   constexpr int kRounds = 20'000;
   constexpr int kDrives = 3;
@@ -80,7 +80,7 @@ TEST(HostAdapter, AFullBufferGoesAtOnce) {
   EXPECT_EQ(arrivals(adapter), (std::vector<SimTime>{300us, 300us, 300us}));
   adapter.from_wire(reply(400us));
   EXPECT_EQ(arrivals(adapter), std::vector<SimTime>{16ms});
-  HostAdapter bytes(times_of("ftdi_default"), 1);  // 62 of them, where frames are bytes
+  HostAdapter bytes(times_of("ftdi_default"), 1);  // capacity 62 bytes
   bytes.from_wire(reply(100us), 31);
   bytes.from_wire(reply(200us), 31);
   EXPECT_EQ(arrivals(bytes), (std::vector<SimTime>{200us, 200us}));
@@ -111,10 +111,10 @@ TEST(HostAdapter, EverySecondWriteStallsWhileNothingAnswers) {
   for (int n = 0; n < 4; ++n) {
     const SimTime written = adapter.to_wire(now).at;
     blocked.push_back(written - now);
-    now = written + 20ms;  // the host's time-out
+    now = written + 20ms;  // time-out of the host
   }
   EXPECT_EQ(blocked, (std::vector<SimTime>{0s, 5200ms, 0s, 5200ms}));
-  for (int n = 0; n < 4; ++n) {  // something answers
+  for (int n = 0; n < 4; ++n) {  // replies arrive
     EXPECT_EQ(adapter.to_wire(now).at, now);
     adapter.from_wire(reply(now + 1ms));
     now += 20ms;
@@ -153,7 +153,7 @@ TEST(HostAdapter, EveryProfileHasANameOfItsOwnAndASource) {
   EXPECT_EQ(find_adapter("ch349"), nullptr);
 }
 
-// --- a bus behind one
+// --- a bus behind an adapter
 
 BusConfig behind(std::string_view profile) {
   BusConfig config = test::bus_config({1, 2}, 1'000'000);
@@ -187,7 +187,7 @@ TEST(BusBehindAnAdapter, QueriesReachTheWireLate) {
     bus->take_replies(replies);
   }
   ASSERT_EQ(replies.size(), 2U);
-  // There and back: 22 characters of 10 bits at 115200 baud each.
+  // Both ways: 22 characters of 10 bits at 115200 baud each.
   const SimTime more = replies[1].at - replies[0].at;
   EXPECT_NEAR(std::chrono::duration<double>(more).count(), 2 * 220.0 / 115'200, 1e-8);
 }
@@ -240,7 +240,7 @@ TEST(BusBehindAnAdapter, TheSameSeedGivesTheSameTimes) {
   EXPECT_EQ(once.size(), 200U);
 }
 
-// --- RS-485 behind one
+// --- RS-485 behind an adapter
 
 BusConfig line_behind(std::string_view profile) {
   std::vector<ServoConfig> drives;
@@ -250,7 +250,7 @@ BusConfig line_behind(std::string_view profile) {
   return config;
 }
 
-/// Rounds per second of a host that takes no time and asks the three for their state.
+/// Returns rounds per second of an infinitely fast host that queries three states.
 double polled_Hz(std::string_view profile) {
   constexpr int kRounds = 1500;
   test::SerialHost host(line_behind(profile));
@@ -269,7 +269,7 @@ TEST(LineBehindAnAdapter, ThreeDrivesComeToTheRatesThatWereMeasured) {
   EXPECT_LE(ch348_Hz, 443 * 1.05);
 }
 
-/// 62 bytes: four replies of 13 and ten bytes of a fifth, which takes all with it.
+/// 62 bytes: four replies of 13 and ten bytes of a fifth, whose overflow discards all.
 TEST(LineBehindAnAdapter, ABufferHoldsBytes) {
   test::SerialHost host(line_behind("ftdi_default"));
   std::vector<TimedFrame> replies;
@@ -280,7 +280,7 @@ TEST(LineBehindAnAdapter, ABufferHoldsBytes) {
   }
 }
 
-/// 20 bytes are a reply and seven bytes of the next; of the third there is nothing.
+/// 20 bytes are one reply and seven bytes of the next; the third is lost.
 TEST(LineBehindAnAdapter, AnOverrunIsAHole) {
   test::SerialHost host(line_behind("ftdi_default"));
   host.bus.apply({kWholeBus, SetFault{test::fault_of("adapter_overrun", {20})}});

@@ -1,4 +1,4 @@
-// What a judge makes of queries that are answered in time, late, or never; and of any error.
+// Verdicts on queries that are answered in time, late, or never; and on any error.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ using Status = ExpectationResult::Status;
 constexpr const char* kState2 = "141#9C00000000000000";
 constexpr const char* kState1 = "141#9A00000000000000";
 
-/// A judge of drive 1, told what is on the wire by hand: its queries are to be answered in 20 ms.
+/// A judge of drive 1 with a manual wire: queries must be answered within 20 ms.
 struct Ear {
   explicit Ear(std::optional<std::uint8_t> command = {},
                Period when = {Period::Kind::kThroughout, 0ns, 10s}, SimTime start = 0ns)
@@ -60,12 +60,12 @@ TEST(JudgeAnswers, NeverFailsOnceTheLimitIsOver) {
 TEST(JudgeAnswers, NoQueryNeedsNoAnswer) {
   EXPECT_EQ(Ear().status(), Status::kPassed);
   Ear ear;
-  ear.query(1s, "142#9C00000000000000");  // another drive's
-  ear.reply(2s, kState2);                 // and one that nobody has asked for
+  ear.query(1s, "142#9C00000000000000");  // of another drive
+  ear.reply(2s, kState2);                 // without a query
   EXPECT_EQ(ear.status(), Status::kPassed);
 }
 
-// The host asks again before the first has been answered: that one has waited since the first.
+// The host repeats an unanswered query: the waiting time starts at the first.
 TEST(JudgeAnswers, ASecondQueryDoesNotStartTheFirstAnew) {
   Ear late;
   late.query(1s, kState2);
@@ -109,9 +109,9 @@ TEST(JudgeAnswers, QueriesCountFromAndTo) {
     ear.query(query, kState2);
     return ear.result().decided_at;
   };
-  EXPECT_EQ(failed_at(2s - 1ns), 3s);  // passed: it is decided at the end
+  EXPECT_EQ(failed_at(2s - 1ns), 3s);  // passed: decided at the end
   EXPECT_EQ(failed_at(2s), 2020ms);
-  EXPECT_EQ(failed_at(3s), 3020ms);  // asked in time: what it waits for may come later
+  EXPECT_EQ(failed_at(3s), 3020ms);  // queried in time; the wait may end later
   EXPECT_EQ(failed_at(3s + 1ns), 3s);
   Ear early(std::nullopt, period);
   early.query(2s - 1ns, kState2);
@@ -133,7 +133,7 @@ TEST(JudgeAnswers, TheFirstThatIsMissedDecides) {
   EXPECT_EQ(ear.result(5s).decided_at, 1020ms);
 }
 
-// What the drive sent is no answer to a host that listens to its own identifier and to 8 bytes.
+// The host accepts only its own identifier and 8 bytes, so such a frame is not an answer.
 TEST(JudgeAnswers, AFrameUnderAnotherIdOrOfAnotherLengthIsNone) {
   const auto after = [](const char* text) {
     Ear ear;
@@ -151,7 +151,7 @@ TEST(JudgeAnswers, AFrameUnderAnotherIdOrOfAnotherLengthIsNone) {
   EXPECT_EQ(after(kState1), Status::kFailed);
 }
 
-/// Of the reply to state 1 and 3 bytes [7] are the error bits.
+/// Byte [7] of the replies of state 1 and 3 has the error bits.
 Ear any_error() {
   Replies replies;
   replies.error = WhichError{};

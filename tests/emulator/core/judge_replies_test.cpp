@@ -1,4 +1,4 @@
-// What a judge makes of frames: which of them are queries and replies at all, and what they say.
+// Which frames count as queries and replies, and their contents.
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@ namespace judge_replies_test {
 using namespace std::chrono_literals;
 using Status = ExpectationResult::Status;
 
-/// A judge of drive 1 from 0 to 10 s, told what is on the wire by hand.
+/// A judge of drive 1 from 0 to 10 s with a manual wire.
 struct Ear {
   explicit Ear(const Replies& replies, const BusConfig& config = test::bus_config({1}))
       : bus(config),
@@ -47,7 +47,7 @@ TEST(JudgeReplies, OnlyADataFrameReplies) {
   EXPECT_EQ(ear.status(), Status::kPassed);
 }
 
-// A wrong_dlc of 0 leaves a frame without a command.
+// A wrong_dlc of 0 gives a frame without a command.
 TEST(JudgeReplies, AnEmptyReplyIsToNoCommand) {
   Replies to_zero;
   to_zero.command = 0x00;
@@ -67,7 +67,7 @@ TEST(JudgeReplies, WhatCannotBeReadSaysNothing) {
   Replies any_voltage;
   any_voltage.field = "voltage_V";
   Ear ear(any_voltage);
-  ear.reply(1s, "141#9A1900F0");  // cut off
+  ear.reply(1s, "141#9A1900F0");  // truncated
   EXPECT_EQ(ear.status(), Status::kFailed);
   ear.reply(1s, "141#9A1900F000000000");
   EXPECT_EQ(ear.status(), Status::kPassed);
@@ -77,7 +77,7 @@ TEST(JudgeReplies, AReplyWithoutErrorBitsHasNoneSet) {
   Replies error;
   error.error = WhichError{model::Error::kUnderVoltage};
   Ear ear(error);
-  ear.reply(1s, "141#9C1901000000FFFF");  // state 2: bit 0 of its bytes is of a current, an angle
+  ear.reply(1s, "141#9C1901000000FFFF");  // state 2: these bytes are a current and an angle
   EXPECT_EQ(ear.status(), Status::kFailed);
 }
 
@@ -91,7 +91,7 @@ TEST(JudgeReplies, EnoughIsEnoughWhereThereIsNoMost) {
   EXPECT_EQ(ear.status(2s), Status::kPassed);
 }
 
-// Bytes by hand from the tables of docs/protocol.md; nothing where the reply has no such field.
+// Bytes by hand from the tables of docs/protocol.md; nullopt if the reply lacks the field.
 TEST(JudgeReplies, FieldsAreThoseOfTheProtocol) {
   using protocol::kLegacyFormat;
   struct Case {

@@ -1,4 +1,4 @@
-// What a judge makes of what it sees and hears, at the edges of ranges and times too.
+// Verdicts on states and frames, including limits of ranges and times.
 
 #include "emulator/core/scenario/judge.hpp"
 
@@ -27,8 +27,7 @@ SignalWithin within(const char* name, double min, double max) {
   return {find_signal(name), {min, max}};
 }
 
-/// One drive that stands at 45°, for a second. At 0.5 s a hand turns its shaft by 90° and a host
-/// switches it off.
+/// A drive at 45° for a second. At 0.5 s a push turns its shaft by 90° and a host switches it off.
 ExpectationResult outcome_of(const decltype(Expectation::what)& what, Period when) {
   Scenario scenario;
   scenario.robot = {test::bus_config({1})};
@@ -62,7 +61,7 @@ TEST(Judge, AnInstantIsLookedAtAfterTheEventsOfThatInstant) {
 TEST(Judge, ByATimeNeedsItOnceUpToThen) {
   EXPECT_EQ(status_of(within("true_angle_deg", 134, 136), by(500ms)), Status::kPassed);
   EXPECT_EQ(status_of(within("true_angle_deg", 134, 136), by(499ms)), Status::kFailed);
-  // What was so before `from` does not count.
+  // States before `from` do not count.
   EXPECT_EQ(status_of(within("true_angle_deg", 44, 46), by(1s)), Status::kPassed);
   EXPECT_EQ(status_of(within("true_angle_deg", 44, 46), by(1s, 500ms)), Status::kFailed);
   EXPECT_EQ(status_of(within("true_angle_deg", 44, 46), by(1s, 499ms)), Status::kPassed);
@@ -73,13 +72,13 @@ TEST(Judge, ThroughoutNeedsItAtEveryLook) {
   EXPECT_EQ(status_of(within("true_angle_deg", 44, 46), throughout(0ns, 500ms)), Status::kFailed);
   EXPECT_EQ(status_of(within("true_angle_deg", 134, 136), throughout(500ms, 1s)), Status::kPassed);
   EXPECT_EQ(status_of(within("true_angle_deg", 134, 136), throughout(499ms, 1s)), Status::kFailed);
-  // Its end is looked at though it lies between two looks.
+  // Its end is evaluated even between two looks.
   EXPECT_EQ(status_of(within("true_angle_deg", 44, 46), throughout(400ms + 500us, 500ms)),
             Status::kFailed);
 }
 
 TEST(Judge, StatesAndErrorsAreLookedAtAlike) {
-  // The host's frame of 0.5 s is on its way at that instant, and heard right after it.
+  // The host's frame of 0.5 s is in transit at that instant, and received right after it.
   EXPECT_EQ(status_of(StateIs{RunState::kRunning}, throughout(0ns, 500ms)), Status::kPassed);
   EXPECT_EQ(status_of(StateIs{RunState::kRunning}, throughout(0ns, 501ms)), Status::kFailed);
   EXPECT_EQ(status_of(StateIs{RunState::kOff}, by(501ms)), Status::kPassed);
@@ -91,7 +90,7 @@ TEST(Judge, StatesAndErrorsAreLookedAtAlike) {
   EXPECT_EQ(status_of(ErrorIs{{model::Error::kStall}, true}, by(1s)), Status::kFailed);
 }
 
-/// docs/protocol.md §6: a protection that trips turns the bridge off. No host has to ask for that.
+/// docs/protocol.md §6: a protection that trips switches the bridge off, without a host.
 TEST(Judge, ADriveThatTrippedIsOff) {
   Scenario scenario;
   scenario.robot = {test::bus_config({1})};
@@ -149,7 +148,7 @@ TEST(Judge, AStateIsCloserThanNone) {
 TEST(Judge, WhatIsNoNumberIsWithinNoRange) {
   Scenario scenario;
   scenario.robot = {test::bus_config({1})};
-  // No file can say that, and no push does it.
+  // No file or push can cause this.
   scenario.robot[0].servos[0].profile.drive.supply.v_source = std::nan("");
   scenario.duration = 2s;
   scenario.expectations = {{0, 1, within("true_voltage_V", -kInf, kInf), throughout(0ns, 2s), ""}};
@@ -184,7 +183,7 @@ TEST(Judge, SaysOfWhatDidNotComeAboutUntilWhenItWasLookedFor) {
   EXPECT_EQ(judge.results(0ns).at(0).measured, "not set so far");
 }
 
-/// A judge of one drive, told what is on the wire by hand.
+/// A judge of one drive with a manual wire.
 struct Ear {
   explicit Ear(const Replies& replies, Period when = throughout(0ns, 10s), SimTime start = 0ns)
       : judge(test::bus_config({1, 2}), {{0, 1, replies, when, ""}}, 0, start) {}
@@ -203,7 +202,7 @@ TEST(Judge, CountsRepliesOfTheDriveAndTheCommand) {
   ear.reply(1s, "141#9C00000000000000");
   EXPECT_EQ(ear.status(2s), Status::kOpen);
   EXPECT_EQ(ear.status(), Status::kFailed);
-  ear.reply(2s, "142#9C00000000000000");  // of another drive
+  ear.reply(2s, "142#9C00000000000000");  // from another drive
   ear.reply(2s, "141#9A00000000000000");  // to another command
   ear.reply(2s, "00000141#9C00000000000000");
   EXPECT_EQ(ear.status(), Status::kFailed);
@@ -252,7 +251,7 @@ TEST(Judge, TheAgeOfAReplyCountsFromTheLatestQueryWithItsCommand) {
   late.command = 0x9C;
   late.age = Range{5, 6};
   Ear ear(late);
-  ear.reply(0s, "141#9C00000000000000");  // nobody asked
+  ear.reply(0s, "141#9C00000000000000");  // without a query
   ear.query(1000ms, "141#9C00000000000000");
   ear.query(1003ms, "141#9A00000000000000");
   ear.query(1003ms, "142#9C00000000000000");
@@ -279,7 +278,7 @@ TEST(Judge, AFrameForSeveralAsksEachOfItsDrives) {
     Judge judge(config, {{0, 1, prompt, throughout(0ns, 10s), ""}}, 0, 0ns);
     protocol::Frame reply = test::frame("141#0000000000000000");
     reply.data[0] = command;
-    judge.hear_reply({500ms, reply});  // nobody asked
+    judge.hear_reply({500ms, reply});  // without a query
     judge.hear_query({1s, test::frame(query)}, bus);
     EXPECT_EQ(judge.results(10s).at(0).status, Status::kFailed) << query;
     judge.hear_reply({1s + 1500us, reply});
@@ -313,7 +312,7 @@ TEST(Judge, AFrameForSeveralWithoutAWordForADriveAsksItNothing) {
   const Bus bus(config);
   Replies prompt;
   prompt.age = Range{0, 5};
-  // 0x288 has words for drives 1 to 8; half a frame has none for anybody.
+  // 0x288 addresses drives 1 to 8; half a frame addresses none.
   for (const char* query : {"288#9A9A9A9A9A9A9A9A", "280#0000"}) {
     Judge judge(config, {{0, 9, prompt, throughout(0ns, 10s), ""}}, 0, 0ns);
     judge.hear_query({1s, test::frame(query)}, bus);
@@ -324,9 +323,9 @@ TEST(Judge, AFrameForSeveralWithoutAWordForADriveAsksItNothing) {
   }
 }
 
-/// In widths of the range, which is 10° wide; the drive is at 45° and from 0.5 s on at 135°.
+/// In units of the range's width, 10°; the drive is at 45°, from 0.5 s on at 135°.
 TEST(Judge, SaysHowFarItWasFromFailingAndWhenThatWasDecided) {
-  constexpr double kCount = 0.02 / 10;  // a step of the encoder, 360/2^15°, and what rounds it
+  constexpr double kCount = 0.02 / 10;  // a step of the encoder, 360/2^15°, plus rounding
   const auto one = [](double min, double max, Period when) {
     return outcome_of(within("true_angle_deg", min, max), when);
   };
@@ -346,10 +345,10 @@ TEST(Judge, SaysHowFarItWasFromFailingAndWhenThatWasDecided) {
   const ExpectationResult missed = one(130, 140, by(499ms));
   EXPECT_NEAR(missed.margin.value(), -8.5, kCount);
   EXPECT_EQ(missed.decided_at, 499ms);
-  // One bound: in multiples of it, and of 0 in degrees.
+  // With one bound: in multiples of it, for a bound of 0 in degrees.
   EXPECT_NEAR(one(-kInf, 90, at(0ns)).margin.value(), 0.5, kCount);
   EXPECT_NEAR(one(0, kInf, at(0ns)).margin.value(), 45, 0.02);
-  // What is set or not has no measure.
+  // A flag has no margin.
   const ExpectationResult error = outcome_of(ErrorIs{model::Error::kStall, true}, at(1s));
   EXPECT_EQ(error.margin, std::nullopt);
   EXPECT_EQ(error.decided_at, 1s);
@@ -372,7 +371,7 @@ TEST(Judge, RepliesAreDecidedWhenThereAreEnoughOrTooMany) {
 }
 
 TEST(Judge, ReadsWhatARepliesSays) {
-  // 0x9A as the manual has it: 25 °C, 24.0 V in 0.1 V, under-voltage is bit 0.
+  // 0x9A by the manual: 25 °C, 24.0 V in 0.1 V, under-voltage is bit 0.
   Replies error;
   error.error = WhichError{model::Error::kUnderVoltage};
   Ear set(error);
@@ -385,7 +384,7 @@ TEST(Judge, ReadsWhatARepliesSays) {
   voltage.field = "voltage_V";
   voltage.range = {23.95, 24.05};
   Ear volts(voltage);
-  volts.reply(1s, "141#9C19000000000000");  // says no voltage
+  volts.reply(1s, "141#9C19000000000000");  // contains no voltage
   volts.reply(1s, "141#9A1900EF00000000");
   EXPECT_EQ(volts.status(), Status::kFailed);
   volts.reply(1s, "141#9A1900F000000000");

@@ -1,4 +1,4 @@
-// The drive's ROM in time: what writes it, when it is done, and what ends it.
+// Timing of the drive's ROM: writes, their completion, and interruptions.
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ TEST(Memory, AReplyToAWriteComesWhenTheFlashIsDoneAndNobodyElseWaits) {
   host.bus.take_rom_writes(writes);
   ASSERT_EQ(replies.size(), 3U);
   EXPECT_EQ(replies[1], (TimedFrame{5ms, test::frame("141#32000A0B0C0D0E0F"), 1}));
-  EXPECT_EQ(replies[2].frame.data[0], 0x9A);  // a drive answers in order
+  EXPECT_EQ(replies[2].frame.data[0], 0x9A);  // a drive replies in order
   EXPECT_EQ(replies[2].after_rom_write, 0U);
   ASSERT_EQ(writes.size(), 1U);
   EXPECT_EQ(writes[0].number, 1U);
@@ -66,14 +66,14 @@ TEST(Memory, WornCellsKeepWhatTheyHave) {
   host.ask("141#3200020202020202");
   EXPECT_EQ(host.ask("141#3200030303030303"), test::frame("141#3200030303030303"));
   EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000030303030303"));  // RAM
-  host.ask("141#91000000000000FF");  // another parameter has cells of its own
+  host.ask("141#91000000000000FF");  // another parameter has its own cells
   host.bus.apply({1, PowerCycle{}});
   host.wait(1s);
   EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000020202020202"));
   EXPECT_EQ(host.bus.servo(1).wear()[0], 2U);
 }
 
-/// A host that writes ROM 15 times as fast as the flash takes it: 5 s of that on two drives.
+/// A host that writes ROM 15 times as fast as the flash: 5 s of that on two drives.
 TEST(Memory, AHostThatWritesFasterThanTheFlashIsNotTakenIn) {
   for (const std::int64_t bitrate : {std::int64_t{0}, std::int64_t{1'000'000}}) {
     BusConfig config = powered_bus({1, 2}, bitrate);
@@ -91,12 +91,12 @@ TEST(Memory, AHostThatWritesFasterThanTheFlashIsNotTakenIn) {
         busy_before = stats.count(Drop::kDriveBusy);
       }
     }
-    host.wait(2ms * CanWire::kDriveQueue + 1ms);  // no more than this had been taken in
+    host.wait(2ms * CanWire::kDriveQueue + 1ms);  // the queue holds no more
     EXPECT_FALSE(host.bus.next_due());
     const BusStats stats = host.bus.stats();
     EXPECT_EQ(stats.frames, stats.queries + stats.count(Drop::kDriveBusy));
     EXPECT_EQ(stats.replies, stats.queries);
-    EXPECT_EQ(stats.rom_writes, stats.queries);  // what is not answered is not executed
+    EXPECT_EQ(stats.rom_writes, stats.queries);  // unanswered writes are not executed
     EXPECT_NEAR(static_cast<double>(stats.queries), 5.0 / 2e-3, 30.0);
     host.bus.take_rom_writes(writes);
     EXPECT_EQ(writes.size(), stats.queries);
@@ -112,7 +112,7 @@ TEST(Power, AFrameThatItsDriveCouldNotFinishKeepsTheOthersOffTheWire) {
   config.servos[1].reply_time = 0ns;
   Host host(config);
   host.bus.receive({0ns, test::frame("141#9A00000000000000")});
-  host.wait(12ms + 300us);  // the reply is on its way
+  host.wait(12ms + 300us);  // the reply is on the wire
   host.bus.apply({1, SupplyVoltage{0.0, 0ns}});
   host.bus.receive({13ms, test::frame("142#9A00000000000000")});
   host.wait(27ms);
@@ -122,7 +122,7 @@ TEST(Power, AFrameThatItsDriveCouldNotFinishKeepsTheOthersOffTheWire) {
   EXPECT_EQ(host.bus.stats().replies_lost, 1U);
   host.wait(12ms);
   host.bus.take_replies(replies);
-  ASSERT_EQ(replies.size(), 1U);  // behind the query, the spoiled frame and the other query
+  ASSERT_EQ(replies.size(), 1U);  // after the query, the spoiled frame and the other query
   EXPECT_GT(replies[0].at, 4 * 11ms);
 }
 
@@ -152,7 +152,7 @@ TEST(Memory, ASettingIsInForceAtOnceAndSurvivesWhenTheFlashIsDone) {
 
   wanted.max_speed_dps = 50;
   ASSERT_TRUE(host.bus.write_setting(1, RomParameter::kMaxSpeed, wanted));
-  host.bus.power_cycle(1);  // before the flash was done
+  host.bus.power_cycle(1);  // before the flash has finished
   EXPECT_EQ(host.bus.servo(1).ram().max_speed_dps, 90);
   for (const double speed_dps : {60.0, 70.0}) {
     wanted.max_speed_dps = speed_dps;
@@ -181,7 +181,7 @@ TEST(Memory, EverySettingCanBeWritten) {
   }
   EXPECT_EQ(host.bus.servo(1).rom(), wanted);
   EXPECT_EQ(host.bus.servo(1).ram(), wanted);
-  EXPECT_EQ(host.single_turn_cdeg(), 4500 - 2250);  // from the new zero
+  EXPECT_EQ(host.single_turn_cdeg(), 4500 - 2250);  // relative to the new zero
 }
 
 TEST(Memory, ASettingIsNotWrittenByADeadDriveNorByOneWithoutTime) {
@@ -197,13 +197,13 @@ TEST(Memory, ASettingIsNotWrittenByADeadDriveNorByOneWithoutTime) {
   EXPECT_FALSE(host.bus.write_setting(1, RomParameter::kMaxSpeed, config.rom));
 }
 
-// --- when what keeps the ROM fails
+// --- failures of the ROM's storage
 
 constexpr int kFirst = 0x0A, kSecond = 0x1A;  // angle Kp, as written
 const protocol::Frame kWriteFirst = test::frame("141#32000A0B0C0D0E0F");
 const protocol::Frame kWriteSecond = test::frame("141#32001A1B1C1D1E1F");
 
-/// A drive whose flash takes 20 ms; its first write is done and taken, and then turns out lost.
+/// A drive whose flash takes 20 ms. Its first write is completed and collected, then reported lost.
 struct LostWrite {
   LostWrite() {
     host.talk(kWriteFirst, 20ms);
@@ -235,7 +235,7 @@ TEST(Memory, ALostWriteIsTakenBack) {
 TEST(Memory, ALaterWriteBringsTheLostOneWithIt) {
   LostWrite drive;
   drive.host.talk(kWriteSecond, 20ms);
-  drive.lose();  // before anybody has taken the later one
+  drive.lose();  // before the later write is collected
   EXPECT_EQ(drive.angle_kp(), kSecond);
   drive.host.bus.take_rom_writes(drive.taken);
   ASSERT_EQ(drive.taken.size(), 2U);

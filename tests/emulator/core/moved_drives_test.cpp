@@ -1,5 +1,5 @@
-// Drives that take another ID or bit rate (docs/protocol.md §10.9): power, time and flash in
-// between. Frames by hand.
+// Drives that adopt another ID or bit rate (docs/protocol.md §10.9), with effects of power, time
+// and flash. Frames by hand.
 
 #include <gtest/gtest.h>
 
@@ -64,7 +64,7 @@ TEST(MovedDrives, ADeadDriveAtAnotherRateDestroysNothingHoweverTimeIsSplit) {
   for (const bool split : {false, true}) {
     BusConfig config = two(1'000'000);
     config.servos[1].rom.can_rate = 3;
-    config.servos[1].profile.drive.inverter.f_pwm = 16e3;  // it may stay behind
+    config.servos[1].profile.drive.inverter.f_pwm = 16e3;  // its motor may lag
     Host host(config);
     host.bus.apply({7, PowerOff{}});
     const SimTime query = host.bus.time() + 1s;
@@ -82,7 +82,7 @@ TEST(MovedDrives, AChangedRateDisturbsFromThenOnAndNoLonger) {
   host.bus.write_setting(7, RomParameter::kCanRate, value);
   EXPECT_EQ(replies_to(host, "141#9C00000000000000", 20ms), 1U + 16U);
   value.can_rate = 3;
-  host.bus.write_setting(7, RomParameter::kCanRate, value);  // as it was
+  host.bus.write_setting(7, RomParameter::kCanRate, value);  // unchanged value
   EXPECT_EQ(replies_to(host, "141#9C00000000000000", 20ms), 1U);
   value.can_rate = 4;
   host.bus.write_setting(7, RomParameter::kCanRate, value);
@@ -114,7 +114,7 @@ TEST(MovedDrives, WhatADiskHasLostIsSavedAgain) {
   const Registers before = host.bus.servo(7).rom();
   const RomWear wear = host.bus.servo(7).wear();
   save_id_nine(host);
-  host.wait(1ms);  // the flash is done
+  host.wait(1ms);  // the flash has finished
   std::vector<RomWrite> written;
   host.bus.take_rom_writes(written);
   host.bus.restore_rom(7, before, wear);

@@ -1,4 +1,4 @@
-// 0xC0 and 0xC1: each parameter, its range, and what it does.
+// 0xC0 and 0xC1: each parameter with its range and effect.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ ServoConfig drive(Series series = Series::kMg) {
   return config;
 }
 
-/// What 0xC0 says after 0xC1, which repeats the query.
+/// Returns the reply to 0xC0 after 0xC1, which echoes the query.
 protocol::Frame written(Host& host, const char* write) {
   const auto query = frame(write);
   EXPECT_EQ(host.ask(query), query);
@@ -84,7 +84,7 @@ TEST(Parameters, AreClampedToTheirRange) {
   EXPECT_EQ(written(host, "141#C1240000FFFFFF7F"), frame("141#C024000000CA9A3B"));  // 1e6 A/s
 }
 
-// Every value of the 16-bit ones and as many of the others: what is read is what was written.
+// All values of the 16-bit parameters and as many of the others: reads return the written value.
 TEST(Parameters, EveryValueComesBack) {
   Host host(drive());
   protocol::Frame write = frame("141#C11E000000000000");
@@ -121,7 +121,7 @@ TEST(Parameters, MaxTorqueCurrentLimitsTheLoops) {
   EXPECT_NEAR(most_A, 100 * 66.0 / 4096, 1e-9);
 }
 
-/// What the loops ask for at most within 10 ms of 0xA2.
+/// Returns the largest demand of the loops within 10 ms of 0xA2.
 double most_A(Host& host, const char* speed) {
   host.ask(speed);
   double most = 0;
@@ -142,15 +142,15 @@ TEST(Parameters, MaxSpeedBindsACommandInForce) {
   host.ask("141#C1200000A08C0000");  // 360 dps
   host.wait(500ms);
   EXPECT_NEAR(speed_dps(host), 360, 10);
-  host.ask("141#C1200000E0930400");  // 3000 dps: what was asked for is possible again
+  host.ask("141#C1200000E0930400");  // 3000 dps: the commanded speed is possible again
   host.wait(500ms);
   EXPECT_NEAR(speed_dps(host), 1000, 10);
   host.ask("141#8100000000000000");
-  host.ask("141#C1200000A08C0000");  // nothing moves while stopped
+  host.ask("141#C1200000A08C0000");  // no motion while stopped
   host.wait(2ms);
   EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);
   auto config = drive();
-  config.quirks.dialect.speed_iq_limit = false;  // Max Speed is not for 0xA2 there
+  config.quirks.dialect.speed_iq_limit = false;  // Max Speed does not limit 0xA2 there
   Host other(config);
   other.ask("141#A2000000A0860100");
   other.ask("141#C1200000A08C0000");
@@ -181,11 +181,11 @@ TEST(Parameters, MaxAngleBindsAPositionInForce) {
   host.ask("141#C122000000000000");  // no limit
   host.wait(1s);
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 180000, 4);
-  host.ask("141#9500000010270000");  // that is 100° now; the place stays
+  host.ask("141#9500000010270000");  // renames the present angle to 100°; the shaft stays
   host.ask("141#C122000088130000");  // 50°
   host.wait(1s);
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 10000, 4);
-  host.ask("141#A300000010270000");  // a new command knows the new names
+  host.ask("141#A300000010270000");  // a new command uses the new angles
   host.wait(1s);
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 5000, 4);
 }
@@ -206,7 +206,7 @@ TEST(Parameters, MaxPowerLimitsTheLoopsOfMs) {
   EXPECT_NEAR(most_power("141#C11E0000F4010000"), 0.5, 0.005);  // 500
 }
 
-// Power is the only limit of MS, and the same in every generation.
+// Power is the only limit of MS, in every generation.
 TEST(Parameters, NoCurrentLimitsTheLoopsOfMs) {
   for (const Generation generation : {Generation::kLegacy, Generation::kV236}) {
     auto config = drive(Series::kMs);
@@ -227,10 +227,10 @@ TEST(Parameters, MsHaveMaxPowerInstead) {
 
 TEST(Parameters, ByteCommandsLeaveKdAlone) {
   auto config = drive();
-  config.quirks.dialect.pid_commands = true;  // a mixture
+  config.quirks.dialect.pid_commands = true;  // a combination of switches
   Host host(config);
   host.ask("141#C10A0102030405FF");
-  EXPECT_EQ(host.ask("141#3000000000000000"), frame("141#3000FFFF32283232"));  // bytes end at 255
+  EXPECT_EQ(host.ask("141#3000000000000000"), frame("141#3000FFFF32283232"));  // at most 255
   host.ask("141#3100010203040506");
   EXPECT_EQ(host.ask("141#C00A000000000000"), frame("141#C00A0100020005FF"));
 }

@@ -1,16 +1,16 @@
 #pragma once
 
-/// @file What the tests of position commands measure with.
+/// @file Tolerances of the tests of position commands.
 
 #include "tests/support/test_bus.hpp"
 
 namespace lk::test {
 
 inline constexpr double kCount_cdeg = 36000.0 / 16384;
-// One count from the target, which itself lies up to half a count from one.
+// One count from the target, which is up to half a count from one.
 inline constexpr double kArrived_cdeg = 1.5 * kCount_cdeg;
 
-/// Where the shaft stands when the motion has ended, in 0.01°.
+/// Returns the shaft's angle after the motion, in 0.01°.
 inline double rest_cdeg(Host& host) {
   host.wait(2s);
   return static_cast<double>(host.multi_turn_cdeg());

@@ -1,5 +1,5 @@
-// Motion commands as far as they are the servo's business: which target, which limit, which
-// reference. How well a real motor follows is motion_test's.
+// Motion commands at the level of the servo: target, limit, reference. motion_test covers the
+// accuracy of a real motor.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ using test::query;
 using test::rest_cdeg;
 using test::servo_config;
 
-/// Largest speed within the next `duration`, sampled every millisecond.
+/// Returns the largest speed within the next `duration`, sampled every millisecond.
 double top_speed_dps(Host& host, SimTime duration) {
   double top_rad_s = 0;
   for (SimTime t{0}; t < duration; t += 1ms) {
@@ -30,7 +30,7 @@ double top_speed_dps(Host& host, SimTime duration) {
   return top_rad_s * 180 / std::numbers::pi;
 }
 
-// --- what the reply reports
+// --- contents of the reply
 
 TEST(MotionReply, TellsTheStateBeforeTheCommandActs) {
   Host host(servo_config(1));
@@ -74,11 +74,11 @@ TEST(Limits, SpeedAndPositionRespectMaxTorqueCurrent) {
 TEST(Limits, MaxSpeedOfTheSetting) {
   auto config = servo_config(1);
   config.rom.max_speed_dps = 720;
-  config.rom.acceleration_dps_s = 7200;  // no overshoot to speak of
+  config.rom.acceleration_dps_s = 7200;  // negligible overshoot
   Host host(config);
   host.ask(query(protocol::Position1{100000}));
   EXPECT_NEAR(top_speed_dps(host, 1s), 720, 72);
-  // 0 in the frame is no limit of its own; more than the setting does not help.
+  // 0 in the frame means no limit of its own; larger values than the setting have no effect.
   host.ask(query(protocol::Position2{0, 0}));
   EXPECT_NEAR(top_speed_dps(host, 1s), 720, 72);
   host.ask(query(protocol::Position2{9000, 100000}));
@@ -108,14 +108,14 @@ TEST(Limits, MaxAngleHoldsMultiTurnTargets) {
   host.ask(query(protocol::Position2{0, -20000}));
   EXPECT_NEAR(rest_cdeg(host), -9000, kArrived_cdeg);
   host.ask(
-      query(protocol::Position5{-9000}));  // increments and single-turn targets know no Max Angle
+      query(protocol::Position5{-9000}));  // increments and single-turn targets ignore Max Angle
   EXPECT_NEAR(rest_cdeg(host), -18000, kArrived_cdeg);
   host.ask(query(protocol::Position3{protocol::kCounterClockwise, 9000}));
   EXPECT_NEAR(rest_cdeg(host), -27000, kArrived_cdeg);
 }
 
-/// Without a ramp the reference is at the target at once. A ramp that is set under way begins where
-/// the shaft is: a new target turns it round within its braking distance.
+/// Without a ramp the reference jumps to the target. A ramp that is set in motion starts at the
+/// shaft: a new target reverses it within its braking distance.
 TEST(Limits, AnAccelerationSetUnderWayBeginsWhereTheShaftIs) {
   Host host(servo_config(1));
   host.ask(query(protocol::Position2{500, 3'600'000}));
@@ -129,13 +129,13 @@ TEST(Limits, AnAccelerationSetUnderWayBeginsWhereTheShaftIs) {
     host.wait(5ms);
     most_cdeg = std::max(most_cdeg, static_cast<double>(host.multi_turn_cdeg()));
   }
-  // v²/2a = 500²/10000 = 25°, twice that for how closely the loops follow.
+  // v²/2a = 500²/10000 = 25°, doubled for the tracking error of the loops.
   EXPECT_LT(most_cdeg, there_cdeg + 5000);
   host.wait(3s);
   EXPECT_NEAR(rest_cdeg(host), 0, kArrived_cdeg);
 }
 
-// --- an encoder that is mounted the other way round: nothing of it shows on the wire
+// --- an encoder mounted in the opposite direction, without effect on the wire
 
 ServoConfig mounted_the_other_way() {
   ServoConfig config = servo_config(1);
@@ -194,7 +194,7 @@ TEST(MultiTurn, CountsFromTheStoredOffset) {
 TEST(Increments, CountFromTheLastCommandedPosition) {
   Host host(servo_config(1));
   host.ask(query(protocol::Position1{9000}));
-  for (int k = 0; k < 10; ++k) {  // the shaft has hardly moved between them
+  for (int k = 0; k < 10; ++k) {  // the shaft hardly moves between them
     host.ask(query(protocol::Position5{1000}));
     host.wait(1ms);
   }
@@ -219,7 +219,7 @@ TEST(Increments, CountFromASingleTurnTarget) {
   EXPECT_NEAR(rest_cdeg(host), 9000, kArrived_cdeg);
 }
 
-// Where no position command is in force they count from where the shaft is.
+// Without an active position command they count from the shaft's angle.
 TEST(Increments, CountFromThePresentPositionOtherwise) {
   auto config = servo_config(1);
   config.quirks.off_needs_run = true;
@@ -238,7 +238,7 @@ TEST(Increments, CountFromThePresentPositionOtherwise) {
   host.ask(query(protocol::Position5{1000}));
   EXPECT_NEAR(rest_cdeg(host), 7500, kArrived_cdeg);
 
-  host.ask(query(protocol::Position1{50000}));  // refused commands do not count
+  host.ask(query(protocol::Position1{50000}));  // refused commands have no effect
   host.ask(query(protocol::Off{}));
   host.ask(query(protocol::Position1{90000}));
   host.ask(query(protocol::Run{}));
@@ -254,12 +254,12 @@ TEST(Increments, StopKeepsTheBase) {
   EXPECT_NEAR(rest_cdeg(host), 10000, kArrived_cdeg);
 }
 
-// --- clear angle, as it is meant
+// --- clear angle as documented
 
 TEST(ClearAngle, DropsPositionCommandsAndMovesBothZeros) {
   auto config = servo_config(1);
   config.quirks.dialect.clear_angle = protocol::ClearAngleMeaning::kImplemented;
-  // So that it rests where it is let go.
+  // Enough friction to stay where it is released.
   config.profile.drive.mechanics.tau_coulomb = config.profile.drive.mechanics.tau_static = 1e-3;
   Host host(config);
   host.ask(query(protocol::Position1{9000}));
@@ -294,7 +294,7 @@ TEST(ClearAngle, LetsNothingGoThatIsStopped) {
   host.ask(query(protocol::Stop{}));
   host.ask(query(protocol::ClearAngle{}));
   model::LoadParams push;
-  push.tau = 0.005;  // would turn a free shaft by many turns
+  push.tau = 0.005;  // would turn a free shaft many times
   host.bus.set_load(1, push);
   EXPECT_NEAR(rest_cdeg(host), 0, 500);
   EXPECT_EQ(host.run_state(), RunState::kStopped);

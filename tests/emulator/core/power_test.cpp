@@ -16,7 +16,7 @@ using test::powered_drive;
 TEST(Power, OffIsDeadWhenTheLinkIsEmptyAndOnBootsAnew) {
   Host host(powered_bus({1, 2}));
   host.bus.apply({1, PowerOff{}});
-  EXPECT_TRUE(answers(host));  // the link still feeds it
+  EXPECT_TRUE(answers(host));  // the link still supplies it
   host.wait(400ms);            // C·24 V/0.04 A·ln(24/5) = 442 ms
   EXPECT_TRUE(answers(host));
   host.wait(80ms);
@@ -26,7 +26,7 @@ TEST(Power, OffIsDeadWhenTheLinkIsEmptyAndOnBootsAnew) {
 
   host.bus.apply({1, PowerOn{}});
   host.wait(45ms);
-  EXPECT_FALSE(answers(host));  // boots
+  EXPECT_FALSE(answers(host));  // booting
   host.wait(10ms);
   EXPECT_TRUE(answers(host));
 }
@@ -94,11 +94,11 @@ TEST(Power, ARampIsEven) {
   host.bus.apply({1, SupplyVoltage{14.0, 100ms}});
   host.wait(50ms);
   EXPECT_NEAR(host.bus.truth(1).v_bus, 19.0, 0.15);  // a step of the ramp is 0.1 V
-  host.wait(51ms);                                   // and a while for the link
+  host.wait(51ms);                                   // plus time for the link
   EXPECT_NEAR(host.bus.truth(1).v_bus, 14.0, 0.05);
   host.bus.apply({1, SupplyVoltage{24.0, 100ms}});
   host.wait(50ms);
-  host.bus.apply({1, SupplyVoltage{12.0, 0ns}});  // the new one replaces the ramp
+  host.bus.apply({1, SupplyVoltage{12.0, 0ns}});  // replaces the ramp
   host.wait(100ms);
   EXPECT_NEAR(host.bus.truth(1).v_bus, 12.0, 0.05);
 }
@@ -112,7 +112,7 @@ TEST(Power, ASagEndsAtWhatTheSupplyHadOrWasOnItsWayTo) {
   host.bus.apply({1, SupplyVoltage{18.0}});
   host.bus.apply({1, Sag{10.0, 50ms}});
   EXPECT_NEAR(link_V(49ms), 10.0, 0.05);
-  EXPECT_NEAR(link_V(20ms), 18.0, 0.05);  // not the 24 V it started with
+  EXPECT_NEAR(link_V(20ms), 18.0, 0.05);  // not the 24 V of the start
 
   host.bus.apply({1, SupplyVoltage{22.0, 100ms}});
   host.wait(20ms);
@@ -128,7 +128,7 @@ TEST(Power, ASagEndsAtWhatTheSupplyHadOrWasOnItsWayTo) {
 
   host.bus.apply({1, Sag{12.0, 50ms}});
   host.bus.apply({1, SupplyVoltage{16.0, 10ms}});
-  EXPECT_NEAR(link_V(100ms), 16.0, 0.05);  // what was said last counts
+  EXPECT_NEAR(link_V(100ms), 16.0, 0.05);  // the last command counts
   EXPECT_FALSE(host.bus.next_due());
 }
 
@@ -140,7 +140,7 @@ TEST(Power, EventsOfTheConfigurationHappenAtTheirTimes) {
                    {300ms, {2, PowerOn{}}}};
   Host host(config);
   EXPECT_TRUE(answers(host));
-  EXPECT_FALSE(answers(host, 2));  // was never switched on
+  EXPECT_FALSE(answers(host, 2));  // never switched on
   host.wait(120ms);
   EXPECT_FALSE(answers(host));
   host.wait(100ms);
@@ -157,7 +157,7 @@ TEST(Power, AFrameForSeveralFindsNobodyWhenAllAreDead) {
   host.bus.apply({1, SupplyVoltage{0.0, 0ns}});
   host.wait(50ms);
   EXPECT_TRUE(host.talk(test::frame("280#0000000000000000")).empty());
-  EXPECT_EQ(host.bus.stats().count(Drop::kWrongMode), 1U);  // drive 2 is there
+  EXPECT_EQ(host.bus.stats().count(Drop::kWrongMode), 1U);  // drive 2 has power
   host.bus.apply({2, SupplyVoltage{0.0, 0ns}});
   host.wait(50ms);
   EXPECT_TRUE(host.talk(test::frame("280#0000000000000000")).empty());
@@ -200,10 +200,10 @@ TEST(Power, ARestartOfADeadControllerIsNothing) {
   const Registers ram = host.bus.servo(1).ram();
   host.bus.power_cycle(1);
   EXPECT_FALSE(answers(host));
-  EXPECT_EQ(host.bus.servo(1).ram(), ram);  // it starts when the power is back
+  EXPECT_EQ(host.bus.servo(1).ram(), ram);  // kept until it restarts
 }
 
-/// Replies of a run with a frame every `pause` that is cut into `slices` at random instants.
+/// Returns the replies of a run with a frame every `pause`, cut into `slices` at random instants.
 std::vector<TimedFrame> sliced_run(unsigned slices, SimTime pause, BusConfig config) {
   config.servos[1].profile.drive.inverter.f_pwm = 20e3;
   config.servos[0].flash.write_time = 3ms;
@@ -240,12 +240,12 @@ TEST(Power, TheRunDoesNotDependOnHowItIsSliced) {
   const BusConfig config = powered_bus({1, 2, 3}, 1'000'000);
   const auto once = sliced_run(1, 400us, config);
   EXPECT_GT(once.size(), 1000U);
-  EXPECT_LT(once.size(), 2000U);  // some of the time somebody is dead
+  EXPECT_LT(once.size(), 2000U);  // some drives are off some of the time
   EXPECT_EQ(once, sliced_run(100, 400us, config));
   EXPECT_EQ(once, sliced_run(20000, 400us, config));
 }
 
-// A full wire and drives that die all the time, most of them while somebody sends.
+// A full wire, and drives that often lose power, mostly while a frame is sent.
 TEST(Power, ACrowdedRunDoesNotDependOnHowItIsSliced) {
   BusConfig config = powered_bus({1, 2, 3}, 50'000);
   for (ServoConfig& servo : config.servos) servo.profile.drive.logic.boot_time = 0.001;

@@ -13,8 +13,8 @@ using namespace std::chrono_literals;
 using model::Error;
 using test::Host;
 
-/// One protection: how its drive is set up, what brings it about, what takes the cause away. Errors
-/// are never set; the supply, the heat, the currents and the motion of the model trip them.
+/// A protection: set-up of its drive, cause, and removal of the cause. Errors are never set
+/// directly; supply, heat, currents and motion of the model trip them.
 struct Case {
   const char* name;
   Error error;
@@ -57,7 +57,7 @@ const Case kCases[] = {
        config.profile.drive.load.J = 0.002;
      },
      spin_and_brake,
-     [](Host& host) { host.wait(2s); }},  // the electronics empty the link
+     [](Host& host) { host.wait(2s); }},  // the electronics discharge the link
     {"DriverTemperature",
      Error::kDriverTemperature,
      {true, 40.0, 10.0, 0.0},
@@ -145,25 +145,25 @@ TEST_P(Tripping, LatchesOpensTheBridgeAndComesBackInOrder) {
   EXPECT_EQ(errors(host), mask);
   EXPECT_EQ(host.run_state(), RunState::kOff);
 
-  // Answered, not executed.
+  // Answered but not executed.
   host.ask("141#A100000064000000");
   host.wait(20ms);
   EXPECT_EQ(host.bus.truth(1).i_q_ref, 0.0);
   EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
 
   GetParam().relieve(host);
-  EXPECT_EQ(errors(host), mask);  // latched although its cause is over
+  EXPECT_EQ(errors(host), mask);  // latched after its cause is over
   host.ask("141#8800000000000000");
   host.wait(1ms);
-  EXPECT_FALSE(host.bus.telemetry(1).bridge_on);  // not before 0x9B
+  EXPECT_FALSE(host.bus.telemetry(1).bridge_on);  // needs 0x9B
   EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0U);
   host.ask("141#A100000064000000");
   host.wait(1ms);
-  EXPECT_FALSE(host.bus.telemetry(1).bridge_on);  // nor before 0x88
+  EXPECT_FALSE(host.bus.telemetry(1).bridge_on);  // also needs 0x88
   host.ask("141#8800000000000000");
   host.wait(1ms);
   EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
-  EXPECT_EQ(host.bus.truth(1).i_q_ref, 0.0);  // the command is forgotten
+  EXPECT_EQ(host.bus.truth(1).i_q_ref, 0.0);  // the command was dropped
 }
 
 TEST_P(Tripping, NotWhenDisabled) {
@@ -207,7 +207,7 @@ TEST(ClearErrors, KeepsWhatIsNotOver) {
 
 constexpr auto kIndex = [](Error error) { return static_cast<std::size_t>(error); };
 
-/// A drive that watches for one error only and shows all.
+/// A drive with one enabled protection that reports all errors.
 ServoConfig watching(Error error, const model::Protection& setting) {
   ServoConfig config = test::servo_config(1);
   config.quirks.dialect.all_error_bits = true;
@@ -230,7 +230,7 @@ TEST(Delay, ADipThatIsShorterDoesNotTripAndDipsDoNotAddUp) {
   EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
 }
 
-/// What 0x9B leaves once the cause is back at a value.
+/// Checks whether 0x9B clears the error at values near the hysteresis.
 TEST(Hysteresis, OverVoltageIsOverBelowIt) {
   Host host(watching(Error::kOverVoltage, {true, 32.0, 1.0, 0.0}));
   const auto cleared_at = [&](double supply_V) {
@@ -250,7 +250,7 @@ TEST(Hysteresis, TemperaturesAreOverBelowIt) {
     SCOPED_TRACE(static_cast<int>(error));
     ServoConfig config = watching(error, {true, 60.0, 10.0, 0.0});
     model::ThermalParams& thermal = config.profile.drive.thermal;
-    thermal.C_winding = thermal.C_housing = thermal.C_stage = 0.1;  // they follow the air
+    thermal.C_winding = thermal.C_housing = thermal.C_stage = 0.1;  // follow the ambient
     Host host(config);
     const auto cleared_at = [&](double ambient_C) {
       host.bus.apply({1, AmbientTemperature{ambient_C}});
@@ -273,13 +273,13 @@ TEST(LostInput, TheFramesForSeveralFeedADriveThatHearsNothingElse) {
     EXPECT_EQ(host.talk(test::frame("280#0000000000000000"), 70ms).size(), 1U);
   }
   EXPECT_EQ(host.bus.telemetry(1).errors, 0U);
-  host.talk(test::frame("141#9C00000000000000"), 70ms);  // not for its mode
+  host.talk(test::frame("141#9C00000000000000"), 70ms);  // not in multi-drive mode
   EXPECT_EQ(host.bus.telemetry(1).errors, model::bit(Error::kLostInput));
 }
 
 TEST(LostInput, TheFirstWindowBeginsWhenTheControllerHasBooted) {
   ServoConfig config = watching(Error::kLostInput, {true, 0.1, 0.0, 0.0});
-  config.profile.drive.logic.boot_time = 0.2;  // longer than the window
+  config.profile.drive.logic.boot_time = 0.2;  // longer than the time-out
   Host host(config);
   host.wait(95ms);
   EXPECT_EQ(host.bus.telemetry(1).errors, 0U);
@@ -289,7 +289,7 @@ TEST(LostInput, TheFirstWindowBeginsWhenTheControllerHasBooted) {
   host.bus.apply({1, SupplyVoltage{0.0, 0ns}});
   host.wait(50ms);
   host.bus.apply({1, SupplyVoltage{24.0, 0ns}});
-  host.wait(290ms);  // 200 ms of boot
+  host.wait(290ms);  // includes 200 ms of boot
   EXPECT_EQ(host.bus.telemetry(1).errors, 0U);
   host.wait(20ms);
   EXPECT_EQ(host.bus.telemetry(1).errors, model::bit(Error::kLostInput));

@@ -1,6 +1,6 @@
-// The emulator is a function of time and frames. So its pure rooms must not know a clock, a socket,
-// a thread, a random device, a log or a stream: this test reads their sources. tests/rooms_test.py
-// sees to it that they know no other room either.
+// The emulator is a function of time and frames. Its pure rooms must not use clocks, sockets,
+// threads, random devices, logs or streams: this test reads their sources. tests/rooms_test.py
+// checks their includes.
 
 #include <gtest/gtest.h>
 
@@ -45,7 +45,7 @@ std::string text_of(const fs::path& file) {
   return text.str();
 }
 
-/// The lines without their comments, so that prose may say "socket".
+/// Returns the lines without comments, which may contain words such as "socket".
 std::vector<std::string> code_lines(const fs::path& file) {
   std::istringstream text(text_of(file));
   std::vector<std::string> lines;

@@ -46,7 +46,7 @@ TEST(RunState, OffRefusesMotionUntilRunWhereTheSwitchSaysSo) {
   host.ask("141#8800000000000000");
   host.wait(100ms);
   EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
-  EXPECT_EQ(host.multi_turn_cdeg(), 4500);  // on and idle: nothing refused is made up for
+  EXPECT_EQ(host.multi_turn_cdeg(), 4500);  // on and idle: refused commands are not executed later
   host.ask("141#A200000010270000");
   host.wait(100ms);
   EXPECT_NE(host.multi_turn_cdeg(), 4500);
@@ -72,7 +72,7 @@ TEST(RunState, MotionCommandLeavesOff) {
   }
 }
 
-/// A target that means nothing switches nothing on.
+/// An invalid target does not switch the drive on.
 TEST(RunState, AnInvalidTargetLeavesADriveOff) {
   Host host(servo_config(1));
   host.ask("141#8000000000000000");
@@ -153,7 +153,7 @@ TEST(RunState, StopWhileOffStaysOff) {
   EXPECT_EQ(host.run_state(), RunState::kOff);
 }
 
-/// How far a load torque moves the shaft in 0.2 s after 0x81.
+/// Returns the angle in degrees by which a load torque moves the shaft in 0.2 s after 0x81.
 double drift_after_stop_deg(bool stop_holds) {
   auto config = servo_config(1);
   config.quirks.stop_holds = stop_holds;
@@ -204,7 +204,7 @@ TEST(Errors, TripTurnsOffUntilClearedAndRun) {
   EXPECT_EQ(host.run_state(), RunState::kOff);
   EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
 
-  // The cause is still there: neither 0x9B nor 0x88 helps.
+  // The cause persists: neither 0x9B nor 0x88 helps.
   EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0x01);
   host.ask("141#8800000000000000");
   EXPECT_EQ(host.run_state(), RunState::kOff);
@@ -216,19 +216,19 @@ TEST(Errors, TripTurnsOffUntilClearedAndRun) {
   EXPECT_EQ(error_state(host), 0x01);  // latched
   host.ask("141#8800000000000000");
   EXPECT_EQ(host.run_state(), RunState::kOff);
-  EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0x00);  // shows what remains
+  EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0x00);  // shows the remaining errors
   host.ask("141#A100000064000000");
-  EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 2U);  // cleared, but not on
+  EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 2U);  // cleared, but still off
   host.ask("141#8800000000000000");
   host.wait(1ms);
   EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
-  EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);  // the command before the trip is gone
+  EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);  // the trip dropped the earlier command
   host.ask("141#A100000064000000");
   host.wait(1ms);
   EXPECT_NEAR(host.bus.truth(1).i_q_ref, 1.6, 1e-9);
 }
 
-/// No query has met the trip yet: the drive is off all the same.
+/// The drive switches off before any query sees the trip.
 TEST(Errors, ATripNeedsNobodyToAsk) {
   Host host(protected_config());
   host.ask("141#A200000010270000");
@@ -239,8 +239,8 @@ TEST(Errors, ATripNeedsNobodyToAsk) {
   EXPECT_EQ(host.run_state(), RunState::kOff);
 }
 
-/// docs/protocol.md §6: a trip drops the command. Nothing written to the drive's memory since
-/// brings it back, not even when the error is cleared before the loops run again.
+/// docs/protocol.md §6: a trip drops the command. Later writes to the drive's memory do not restore
+/// it, even if the error is cleared before the loops run again.
 TEST(Errors, NoSettingBringsBackWhatATripDropped) {
   const auto somebody_writes = [](Host& host) {
     host.bus.apply({1, Setting{RomParameter::kMaxSpeed, host.bus.servo(1).rom()}});
@@ -275,7 +275,7 @@ TEST(Errors, TripKeepsTheTurnCount) {
   host.wait(2s);
   host.bus.set_supply_voltage(1, 6.0);
   host.wait(100ms);
-  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 50000, 100);  // not held any more
+  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 50000, 100);  // no longer held
 }
 
 TEST(Errors, OthersThanTheTwoOfTheManualAreNotShown) {
@@ -306,7 +306,7 @@ TEST(Errors, LostInput) {
   config.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)] = {true, 0.1, 0, 0};
   Host host(config);
   for (int k = 0; k < 10; ++k) {
-    host.ask("141#9A00000000000000");  // any command feeds it
+    host.ask("141#9A00000000000000");  // any command resets the time-out
     host.wait(50ms);
   }
   EXPECT_EQ(host.bus.telemetry(1).errors, 0);
@@ -316,7 +316,7 @@ TEST(Errors, LostInput) {
   EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 1U);
   host.wait(1ms);
   EXPECT_EQ(host.bus.telemetry(1).errors,
-            model::bit(model::Error::kLostInput));  // traffic alone does not clear
+            model::bit(model::Error::kLostInput));  // frames alone do not clear it
   host.ask("141#9B00000000000000");
   host.ask("141#8800000000000000");
   host.ask("141#A100000064000000");
@@ -324,7 +324,7 @@ TEST(Errors, LostInput) {
   EXPECT_NEAR(host.bus.truth(1).i_q_ref, 1.6, 1e-9);
 }
 
-/// The clearing frame may be the one that ends the silence: input is back with it.
+/// The clearing frame may end the silence itself: it counts as input.
 TEST(Errors, LostInputIsClearedByTheFirstFrameAfterTheSilence) {
   auto config = servo_config(1);
   config.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)] = {true, 0.1, 0, 0};

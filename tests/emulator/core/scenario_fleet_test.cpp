@@ -1,4 +1,4 @@
-// Runs side by side give what each gives alone, and a copy of a run goes on as the run does.
+// Parallel runs give the results of single runs, and a copy of a run continues like the run.
 
 #include "emulator/core/scenario/scenario_fleet.hpp"
 
@@ -27,8 +27,7 @@ std::uint32_t below(Random& random, std::uint32_t n) {
   return static_cast<std::uint32_t>(random() % n);
 }
 
-/// A drive that has everything that can break, dies 10 ms after its supply is gone, and boots in
-/// 20 ms.
+/// A drive with every breakable part; it loses power 10 ms after its supply and boots in 20 ms.
 ServoConfig breakable(ServoConfig servo, Random& random) {
   model::DriveParams& drive = servo.profile.drive;
   drive.current_sensor.noise = 0.05;
@@ -63,8 +62,8 @@ FaultValue any_value(const FaultParam& param, Random& random) {
   return param.whole ? std::round(value) : value;
 }
 
-/// A fault of the kind `row`, somewhere in the middle of the run; none of those that these drives
-/// cannot have.
+/// Returns a fault of kind `row` in the middle of the run, or nothing if these drives cannot have
+/// it.
 std::optional<TimedDirective> fault_event(const FaultRow& row, const BusConfig& bus,
                                           Random& random) {
   if (row.serial && !bus.serial) return std::nullopt;
@@ -82,7 +81,7 @@ std::optional<TimedDirective> fault_event(const FaultRow& row, const BusConfig& 
   if (row.per_frame) fault.probability = 0.7;
   if (!row.momentary()) fault.duration = 1ms * (5 + below(random, 100));
   if (below(random, 3) == 0) fault.every = 120ms;
-  // On a whole millisecond, at which all sorts of things happen.
+  // At a whole millisecond, together with other events.
   return TimedDirective{1ms * (60 + below(random, 100)), {kWholeBus, SetFault{fault}}};
 }
 
@@ -121,7 +120,7 @@ void add_sends(Scenario& scenario, std::size_t bus, Random& random) {
     send(protocol::ReadState2{}, 700us, 1ms * (1 + below(random, 5)), 60);
     send(protocol::ReadState1{}, 3ms, 10ms, 20);
     if (below(random, 4) == 0) send(protocol::ClearErrors{}, 150ms, 1ms, 3);
-    // More than the hosts' queue takes.
+    // More frames than the hosts' queue holds.
     if (below(random, 4) == 0) send(protocol::ReadMultiTurnAngle{}, 100ms, 10us, 1500);
   }
 }
@@ -152,7 +151,7 @@ void add_events(BusConfig& bus, Random& random) {
   }
 }
 
-/// Unlike every other: robots, buses, hosts, events, expectations.
+/// Returns the n-th scenario, with different robots, buses, hosts, events and expectations.
 Scenario scenario(std::size_t n) {
   Random random(static_cast<std::uint32_t>(n));
   Scenario scenario;
@@ -184,13 +183,13 @@ Scenario scenario(std::size_t n) {
   return scenario;
 }
 
-/// With a fault of the kind `row` as the last event; without where its drives cannot have it.
+/// Returns a fault of kind `row` as the last event, or nothing if its drives cannot have it.
 std::optional<TimedDirective> fault_for(const FaultRow& row, const Scenario& scenario) {
   Random random(static_cast<std::uint32_t>(&row - fault_table().data()));
   return fault_event(row, scenario.robot.front(), random);
 }
 
-/// Place of a scenario in whose first bus a fault of this kind can be.
+/// Returns the index of a scenario whose first bus can have a fault of this kind.
 std::size_t place_for(std::size_t kind) { return fault_table()[kind].serial ? 3 * kind : kind; }
 
 Scenario scenario_with(std::size_t kind) {
@@ -236,7 +235,7 @@ void tell(std::ostream& out, const Bus& bus) {
       << ' ' << stats.queue_peak << ' ' << stats.wire_busy.count() << '\n';
 }
 
-/// All that can be told of a run.
+/// Returns all observable results of a run.
 std::string account(const ScenarioRun& run, const std::vector<Traffic>& traffic) {
   std::ostringstream out;
   tell(out, traffic);
@@ -256,7 +255,7 @@ std::string alone(const Scenario& scenario) {
   return account(run, traffic);
 }
 
-/// Scenarios with faults of eight kinds, those of a batch far apart in the table.
+/// Returns scenarios with faults of eight kinds, far apart in the table.
 std::vector<Scenario> batch(std::size_t first, std::size_t step) {
   std::vector<Scenario> scenarios;
   for (std::size_t kind = first; kind < fault_table().size(); kind += step) {
@@ -335,7 +334,7 @@ TEST(ScenarioFleet, ACopyOfARunLeavesItAndGoesOnAlone) {
   }
 }
 
-/// A case of a campaign: what was common to several is computed once.
+/// Campaigns compute the common part of several cases once.
 TEST(ScenarioRun, GoesOnWithAFaultAsIfItHadHadItFromTheStart) {
   for (std::size_t kind = 0; kind < fault_table().size(); ++kind) {
     SCOPED_TRACE(fault_table()[kind].word);
@@ -353,7 +352,7 @@ TEST(ScenarioRun, GoesOnWithAFaultAsIfItHadHadItFromTheStart) {
   }
 }
 
-/// The same, eight at a time, of one common beginning.
+/// As above, for eight runs with a common beginning.
 TEST(ScenarioFleet, PlansFaultsOfRunsThatBeganTogether) {
   const Scenario without = scenario(9);
   ScenarioRun common(without);

@@ -1,4 +1,4 @@
-// What comes of a scenario as a whole: its verdict, its traffic, the script of its host.
+// Results of a whole scenario: verdict, traffic, host script.
 
 #include "emulator/core/scenario/scenario_run.hpp"
 
@@ -30,7 +30,7 @@ TEST(Verdict, IsInvalidWhenAFaultDidNothing) {
   hang.row = find_fault("hang");
   hang.ids = {1};
   scenario.robot[0].events = {{100ms, {kWholeBus, SetFault{hang}}, std::nullopt}};
-  // Nobody asks the drive anything, so nobody can tell that it hangs.
+  // Without queries the hang of the drive is not observable.
   ScenarioRun unasked(scenario);
   unasked.advance_to(1s);
   EXPECT_EQ(unasked.verdict().outcome, Outcome::kInvalid);
@@ -40,7 +40,7 @@ TEST(Verdict, IsInvalidWhenAFaultDidNothing) {
   ScenarioRun asked(scenario);
   asked.advance_to(1s);
   EXPECT_EQ(asked.verdict().outcome, Outcome::kPassed);
-  // It is invalid rather than failed: what it would have done is not known.
+  // Invalid, not failed: the effect of the fault is unknown.
   scenario.sends.clear();
   scenario.expectations[0].what = within("alive", 0, 0);
   ScenarioRun failed(scenario);
@@ -115,7 +115,7 @@ TEST(ScenarioRun, GivesTheSameTrafficHoweverItIsSliced) {
   };
   const auto whole = traffic_of(300ms);
   const auto sliced = traffic_of(370us);
-  // 401 queries, and a reply to each but those that are still on the wire at the end.
+  // 401 queries, and a reply to each, except those still on the wire at the end.
   EXPECT_GE(whole.size(), 801U);
   EXPECT_LE(whole.size(), 802U);
   ASSERT_EQ(whole.size(), sliced.size());
@@ -140,7 +140,7 @@ TEST(ScenarioRun, JudgesAllBuses) {
 TEST(HostScript, GivesFramesInOrderOfTime) {
   const auto a = test::frame("141#01");
   const auto b = test::frame("141#02");
-  // Those of another bus, and what is to be said no times, are not said.
+  // Frames of another bus, and frames with zero times, are not sent.
   HostScript script({{0, 5ms, a, 10ms, 3}, {1, 0ns, a}, {0, 7ms, b, 1ms, 0}, {0, 15ms, b}}, 0, 1s);
   std::vector<std::pair<SimTime, int>> said;
   while (script.next_due() != SimTime::max()) {
@@ -168,7 +168,7 @@ TEST(Signals, AreFoundByTheirWholeName) {
   }
 }
 
-/// A host compiled into the test is heard, answered and judged as the scenario's own is.
+/// Frames of a host compiled into the test count like those of the scenario's own host.
 TEST(ScenarioRun, HearsAHostBesidesItsOwn) {
   Scenario scenario;
   scenario.robot = {test::bus_config({1}), test::bus_config({2}, 1'000'000)};
@@ -184,7 +184,7 @@ TEST(ScenarioRun, HearsAHostBesidesItsOwn) {
   run.advance_to(100ms);
   run.receive(1, {250ms, test::frame("142#9C00000000000000")});
   EXPECT_EQ(run.time(), 250ms);
-  run.receive(1, {0ns, test::frame("142#9200000000000000")});  // over: now
+  run.receive(1, {0ns, test::frame("142#9200000000000000")});  // a past time: counts as now
   EXPECT_EQ(run.time(), 250ms);
   run.advance_to(1s);
   std::vector<Traffic> traffic;

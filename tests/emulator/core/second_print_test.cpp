@@ -53,7 +53,7 @@ TEST(SecondPrint, UnknownSettingsAndOtherSavesGetNoReply) {
         "147#42050E0001000000", "147#4405FB0000000000", "147#4404FA0000000000"}) {
     EXPECT_TRUE(is_silent(host, query)) << query;
   }
-  // DATA[3] is not looked at.
+  // DATA[3] is ignored.
   EXPECT_EQ(host.ask("147#42050AFF09000000"), frame("147#42050A0009000000"));
 }
 
@@ -76,7 +76,7 @@ TEST(SecondPrint, EverySettingIsWrittenReadAndInForceAfterTheRestart) {
     value.data[0] = 0x40;
     EXPECT_EQ(host.ask(id + one.read), value) << one.read;
   }
-  // RAM is what it was, and 0xC0 shows it.
+  // RAM is unchanged, as 0xC0 shows.
   EXPECT_EQ(host.ask("147#C00A000000000000"), frame("147#C00A640064000000"));
   const Registers before = host.bus.servo(7).ram();
   EXPECT_EQ(host.bus.stats().rom_writes, 0U);
@@ -159,7 +159,7 @@ TEST(SecondPrint, TwoDrivesAtOneIdBothAnswerAndObey) {
   const BusStats stats = host.bus.stats();
   EXPECT_EQ(stats.frames, 5U);
   EXPECT_EQ(stats.queries, 5U);
-  EXPECT_EQ(stats.replies, 6U);  // 0x07 has none, and two have two
+  EXPECT_EQ(stats.replies, 6U);  // 0x07 has no reply, and two queries have two
 }
 
 TEST(SecondPrint, IdChangeAtOnce) {
@@ -224,7 +224,7 @@ TEST(SecondPrint, OfAnotherBusTypeItIsSilent) {
   host.ask("147#4405FA0000000000");
   host.talk(frame("147#0700000000000000"));
   EXPECT_TRUE(is_silent(host, "147#9C00000000000000"));
-  // Only somebody at the drive brings it back.
+  // Only access to the drive itself restores it.
   Registers value = host.bus.servo(7).rom();
   value.bus_type = 2;
   host.bus.write_setting(7, RomParameter::kBusType, value);
@@ -238,7 +238,7 @@ TEST(SecondPrint, AtAnotherRateItHearsNothingAndDisturbsUntilErrorPassive) {
   host.talk(frame("147#4405FA0000000000"), 2ms);
   EXPECT_TRUE(host.talk(frame("147#0700000000000000"), 2ms).empty());
   const auto heard = host.talk(frame("148#9C00000000000000"), 20ms);
-  // 128 of the receive error counter, in steps of 8: sixteen frames, and then the reply.
+  // 128 in the receive error counter, in steps of 8: sixteen error frames, then the reply.
   EXPECT_EQ(host.bus.stats().error_frames, 16U);
   ASSERT_FALSE(heard.empty());
   EXPECT_EQ(heard.back().id, 0x148U);
@@ -251,7 +251,7 @@ TEST(SecondPrint, RestartForgetsRamErrorsAndReplies) {
   Host host(bus_of({drive(7)}, 1'000'000));
   host.talk(frame("147#C1200000E8030000"), 2ms);  // Max Speed 10 dps
   EXPECT_EQ(host.bus.servo(7).ram().max_speed_dps, 10);
-  // The reply to the query before has not left yet.
+  // The reply to the previous query has not left yet.
   host.bus.receive({host.bus.time(), frame("147#9C00000000000000")});
   host.bus.receive({host.bus.time(), frame("147#0700000000000000")});
   host.wait(5ms);
@@ -264,7 +264,7 @@ TEST(SecondPrint, ZeroMakesTheAngleNothingAndStops) {
   host.talk(frame("147#A200000040380000"));
   host.wait(std::chrono::milliseconds(500));
   EXPECT_GT(host.multi_turn_cdeg(7), 4500);
-  // Whatever the payload says.
+  // For any payload.
   EXPECT_EQ(host.ask("147#9500000012345678"), frame("147#9500000012345678"));
   EXPECT_EQ(host.multi_turn_cdeg(7), 0);
   EXPECT_EQ(host.run_state(7), RunState::kStopped);

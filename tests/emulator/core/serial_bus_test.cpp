@@ -1,4 +1,4 @@
-// Drives on RS-485: which bytes they answer, and how (docs/rs485.md).
+// Drives on RS-485: accepted bytes and replies (docs/rs485.md).
 
 #include "tests/support/serial_bus.hpp"
 
@@ -19,7 +19,7 @@ using test::serial_bus;
 using test::serial_drive;
 using test::SerialHost;
 
-/// The data of a reply to drive 1, as hexadecimal digits; "" is no reply.
+/// Returns the data of a reply from drive 1 as hexadecimal digits; "" means no reply.
 std::string data_of(const std::string& reply) {
   return reply.size() < 18 ? "" : reply.substr(15, reply.size() - 18);
 }
@@ -95,7 +95,7 @@ TEST(SerialBus, RepliesAreDrawnFromTheSpread) {
   }
   EXPECT_GE(first, 100us);
   EXPECT_LE(last, 200us);
-  EXPECT_LT(first, 110us);  // 200 numbers leave out a tenth of the range once in 1.4e9
+  EXPECT_LT(first, 110us);  // 200 numbers miss a tenth of the range once in 1.4e9 runs
   EXPECT_GT(last, 190us);
 }
 
@@ -103,17 +103,17 @@ TEST(SerialBus, AnglesHave64Bits) {
   SerialHost host(serial_drive(Generation::kV236));
   host.ask("3E 95 01 07 DB (8 x 00)");
   EXPECT_EQ(data_of(host.ask("3E 92 01 00 D1")), "00 00 00 00 00 00 00 00");
-  // 2^62 · 0.01° is as legal as it is far.
+  // 2^62 · 0.01° is valid, however far.
   EXPECT_NE(host.ask("3E A3 01 08 EA 00 00 00 00 00 00 00 40 40"), "");
   EXPECT_NE(host.ask("3E A7 01 04 EA FF FF FF 7F 7C"), "");
   EXPECT_NE(host.ask("3E A3 01 08 EA 00 00 00 00 00 00 00 80 80"), "");
 }
 
-/// The vendor's zeros, and what hosts sent for them (a real robot: +293 rad).
+/// The vendor's zeros, and the packets of real hosts (a real robot: +293 rad).
 TEST(SerialBus, ZeroWithoutItsPayloadTakesWhatAnEarlierPacketLeft) {
   SerialHost host(serial_drive(Generation::kV236));
   EXPECT_EQ(host.ask("3E 95 01 00 D4"), "3E 95 01 00 D4");
-  EXPECT_EQ(data_of(host.ask("3E 92 01 00 D1")), "00 00 00 01 00 00 00 00");  // none before
+  EXPECT_EQ(data_of(host.ask("3E 92 01 00 D1")), "00 00 00 01 00 00 00 00");  // no earlier packet
   EXPECT_EQ(host.ask("3E 95 01 07 DB (8 x 00)"), "3E 95 01 07 DB 00 00 00 00 00 00 00 00");
   EXPECT_EQ(data_of(host.ask("3E 92 01 00 D1")), "00 00 00 00 00 00 00 00");
   host.ask("3E C1 01 07 07 1E 00 00 E8 03 00 00 09");  // D[3:6] = 1000
@@ -141,7 +141,7 @@ TEST(SerialBus, ControlParametersSayWhatIsInForce) {
   EXPECT_EQ(host.ask("3E C0 01 07 06 0A (6 x 00) 0A"), "3E C0 01 07 06 0A 64 00 14 00 05 00 87");
   // 30000 (0x7530) is above every torque limit: 2048 = 0x0800.
   EXPECT_EQ(data_of(host.ask("3E C1 01 07 07 1E 00 00 30 75 00 00 C3")), "1E 00 00 D0 07 00 00");
-  // Real hosts write it at D[1:2], which writes 0 and looks done.
+  // Real hosts send it at D[1:2]: this writes 0 and looks successful.
   EXPECT_EQ(data_of(host.ask("3E C1 01 07 07 1E E8 03 00 00 00 00 09")), "1E 00 00 00 00 00 00");
 }
 
@@ -160,7 +160,7 @@ TEST(SerialBus, SettingsAreReadAndWrittenAndWhatIsNoneIsRefused) {
   EXPECT_EQ(host.ask("3E 40 01 02 81 01 00 01"), "");
 }
 
-/// The vendor's tool: one lost step is "reading failed".
+/// The vendor's tool fails with "reading failed" if one step is missing.
 TEST(SerialBus, TheToolConnects) {
   SerialHost host(serial_bus({serial_drive(Generation::kV235, 1, Series::kMg)}));
   EXPECT_EQ(host.ask("3E 1F 01 00 5E"), "3E 1F 01 02 60 31 20 51");
@@ -169,12 +169,12 @@ TEST(SerialBus, TheToolConnects) {
   const std::string settings = host.ask("3E 14 01 00 53");
   ASSERT_EQ(bytes(settings).size(), 6 + 104U);
   EXPECT_EQ(host.ask("3E 10 01 00 4F"), "3E 10 01 00 4F");
-  // Its offsets: ID, on RS-485, and Kp of the angle loop at 50.
+  // Its offsets: ID and bus type at the start, Kp of the angle loop at 50.
   const test::Bytes all = bytes(settings);
   EXPECT_EQ(all[5], 1);
   EXPECT_EQ(all[5 + 1], 1);
   EXPECT_EQ(all[5 + 50], host.bus.servo(1).ram().gains.angle_kp);
-  // What it writes back with another gain is in RAM then.
+  // Written back with another gain, the block is in RAM afterwards.
   protocol::Frame write = packet(settings);
   write.data[0] = 0x15;
   write.data[1 + 50] = 77;
@@ -209,7 +209,7 @@ TEST(SerialBus, TheOldestManualsDriveHasAProductOf42BytesAndZeroesInSilence) {
   EXPECT_EQ(host.ask("3E 33 01 01 73 00 00").substr(0, 14), "3E 33 01 04 76");
 }
 
-// --- several at once
+// --- several drives at once
 
 BusConfig broadcast_bus(std::int64_t bitrate) {
   std::vector<ServoConfig> drives;
@@ -222,12 +222,12 @@ BusConfig broadcast_bus(std::int64_t bitrate) {
 
 TEST(SerialBus, APacketForSeveralIsAnsweredInTurnByTime) {
   BusConfig config = broadcast_bus(1'000'000);
-  config.servos.erase(config.servos.begin() + 1);  // drive 2 is not there
+  config.servos.erase(config.servos.begin() + 1);  // drive 2 is absent
   SerialHost host(config);
   host.write(1ms, bytes("02 81 00 00 68 01 00 00 30 FD 19"));
   const auto replies = host.read_until(5ms);
   ASSERT_EQ(replies.size(), 3U);
-  // 110 bits of query, and 90 µs and 130 bits for each, whether or not it is there.
+  // 110 bits of query, plus 90 µs and 130 bits per slot, also for absent drives.
   const int turns[] = {1, 3, 4};
   for (std::size_t n = 0; n < 3; ++n) {
     EXPECT_EQ(replies[n].at, 1ms + 110us + turns[n] * 220us) << n;
@@ -236,7 +236,7 @@ TEST(SerialBus, APacketForSeveralIsAnsweredInTurnByTime) {
   }
 }
 
-/// 11 + 4 · 13 bytes, less the times before the replies.
+/// 11 + 4 · 13 bytes, without the waiting times before the replies.
 TEST(SerialBus, FourRepliesTakeWhatTheTableSays) {
   struct Case {
     std::int64_t bitrate;
@@ -256,10 +256,10 @@ TEST(SerialBus, FourRepliesTakeWhatTheTableSays) {
 TEST(SerialBus, EachModeHasItsPackets) {
   SerialHost several(broadcast_bus(1'000'000));
   EXPECT_EQ(several.ask("3E 9A 01 00 D9"), "");
-  // 0x288: one of six commands; others nobody answers.
+  // 0x288: one of six commands; no drive answers others.
   const std::string states = several.ask("02 88 9C 00 9A 00 81 00 12 00 53");
   EXPECT_EQ(bytes(states).size(), 13 + 13 + 5U);
-  // Printed by the vendor: with a wrong sum, and the same with the right one.
+  // Printed by the vendor with a wrong sum; then with the right one.
   EXPECT_EQ(several.ask("02 88 9C 00 00 00 00 00 81 00 CF"), "");
   EXPECT_EQ(bytes(several.ask("02 88 9C 00 00 00 00 00 81 00 A7")).size(), 13 + 5U);
   // 180° to drive 1 are 180.00°.
@@ -286,8 +286,7 @@ TEST(SerialBus, TwoDrivesWithOneIdSpoilEachOther) {
   EXPECT_EQ(good, 0);
 }
 
-/// Two drives with one ID answer at the same time: of two equal bytes on the line the host reads
-/// one.
+/// Two drives with one ID reply at the same time: the host reads two equal bytes as one.
 TEST(SerialBus, RepliesThatCollideAreCountedAsSuch) {
   ServoConfig twin = serial_drive(Generation::kV236b, 2);
   twin.rom.driver_id = 1;

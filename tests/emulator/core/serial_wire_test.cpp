@@ -1,4 +1,4 @@
-// RS-485 as a wire: when bytes are where, and what becomes of those that meet (docs/rs485.md).
+// RS-485 as a wire: timing of bytes and collisions (docs/rs485.md).
 
 #include "emulator/core/wire/serial_wire.hpp"
 
@@ -18,7 +18,7 @@ using test::serial_bus;
 using test::serial_drive;
 using test::SerialHost;
 
-/// From the first bit of the query to the last of the reply, less the drive's reply time.
+/// Time from the query's first bit to the reply's last, without the drive's reply time.
 double transaction_us(std::string_view query, std::size_t reply_bytes, Generation generation,
                       std::int64_t bitrate) {
   SerialHost host(serial_bus({serial_drive(generation)}, bitrate));
@@ -65,7 +65,7 @@ TEST(SerialWire, WithoutABitRateBytesTakeNoTimeAndRepliesTheirs) {
 TEST(SerialWire, HostsBytesStandBackToBackWhateverTheyWrite) {
   SerialHost host(
       serial_bus({serial_drive(Generation::kV235), serial_drive(Generation::kV235, 2)}));
-  // The packet of drive 2 begins when that of drive 5, who is not there, ends.
+  // The packet to drive 2 begins when that to the absent drive 5 ends.
   host.write(1ms, bytes("3E 9A 05 00 DD"));
   host.write(1ms, bytes("3E 9A 02 00 DA"));
   const auto replies = host.read_until(10ms);
@@ -73,12 +73,12 @@ TEST(SerialWire, HostsBytesStandBackToBackWhateverTheyWrite) {
   EXPECT_EQ(replies.front().at, 1ms + 50us + 50us + 150us + 130us);
 }
 
-/// The line carries no more bytes of a client that has left than a serial port buffers: 0.36 s.
+/// After a client has left, the line carries at most the bytes that a serial port buffers: 0.36 s.
 TEST(SerialWire, AMegabyteOfNoiseLeavesTheLineSoon) {
   SerialHost host(serial_bus({serial_drive(Generation::kV235)}, 115'200));
   host.write(1ms, test::Bytes(1'000'000, 0x55));
   EXPECT_GT(host.bus.stats().count(Drop::kQueueFull), 0U);
-  // The buffer, the frame on the wire, one that found room: ten bits a byte.
+  // The buffer, the frame on the wire, and one that found room: ten bits per byte.
   const double noise_s = (4096 + 2.0 * protocol::kMostBytes) * 10 / 115'200;
   host.read_until(1ms + SimTime(static_cast<std::int64_t>(noise_s * 1e9)));
   EXPECT_EQ(host.bus.stats().frames_waiting, 0U);
@@ -86,7 +86,7 @@ TEST(SerialWire, AMegabyteOfNoiseLeavesTheLineSoon) {
   EXPECT_NE(host.ask("3E 9A 01 00 D9"), "");
 }
 
-/// The reply begins 150 µs behind the first query, and the second query is on the wire then.
+/// The reply begins 150 µs after the first query, while the second query is on the wire.
 TEST(SerialWire, AReplyThatMeetsAnotherQueryIsSpoiledWithIt) {
   SerialHost host(
       serial_bus({serial_drive(Generation::kV235), serial_drive(Generation::kV235, 2)}));
@@ -96,12 +96,12 @@ TEST(SerialWire, AReplyThatMeetsAnotherQueryIsSpoiledWithIt) {
   ASSERT_EQ(replies.size(), 1U);
   EXPECT_EQ(replies.front().frame.kind, protocol::FrameKind::kBytes);
   EXPECT_EQ(replies.front().at, 1ms + 50us + 150us + 130us);
-  EXPECT_EQ(replies.front().frame.dlc, 13);  // hosts read as many bytes, four of them others
+  EXPECT_EQ(replies.front().frame.dlc, 13);  // hosts read this number of bytes, four of them wrong
   EXPECT_EQ(host.bus.stats().queries, 1U);
-  EXPECT_EQ(host.bus.stats().count(Drop::kNoPacket), 1U);  // nobody heard the second query
+  EXPECT_EQ(host.bus.stats().count(Drop::kNoPacket), 1U);  // no drive received the second query
 }
 
-/// A host that writes 0xA1 and 0x92 at once, at 4 Mbit/s, and reads both replies.
+/// A host that writes 0xA1 and 0x92 together at 4 Mbit/s and reads both replies.
 std::vector<TimedFrame> ask_back_to_back(SerialHost& host) {
   host.write(1ms, bytes("3E A1 01 02 E2 64 00 64 3E 92 01 00 D1"));
   return host.read_until(10ms);
@@ -135,11 +135,11 @@ TEST(SerialWire, SixteenRepliesWaitAndFurtherPacketsShowInTheFault) {
   for (int n = 0; n < 20; ++n) host.ask("3E 92 01 00 D1");
   EXPECT_EQ(host.bus.stats().replies_waiting, SerialWire::kDriveQueue);
   EXPECT_EQ(host.bus.stats().count(Drop::kDriveBusy), 20 - SerialWire::kDriveQueue);
-  // 16 replies held back, and four packets ignored.
+  // 16 delayed replies and four ignored packets.
   EXPECT_EQ(host.bus.faults().front().evidence.effects, 20U);
 }
 
-/// A slower line has the second packet on it when the first reply begins.
+/// On a slower line the second packet overlaps the start of the first reply.
 TEST(SerialWire, ADriveDoesNotHearAPacketThatItsReplyMeets) {
   SerialHost host(serial_bus({serial_drive(Generation::kV235)}, 115'200));
   const auto replies = ask_back_to_back(host);
@@ -148,7 +148,7 @@ TEST(SerialWire, ADriveDoesNotHearAPacketThatItsReplyMeets) {
   EXPECT_EQ(host.bus.stats().queries, 1U);
 }
 
-/// Equal bytes pass: the packet has no wrong sum, and ends with the reply.
+/// Equal bytes pass: the packet has a correct sum, and ends with the reply.
 TEST(SerialWire, ADriveDoesNotHearItselfWithAHost) {
   SerialWire wire(1'000'000, {}, 1);
   const protocol::Frame both = packet("3E 88 01 00 C7");
@@ -171,7 +171,7 @@ TEST(SerialWire, EqualBytesAtTheSameTimePass) {
       if (delivery->frame.dlc > 0) read.push_back(hex(delivery->frame));
     }
   }
-  // One line is read: spoiled are the temperature and its sum.
+  // The host reads one line; temperature and its sum are spoiled.
   ASSERT_EQ(read.size(), 1U);
   EXPECT_EQ(read[0].substr(0, 14), "3E 9C 01 07 E2");
   EXPECT_EQ(read[0].substr(18, 17), "00 00 0D 00 2C 19");
@@ -188,11 +188,11 @@ TEST(SerialWire, TwoRepliesThatOverlapSpoilWhatOverlaps) {
     if (const auto delivery = wire.deliver(1s)) read.push_back(*delivery);
   }
   ASSERT_EQ(read.size(), 2U);
-  // Of the first, 130 µs long, the first ten bytes are over when the second begins.
+  // Ten bytes of the first reply, which takes 130 µs, are complete when the second begins.
   EXPECT_EQ(read[0].at, 1ms + 130us);
   EXPECT_EQ(hex(read[0].frame).substr(0, 29), "3E 9C 01 07 E2 21 00 00 0D 00");
   EXPECT_EQ(read[0].frame.dlc, 13);
-  // The bytes of the second that begin before 130 µs are one with those of the first.
+  // Bytes of the second that begin before 130 µs merge with those of the first.
   EXPECT_EQ(read[1].at, 1ms + 235us);
   EXPECT_EQ(hex(read[1].frame), "07 E2 21 00 00 0D 00 2C 19 73");
 }

@@ -1,5 +1,5 @@
-// What a drive answers, line by line: every command, registers, angles, states. Run state and
-// motion commands have files of their own.
+// Replies of a drive, byte by byte: every command, registers, angles, states. Other files cover run
+// state and motion commands.
 
 #include "emulator/core/servo/servo.hpp"
 
@@ -20,7 +20,7 @@ using test::servo_config;
 
 // --- every query gets its reply
 
-/// Each command once, with rubbish in the unused bytes.
+/// Sends each command once, with garbage in the unused bytes.
 void ask_everything(Host& host) {
   for (const auto& row : protocol::commands()) {
     if (!protocol::knows(protocol::kLegacyFormat, row)) {
@@ -135,7 +135,7 @@ TEST(Angles, MultiTurnStartsWrapped) {
   config.boot_angle_deg = 225;
   EXPECT_EQ(Host(config).multi_turn_cdeg(), -13500);
   EXPECT_EQ(Host(config).single_turn_cdeg(), 22500);
-  config.boot_angle_deg = 180;  // the closed end
+  config.boot_angle_deg = 180;  // the closed end of the interval
   EXPECT_EQ(Host(config).multi_turn_cdeg(), 18000);
   config.boot_angle_deg = 180.03;
   EXPECT_EQ(Host(config).multi_turn_cdeg(), -17998);  // 8193 counts − one turn = −8191 counts
@@ -154,7 +154,7 @@ TEST(Angles, OffsetWriteIsInForceAtOnce) {
   host.ask("141#910000000000 0004");  // 1024
   EXPECT_EQ(host.ask("141#9000000000000000"), frame("141#9000 0004 0008 0004"));
   EXPECT_EQ(host.single_turn_cdeg(), 2250);
-  EXPECT_EQ(host.multi_turn_cdeg(), 4500);  // the turn counter knows nothing of it until power-up
+  EXPECT_EQ(host.multi_turn_cdeg(), 4500);  // the turn counter is unchanged until power-up
   host.bus.power_cycle(1);
   EXPECT_EQ(host.multi_turn_cdeg(), 2250);
 }
@@ -202,7 +202,7 @@ TEST(Angles, ClearAngleImplemented) {
   host.ask("141#9500000000000000");
   EXPECT_EQ(host.multi_turn_cdeg(), 0);
   EXPECT_EQ(host.single_turn_cdeg(), 0);
-  host.bus.power_cycle(1);  // until power-off
+  host.bus.power_cycle(1);  // valid until power-off
   EXPECT_EQ(host.multi_turn_cdeg(), 4500);
   EXPECT_EQ(host.single_turn_cdeg(), 4500);
 }
@@ -224,7 +224,7 @@ TEST(Angles, BootAngleIsDrawnAndNeverZero) {
       angles_cdeg.insert(angle_cdeg);
     }
   }
-  EXPECT_GT(angles_cdeg.size(), 75U);  // of 80: different for every seed and ID
+  EXPECT_GT(angles_cdeg.size(), 75U);  // of 80: differ for most seeds and IDs
 }
 
 // --- state replies

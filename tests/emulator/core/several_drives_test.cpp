@@ -1,4 +1,4 @@
-// The commands for several drives at once, on a bus with drives of several generations and series.
+// Multi-drive commands on a bus with drives of several generations and series.
 
 #include <gtest/gtest.h>
 
@@ -44,7 +44,7 @@ using Ids = std::vector<std::uint32_t>;
 TEST(SeveralDrives, TorqueInTheScaleOfEach) {
   Host host = several();
   const auto replies = host.talk(frame("280#6400640064006400"));
-  EXPECT_EQ(ids(replies), (Ids{0x141, 0x142, 0x144, 0x146}));  // MS knows no torque
+  EXPECT_EQ(ids(replies), (Ids{0x141, 0x142, 0x144, 0x146}));  // MS has no torque command
   host.wait(1ms);
   EXPECT_NEAR(host.bus.truth(1).i_q_ref, 100 * kMgLsb_A, 1e-9);
   EXPECT_NEAR(host.bus.truth(2).i_q_ref, 100 * kMfLsb_A, 1e-9);
@@ -55,7 +55,7 @@ TEST(SeveralDrives, TorqueInTheScaleOfEach) {
 TEST(SeveralDrives, Speed) {
   Host host = several();
   const auto replies = host.talk(frame("281#680198FE68016801"));  // 360, −360, 360, 360
-  EXPECT_EQ(ids(replies), (Ids{0x141, 0x142, 0x143, 0x146}));     // legacy knows it not
+  EXPECT_EQ(ids(replies), (Ids{0x141, 0x142, 0x143, 0x146}));     // not a legacy command
   for (const auto& reply : replies) {
     EXPECT_EQ(reply, [&] {
       auto expected = frame("141#A219000000000008");
@@ -93,7 +93,7 @@ TEST(SeveralDrives, AnyCommand) {
   EXPECT_EQ(replies[0], frame("141#9A19600900000000"));
   EXPECT_EQ(replies[1], frame("142#9C19000000000008"));
   EXPECT_EQ(replies[2], frame("143#9294110000000000"));
-  // Torque is nothing for MS, 0x30 nothing for v236; what is left is answered.
+  // MS lacks torque, v236 lacks 0x30; the other slots are answered.
   EXPECT_EQ(ids(host.talk(frame("288#3000 8100 A100 9A00"))), (Ids{0x142}));
   EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, 1U);
   EXPECT_EQ(host.bus.servo(3).stats().unknown_commands, 1U);
@@ -120,7 +120,7 @@ TEST(SeveralDrives, OnlyInMultiDriveMode) {
     EXPECT_TRUE(host.talk(frame(text)).empty());
   }
   EXPECT_EQ(host.bus.stats().count(Drop::kWrongMode), 4U);
-  // A drive that does not listen misses no command either.
+  // Drives outside the mode do not count unknown commands.
   EXPECT_TRUE(host.talk(frame("288#3000000000000000")).empty());
   EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, 0U);
   EXPECT_EQ(host.bus.stats().count(Drop::kUnknownCommand), 0U);

@@ -16,8 +16,8 @@ Profile profile(int bits, EncoderSpan span = EncoderSpan::kRotorTurn, double gea
   return result;
 }
 
-// An MG4005-i10 on a desk: multi-turn angle of the rotor against the encoder field, which spans one
-// turn of the output. The readings of a real drive.
+// A real MG4005-i10 on a table: multi-turn angle of the rotor against the encoder field, which
+// spans one output turn.
 TEST(ShaftAngles, OutputTurnOfARealDrive) {
   const ShaftAngles angles(profile(18, EncoderSpan::kOutputTurn, 10));
   struct Reading {
@@ -31,7 +31,7 @@ TEST(ShaftAngles, OutputTurnOfARealDrive) {
     EXPECT_EQ(angles.multi_turn_cdeg(position), reading.angle_cdeg);
     EXPECT_EQ(angles.raw(position), reading.encoder);
   }
-  EXPECT_EQ(angles.raw(10 * (std::int64_t{1} << 18)), 0);  // ten rotor turns are one of the output
+  EXPECT_EQ(angles.raw(10 * (std::int64_t{1} << 18)), 0);  // ten rotor turns are one output turn
   EXPECT_EQ(angles.raw(-1), 65535);
 }
 
@@ -60,7 +60,7 @@ TEST(ShaftAngles, OffsetWrapsAround) {
   EXPECT_EQ(angles.encoder(11, 11), 0);
 }
 
-// Every count of two turns: 0x94 grows clockwise from 0 to 35999 and starts again, 0x92 goes on.
+// Every count of two turns: 0x94 grows clockwise from 0 to 35999 and restarts, 0x92 continues.
 TEST(ShaftAngles, SingleTurnGrowsClockwise) {
   ShaftAngles angles(profile(14));
   angles.set_offset(100);
@@ -100,7 +100,7 @@ TEST(ShaftAngles, BootsWhereItIsTold) {
     ShaftAngles angles(mounted);
     angles.set_offset(3000);
     const double theta_m = angles.theta_m_at(45);
-    // What the sensor shows there, turned so that it counts clockwise.
+    // The sensor's reading there, converted to count clockwise.
     const double seen_counts = (direction * theta_m + 1.0) * 16384 / (2 * std::numbers::pi);
     model::Telemetry telemetry;
     telemetry.encoder_position = static_cast<std::int64_t>(std::floor(seen_counts));
@@ -108,7 +108,7 @@ TEST(ShaftAngles, BootsWhereItIsTold) {
   }
 }
 
-// The shaft's zero is that of the encoder itself: 4096 of 16384 counts are 90°. And half a count.
+// The shaft's zero is the encoder's: 4096 of 16384 counts are 90°, plus half a count.
 TEST(ShaftAngles, TheShaftCountsFromTheRawZeroOfTheEncoder) {
   constexpr double kHalfCount_deg = 360.0 / 16384 / 2;
   ShaftAngles angles(profile(14));
@@ -117,8 +117,8 @@ TEST(ShaftAngles, TheShaftCountsFromTheRawZeroOfTheEncoder) {
   EXPECT_NEAR(angles.theta_m_at(50) * 180 / std::numbers::pi, 140 + kHalfCount_deg, 1e-9);
 }
 
-// 0.01° short of a full turn, and zero: up to two counts past the target in the direction of travel
-// count as there also where the circle begins anew (docs/protocol.md §4.3).
+// 0.01° before a full turn, and zero: up to two counts past the target, in the direction of travel,
+// count as arrived, also across the wrap (docs/protocol.md §4.3).
 TEST(ShaftAngles, NoTurnIsTravelledForTwoCountsAcrossZero) {
   const ShaftAngles angles(profile(14));
   constexpr std::int64_t kTurns3 = std::int64_t{3} * 16384;
@@ -126,23 +126,23 @@ TEST(ShaftAngles, NoTurnIsTravelledForTwoCountsAcrossZero) {
     const CommandedPosition target = angles.single_turn_target(position, clockwise, target_cdeg);
     return angles.theta(target) / (2 * std::numbers::pi);
   };
-  // The target lies at count 16383.54 of the turn before.
+  // The target is at count 16383.54 of the previous turn.
   EXPECT_NEAR(turns(kTurns3, true, 35999), 3 - 1.0 / 36000, 1e-12);
   EXPECT_NEAR(turns(kTurns3 + 1, true, 35999), 3 - 1.0 / 36000, 1e-12);
   EXPECT_NEAR(turns(kTurns3 + 2, true, 35999), 4 - 1.0 / 36000, 1e-12);  // 2.46 counts
   EXPECT_NEAR(turns(kTurns3 - 1, false, 0), 3, 1e-12);
   EXPECT_NEAR(turns(kTurns3 - 2, false, 0), 3, 1e-12);
   EXPECT_NEAR(turns(kTurns3 - 3, false, 0), 2, 1e-12);
-  // And where it does not.
+  // Without a wrap.
   EXPECT_NEAR(turns(kTurns3 + 8190, false, 18000), 3.5, 1e-12);
   EXPECT_NEAR(turns(kTurns3 + 8189, false, 18000), 2.5, 1e-12);
   EXPECT_NEAR(turns(kTurns3 + 8194, true, 18000), 3.5, 1e-12);
   EXPECT_NEAR(turns(kTurns3 + 8195, true, 18000), 4.5, 1e-12);
 }
 
-/// The same where a count of the wire is not one of the sensor (docs/protocol.md §4.3): two of the
-/// wire's, 2·10·360°/65536 = 0.110° on an MG4005-i10, or where the position loop lets a shaft rest,
-/// 0.02° (docs/model.md) and the noise of the encoder, if that is further.
+/// If wire and sensor counts differ (docs/protocol.md §4.3): two wire counts, 2·10·360°/65536 =
+/// 0.110° on an MG4005-i10. Or, if larger, the resting error of the position loop, 0.02°
+/// (docs/model.md), plus encoder noise.
 TEST(ShaftAngles, ATargetIsReachedWhereTheShaftMayRest) {
   struct Case {
     const char* what;
@@ -170,8 +170,8 @@ TEST(ShaftAngles, ATargetIsReachedWhereTheShaftMayRest) {
   }
 }
 
-/// (−180°, 180°] on the wire: what is read as 180.00° is not −180.00°. 65536·2 counts are half a
-/// turn, three more are 0.0041°, four 0.0055°.
+/// The wire has (−180°, 180°]: 180.00° must not become −180.00°. 65536·2 counts are half a turn;
+/// three more are 0.0041°, four 0.0055°.
 TEST(ShaftAngles, HalfATurnIsReadAsTheUpperEnd) {
   constexpr std::int64_t kHalfTurn = std::int64_t{1} << 17;
   ShaftAngles angles(profile(18));

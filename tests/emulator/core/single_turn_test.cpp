@@ -1,4 +1,4 @@
-// Position commands to a place on the circle: which way, and which turn.
+// Single-turn position commands: direction and turn.
 
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ TEST(SingleTurn, GoesTheWayItIsTold) {
            SingleTurnCase{protocol::kCounterClockwise, 4600, 4600 - 36000},
            SingleTurnCase{protocol::kClockwise, 4500, 4500},  // already there
            SingleTurnCase{protocol::kCounterClockwise, 4500, 4500},
-           SingleTurnCase{protocol::kClockwise, 4497, 4497},  // within the noise of being there
+           SingleTurnCase{protocol::kClockwise, 4497, 4497},  // within the noise of the target
            SingleTurnCase{protocol::kCounterClockwise, 4503, 4503},
        }) {
     Host host(servo_config(1));
@@ -56,7 +56,7 @@ TEST(SingleTurn, CountsFromTheEncoderZero) {
   EXPECT_NEAR(host.state_2().encoder_counts, 8192, 1);
 }
 
-// A host that streams the target must not see another turn when the shaft swings past it.
+// A host that streams the target must not cause another turn if the shaft overshoots it.
 TEST(SingleTurn, RepeatedCommandKeepsItsTurn) {
   auto config = servo_config(1);
   config.rom.gains.speed_kp = 25;  // soft: it overshoots
@@ -67,13 +67,13 @@ TEST(SingleTurn, RepeatedCommandKeepsItsTurn) {
     host.wait(1ms);
     furthest_cdeg = std::max(furthest_cdeg, static_cast<double>(host.multi_turn_cdeg()));
   }
-  EXPECT_GT(furthest_cdeg, 9000 + 3 * kCount_cdeg);  // else this tests nothing
+  EXPECT_GT(furthest_cdeg, 9000 + 3 * kCount_cdeg);  // otherwise this tests nothing
   EXPECT_LT(furthest_cdeg, 20000);
   EXPECT_NEAR(rest_cdeg(host), 9000, kArrived_cdeg);
 }
 
-/// After a stop the direction counts again: from 45° clockwise to 110°, on by hand to 200°, and the
-/// same command travels clockwise to 470°, not back.
+/// After a stop the direction counts again: clockwise from 45° to 110°, by hand to 200°; the
+/// repeated command then moves clockwise to 470°, not back.
 TEST(SingleTurn, StoppedDriveTravelsAnew) {
   Host host(servo_config(1));
   const auto clockwise_to_110 = query(protocol::Position3{protocol::kClockwise, 11000});
@@ -96,7 +96,7 @@ TEST(SingleTurn, StoppedDriveTravelsAnew) {
   EXPECT_NEAR(host.single_turn_cdeg(), 11000, kArrived_cdeg);
 }
 
-/// Where 0x91 takes effect at once, the same single-turn target is another place.
+/// If 0x91 takes effect at once, a given single-turn target is at another angle.
 TEST(SingleTurn, NewOffsetMovesTheTarget) {
   Host host(servo_config(1));
   const auto clockwise_to_100 = query(protocol::Position3{protocol::kClockwise, 10000});

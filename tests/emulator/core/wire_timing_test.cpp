@@ -11,7 +11,7 @@ TEST(WireTiming, BitsTakeTheirTime) {
   EXPECT_EQ(bits_duration(123, 1'000'000), 123us);
   EXPECT_EQ(bits_duration(123, 500'000), 246us);
   EXPECT_EQ(bits_duration(1, 800'000), 1250ns);
-  EXPECT_EQ(bits_duration(1, 300'000), 3334ns);  // up: a bit is over when it is over
+  EXPECT_EQ(bits_duration(1, 300'000), 3334ns);  // rounded up: a bit ends completely
   EXPECT_EQ(bits_duration(0, 1'000'000), 0ns);
 }
 
@@ -22,7 +22,7 @@ TEST(WireTiming, TicksAreExact) {
   EXPECT_EQ(ticks_until(1s, 24000), 24000);
   EXPECT_EQ(ticks_until(41666ns, 24000), 0);  // 1/24000 s = 41666.6 ns
   EXPECT_EQ(ticks_until(41667ns, 24000), 1);
-  // A year, where t·f no longer fits 64 bits, and one nanosecond less.
+  // A year, for which t·f exceeds 64 bits, and one nanosecond less.
   const SimTime year = 365 * 24h;
   EXPECT_EQ(ticks_until(year, 32000), 365LL * 24 * 3600 * 32000);
   EXPECT_EQ(ticks_until(year - 1ns, 32000), 365LL * 24 * 3600 * 32000 - 1);

@@ -55,8 +55,7 @@ double power_W(double iq_A) {
   return (run.bus(0).drawn_J(1) - before_J) / 0.1;
 }
 
-/// Returns the voltage in V at which the power through the resistances equals the drive's: v·(V −
-/// v)/R = P.
+/// Returns the voltage in V at which drive and resistances balance: v·(V − v)/R = P.
 double link_V(double R_ohm, double P_W) {
   return 0.5 * (kV + std::sqrt(kV * kV - 4.0 * R_ohm * P_W));
 }

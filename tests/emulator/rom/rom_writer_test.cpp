@@ -73,8 +73,7 @@ TEST(WriteDurably, WhatWasCutShortBeforeIsNoHindrance) {
   EXPECT_EQ(directory.names(), std::set<std::string>{"a"});
 }
 
-/// An attacker who can create files next to it must not choose the overwritten file, nor block the
-/// writer.
+/// An attacker with files next to it must neither choose the overwritten file nor block the writer.
 TEST(WriteDurably, WritesNothingThatItHasNotMade) {
   const test::TempDirectory directory;
   const Descriptor fd(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));

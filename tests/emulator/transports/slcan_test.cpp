@@ -50,8 +50,7 @@ TEST(Slcan, WhatIsNoFrame) {
   }
 }
 
-/// python-can 4 does this at start and end. The adapter refuses it, but no line counts as
-/// malformed.
+/// python-can 4 does this at start and end. The adapter refuses it; no line is malformed.
 TEST(Slcan, ClosingTwiceAndOpeningTwiceMakesSense) {
   Slcan slcan(1'000'000);
   const FromClient heard = say(slcan, "C\rS8\rO\rO\rC\r");

@@ -57,8 +57,8 @@ constexpr int kDrives = 32;
 constexpr std::int64_t kBitrate = 1'000'000;
 constexpr SimTime kEveryday = 3s;
 constexpr SimTime kCheck = 10ms;
-/// What one more fault in the bus's list may hold: a list that grows has room for twice what is in
-/// it; and its name, its drives and where they stood, what it first acted on.
+/// Memory of one more fault in the bus's list, which may have twice the capacity: fault, name,
+/// drives with their positions, first effect.
 constexpr std::int64_t kBytesOfAFault = 2 * sizeof(LiveFault) + 256;
 /// Queues and lists whose size varies: up to as many frames as the hosts' send queue, with twice
 /// the capacity, for the hosts and, under adapter faults, the adapter. A leak of one frame each

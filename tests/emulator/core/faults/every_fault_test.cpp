@@ -20,8 +20,8 @@ namespace every_fault_test {
 using namespace std::chrono_literals;
 using test::frame;
 
-/// What the kind is set to, on the drive 1 unless another is said. A kind that is not in here has
-/// no situation that shows it.
+/// Values of the fault, by default on drive 1. Kinds that are missing here have no situation that
+/// shows an effect.
 struct Situation {
   std::vector<FaultValue> values = {};
   int id = 1;
@@ -110,8 +110,8 @@ const std::map<std::string_view, Situation> kSituations = {
     {"id_changed", {{12}}},
 };
 
-/// Geared drives with play and a load, warmer than the air; the second has a brake, the third
-/// answers commands for several only.
+/// Geared drives with play and a load, warmer than the ambient air. The second has a brake, the
+/// third answers only multi-drive commands.
 BusConfig config(std::string_view adapter) {
   BusConfig config = test::powered_bus({1, 2, 3}, 1'000'000);
   for (ServoConfig& servo : config.servos) {
@@ -135,7 +135,7 @@ BusConfig config(std::string_view adapter) {
   return config;
 }
 
-/// The values that a fault may change, collected during one step.
+/// Values that a fault may change, collected during one step.
 struct Observation {
   std::vector<TimedFrame> wire;
   std::vector<double> signals;
@@ -146,8 +146,8 @@ struct Observation {
 constexpr SimTime kStep = 5ms;
 constexpr SimTime kFaultAt = 500ms;
 
-/// A bus whose drives are queried all the time. The first drive turns to and fro, gets new
-/// settings, restarts, loses its supply voltage and is switched off.
+/// A bus with constant queries. The first drive moves to and fro, gets new settings, restarts,
+/// loses its supply voltage and is switched off.
 class CanRun {
  public:
   static constexpr SimTime kDuration = 3s;
@@ -192,7 +192,7 @@ class CanRun {
   Bus bus;
 };
 
-/// As CanRun on RS-485: one drive with a gain of 13, queried for its gains and its state.
+/// As CanRun, on RS-485: one drive with a gain of 13, queried for gains and state.
 class SerialRun {
  public:
   static constexpr SimTime kDuration = 1s;
@@ -250,7 +250,7 @@ TEST_P(EveryFault, ChangesSomethingAndSaysSo) {
   Fault fault = fault_of(row);
   std::ranges::copy(situation.values, fault.values.begin());
   if (!row.of_bus) fault.ids = {situation.id};
-  if (row.of_bus) fault.probability = 0.5;  // with 1, a bus would be silent
+  if (row.of_bus) fault.probability = 0.5;  // with 1, the bus would be silent
   if (row.serial) {
     expect_change_and_report(SerialRun(nullptr), SerialRun(&fault));
   } else {
@@ -268,7 +268,7 @@ INSTANTIATE_TEST_SUITE_P(Faults, EveryFault, testing::ValuesIn(words()),
 
 TEST(FaultTable, NamesOnlyKnownSituations) { EXPECT_EQ(kSituations.size(), fault_table().size()); }
 
-/// A function stands where a fault acts; one that acts nowhere would never take effect.
+/// A fault acts where its function is called; without a function it would never take effect.
 TEST(FaultTable, EachActsSomewhere) {
   for (const FaultRow& row : fault_table()) {
     EXPECT_EQ(row.adapter == nullptr, row.adapter_shows == nullptr) << row.word;

@@ -1,4 +1,4 @@
-// Every fault of firmware and memory, by what a host sees of it.
+// Every fault of firmware and memory, as a host observes it.
 
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ TEST(FirmwareFaults, ResetForgetsWhatPowerOffForgetsAndIsNothingToADeadDrive) {
   EXPECT_TRUE(answers(host));
   EXPECT_EQ(host.ask("141#3300000000000000"), test::frame("141#3300000000000000"));
   EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#30000A0B0C0D0E0F"));
-  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 4500.0, 300.0);  // a turn is lost
+  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 4500.0, 300.0);  // one turn is lost
 
   host.bus.apply({1, SupplyVoltage{0.0}});
   host.wait(50ms);
@@ -58,7 +58,7 @@ TEST(FirmwareFaults, ADriveThatHangsTurnsOnAndHearsNothing) {
   EXPECT_TRUE(host.talk(test::frame("280#0000000000000000")).empty());
   host.wait(400ms);
   EXPECT_NEAR(host.bus.truth(1).omega_m / std::numbers::pi * 180, 180.0, 3.0);
-  EXPECT_EQ(evidence(host).effects, 1U);  // 0x280 would have got no answer anyway
+  EXPECT_EQ(evidence(host).effects, 1U);  // 0x280 would not have been answered anyway
   EXPECT_EQ(evidence(host).first_effect_at, 300ms);
   EXPECT_EQ(evidence(host).first_on, "drive 1, 141#A200000000000000");
   host.wait(100ms);
@@ -93,7 +93,7 @@ TEST(FirmwareFaults, SlowRepliesAreLateAndWhatWasAskedIsDoneAtOnce) {
   EXPECT_EQ(evidence(host).effects, 1U);
   EXPECT_EQ(evidence(host).first_effect_at, 0ns);
   host.wait(100ms);
-  EXPECT_TRUE(answers(host));  // at once
+  EXPECT_TRUE(answers(host));  // the reply comes at once
   EXPECT_EQ(evidence(host).effects, 1U);
 }
 
@@ -103,7 +103,7 @@ TEST(FirmwareFaults, SlowRepliesAreThoseOfTheDriveAndOfTheTime) {
     const Fault made = test::fault("slow_replies", {delay_ms}, course, {id});
     host.bus.apply({kWholeBus, SetFault{made}});
   };
-  slow(1, 3, {.duration = 1ms});  // over when the query comes
+  slow(1, 3, {.duration = 1ms});  // over before the query
   slow(2, 7, {});
   slow(1, 5, {});
   host.wait(10ms);
@@ -122,7 +122,7 @@ TEST(FirmwareFaults, ADriveWithAFastClockTurnsFasterThanItSays) {
   Host host(test::servo_config(1));
   inject(host, "clock_drift", {10});
   host.wait(10ms);
-  EXPECT_FALSE(evidence(host).first_effect_at);  // it stands
+  EXPECT_FALSE(evidence(host).first_effect_at);  // the shaft does not move
   host.get<protocol::State2>(protocol::Speed{360, 0});
   host.wait(1s);
   const auto true_dps = [&] { return host.bus.truth(1).omega_m / std::numbers::pi * 180; };
@@ -156,7 +156,7 @@ TEST_P(LostWrites, AreAcknowledgedAndGoneAfterTheNextStart) {
   EXPECT_EQ(host.ask("141#32000A0B0C0D0E0F"), test::frame("141#32000A0B0C0D0E0F"));
   EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#30000A0B0C0D0E0F"));  // RAM
   expect_once(evidence(host), 0ns);
-  // Whoever keeps the ROM hears of a write and is given what is in the ROM.
+  // The owner of the ROM is notified of the write, with the ROM's contents.
   host.bus.take_rom_writes(writes);
   ASSERT_EQ(writes.size(), 1U);
   EXPECT_EQ(writes[0].number, 2U);
@@ -195,7 +195,7 @@ TEST(MemoryFaults, AWriteIsLostToTheFaultsOfItsDriveAndOfItsTime) {
     const Fault made = test::fault("rom_write_fails", {}, course, {id});
     host.bus.apply({kWholeBus, SetFault{made}});
   };
-  set(1, {.duration = 1ms});  // over when the write comes
+  set(1, {.duration = 1ms});  // over before the write
   set(2, {});
   set(1, {});
   host.wait(10ms);
@@ -216,7 +216,7 @@ TEST(MemoryFaults, ADamagedParameterIsAsDeliveredAtTheNextStart) {
   inject(host, "rom_damaged", {RomParameter::kGains});
   expect_once(evidence(host), 0ns);
   EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#30000A0B0C0D0E0F"));  // RAM
-  // It is damaged where it is kept, too.
+  // The stored copy is damaged as well.
   host.bus.take_rom_writes(writes);
   ASSERT_EQ(writes.size(), 1U);
   EXPECT_EQ(writes[0].number, 3U);
@@ -255,7 +255,7 @@ TEST(MemoryFaults, DamageWhileTheFlashWritesIsNotUndoneByWhatTheWriteDoes) {
   }
 }
 
-/// How many bits of their whole parts two values differ by.
+/// Returns the number of differing bits in the integer parts of two values.
 int bits_apart(double a, double b) {
   const auto whole = [](double value) { return static_cast<std::uint64_t>(value); };
   return std::popcount(whole(a) ^ whole(b));
@@ -308,7 +308,7 @@ TEST(MemoryFaults, AFlippedBitLeavesWhatTheRegisterCanHold) {
   }
 }
 
-/// The ROM of a newer firmware in a drive whose gains are bytes: no single bit makes one of 0x300.
+/// The ROM of a newer firmware in a drive with gains of one byte: no single bit flip gives 0x300.
 TEST(MemoryFaults, WhereNoBitCanFlipNoneDoes) {
   ServoConfig config = test::drive(Generation::kLegacy);
   config.rom.gains = {0x300, 0x300, 0x300, 0x300, 0x300, 0x300};
@@ -339,7 +339,7 @@ TEST(MemoryFaults, ADriveForgetsItsModeForSeveral) {
   config.rom.broadcast_mode = true;
   Host host(config);
   inject(host, "forgets_broadcast");
-  EXPECT_FALSE(answers(host));  // it knows it still
+  EXPECT_FALSE(answers(host));  // still in the mode until the restart
   EXPECT_FALSE(evidence(host).first_effect_at);
   restart(host);
   EXPECT_TRUE(answers(host));

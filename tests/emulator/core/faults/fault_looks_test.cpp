@@ -1,4 +1,4 @@
-// When a bus looks at conditions, and which of several then begin.
+// When a bus evaluates conditions, and which of several faults then begin.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ Condition reaches(const char* signal, Edge edge, double level) {
   return {1, SignalReaches{find_signal(signal), edge, level}};
 }
 
-// The frame that completes one number and not yet the other is hit by the one.
+// The frame that completes one count but not the other triggers only one fault.
 TEST(FaultConditions, OnTheSameCommandEachCountsForItself) {
   Host host(test::bus_config({1}));
   plan_hang(host, 0ms, {1, CommandSeen{0x9C, 1}});
@@ -38,10 +38,10 @@ TEST(FaultConditions, OnTheSameCommandEachCountsForItself) {
   EXPECT_EQ(evidence(host, 1).began_at, 10ms);
 }
 
-// Others are looked at every millisecond meanwhile.
+// Other conditions are evaluated every millisecond meanwhile.
 TEST(FaultConditions, WhatHoldsBeforeItsTimeBeginsAtItsTime) {
   Host host(test::bus_config({1}));
-  plan_hang(host, 0ms, reaches("alive", Edge::kBelow, 0));  // never
+  plan_hang(host, 0ms, reaches("alive", Edge::kBelow, 0));  // never true
   plan_hang(host, 50ms, reaches("alive", Edge::kAbove, 1));
   host.wait(49999us);
   EXPECT_EQ(evidence(host, 1).state, State::kArmed);
@@ -50,14 +50,14 @@ TEST(FaultConditions, WhatHoldsBeforeItsTimeBeginsAtItsTime) {
   EXPECT_FALSE(evidence(host, 0).began_at);
 }
 
-// The look that was due for what is cleared finds nothing, or what came after it.
+// A look planned for a cleared fault does nothing, or serves a later fault.
 TEST(FaultConditions, WhatIsClearedIsLookedAtNoMore) {
   Host host(test::bus_config({1}));
   plan_hang(host, 100ms, reaches("alive", Edge::kAbove, 1));
   plan_hang(host, 50ms, reaches("alive", Edge::kBelow, 0));
   host.wait(60ms);
   clear(host);
-  host.wait(60ms);  // beyond 100 ms
+  host.wait(60ms);  // after 100 ms
   EXPECT_FALSE(host.bus.next_due());
   plan_hang(host, 150ms, reaches("alive", Edge::kAbove, 1));
   host.wait(40ms);
@@ -70,14 +70,14 @@ TEST(FaultConditions, WhatIsClearedIsLookedAtNoMore) {
   EXPECT_FALSE(host.bus.next_due());
 }
 
-/// However many there are: a look costs about the same, and none is left out.
+/// The cost of a look is bounded, and no fault is omitted.
 TEST(ManyFaults, AreLookedAtInTurns) {
   const std::vector<int> ids = {1, 2, 3, 4, 5, 6, 7, 8};
   BusConfig config = test::bus_config({1, 2, 3, 4, 5, 6, 7, 8});
-  config.seed = 2;  // with some seeds garbage is right by chance, once in 16384 looks
+  config.seed = 2;  // with some seeds garbage is correct by chance, once in 16384 looks
   Host host(config);
   constexpr std::size_t kFaults =
-      4 * FaultBoard::kMostLooks / 8;  // four times as many, on 8 drives
+      4 * FaultBoard::kMostLooks / 8;  // four times the limit, on 8 drives
   for (std::size_t n = 0; n < kFaults; ++n) {
     host.bus.apply({kWholeBus, SetFault{test::fault("encoder_garbage", {}, {}, ids)}});
   }
@@ -90,7 +90,7 @@ TEST(ManyFaults, AreLookedAtInTurns) {
   EXPECT_EQ(effects, (4 + 7) * FaultBoard::kMostLooks) << "all at first, then a quarter each time";
 }
 
-/// One that is over before its turn has been looked at as well.
+/// A fault that ends before its turn is evaluated at its end.
 TEST(ManyFaults, ShowAtTheirEndWhetherTheirTurnHasComeOrNot) {
   const std::vector<int> ids = {1, 2, 3, 4, 5, 6, 7, 8};
   Host host(test::bus_config({1, 2, 3, 4, 5, 6, 7, 8}));

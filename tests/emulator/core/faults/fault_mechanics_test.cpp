@@ -1,4 +1,4 @@
-// Every fault of the mechanics, by what the shaft does.
+// Every mechanical fault, by its effect on the shaft.
 
 #include <gtest/gtest.h>
 
@@ -16,14 +16,14 @@ using test::expect_shown;
 using test::Host;
 using test::inject;
 
-// Of the test drive: k_t = 3/2·p·ψ_f.
+// For the test drive: k_t = 3/2·p·ψ_f.
 constexpr double kTorquePerAmpere_Nm = 1.5 * 14 * 0.00499;
 constexpr double kRotorInertia_kgm2 = 933e-7;
 
 double omega(const Host& host) { return host.bus.truth(1).omega_out; }
 double dps(const Host& host) { return omega(host) / std::numbers::pi * 180; }
 
-/// rad/s², over the next `time`.
+/// Returns the mean acceleration in rad/s² over the next `time`.
 double acceleration(Host& host, SimTime time) {
   const double before = omega(host);
   host.wait(time);
@@ -86,7 +86,7 @@ TEST(MechanicsFaults, MoreFrictionBrakesACoastingShaftSooner) {
   Host host(config);
   inject(host, "friction", {4});
   host.wait(10ms);
-  EXPECT_FALSE(evidence(host).first_effect_at);  // it stands, and nothing pushes
+  EXPECT_FALSE(evidence(host).first_effect_at);  // at rest without a load torque
   clear(host);
   host.get<protocol::State2>(protocol::Speed{3600, 0});
   host.wait(1s);
@@ -148,7 +148,7 @@ TEST(MechanicsFaults, AKickWithoutMomentumIsNone) {
   EXPECT_FALSE(evidence(host).first_effect_at);
 }
 
-/// A gear of 10 with a play of 0.02 rad, and some friction behind it.
+/// A gear of 10 with a play of 0.02 rad, and some friction at the output.
 ServoConfig geared() {
   ServoConfig config = test::servo_config(1);
   model::MechanicsParams& mechanics = config.profile.drive.mechanics;
@@ -161,7 +161,7 @@ ServoConfig geared() {
   return config;
 }
 
-/// How far the output goes when it is pushed to either side while the drive holds the rotor, rad.
+/// Returns the output's play in rad, with the rotor held and a push to either side.
 double play(Host& host) {
   host.get<protocol::State2>(protocol::Position2{0, 4500});
   std::array<double, 2> rests{};
@@ -201,7 +201,7 @@ TEST(MechanicsFaults, WithABrokenCouplingTheRotorTurnsAlone) {
     EXPECT_NEAR(host.state_2().speed_dps, 720, 20);
     EXPECT_NEAR(host.bus.truth(1).theta_out, output, 1e-6);
     EXPECT_GT(host.bus.truth(1).theta_m / ratio - output, 0.3);
-    EXPECT_GT(evidence(host).first_effect_at, 10ms);  // until then nobody pushed
+    EXPECT_GT(evidence(host).first_effect_at, 10ms);  // no push until then
     EXPECT_LT(evidence(host).first_effect_at, 50ms);  // the play has been taken up
     clear(host);
     host.wait(500ms);
@@ -216,7 +216,7 @@ TEST(MechanicsFaults, AnEndStopIsWhereItIsPut) {
   const double start = host.bus.truth(1).theta_out;
   inject(host, "end_stop", {-1e6, 10}, {.duration = 2s});
   host.wait(100ms);
-  EXPECT_FALSE(evidence(host).first_effect_at);  // nothing has come near it
+  EXPECT_FALSE(evidence(host).first_effect_at);  // nothing is near the stop
   host.get<protocol::State2>(protocol::Torque{0.8});
   host.wait(1s);
   EXPECT_NEAR((host.bus.truth(1).theta_out - start) / std::numbers::pi * 180, 10, 0.5);
@@ -232,7 +232,7 @@ TEST(MechanicsFaults, AnEndStopIsWhereItIsPut) {
   EXPECT_NEAR(static_cast<double>(other.multi_turn_cdeg()), 4000, 50);
 }
 
-/// 0.1 to the power of 400 is 0, 1000 to that of 400 infinite: no inertia, no friction, no clock.
+/// 0.1^400 is 0 and 1000^400 infinite: inertia, friction and clock must stay finite and positive.
 TEST(MechanicsFaults, HundredsOfAKindAreNoMoreThanTheStrongest) {
   const std::pair<const char*, double> strongest[] = {{"inertia", 0.1},
                                                       {"inertia", 1000},

@@ -1,4 +1,4 @@
-// Every fault of the supply and of the power stage, by what a host reads and what is so.
+// Every fault of supply and power stage, by readings of a host and true values.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ using test::inject;
 protocol::State1 state_1(Host& host) { return host.get<protocol::State1>(protocol::ReadState1{}); }
 double link_V(const Host& host) { return host.bus.truth(1).v_bus; }
 
-// --- the supply
+// --- supply
 
 TEST(PowerFaults, ASagSetsTheErrorBit) {
   ServoConfig config = test::powered_drive();
@@ -32,7 +32,7 @@ TEST(PowerFaults, ASagSetsTheErrorBit) {
   EXPECT_EQ(state_1(host).errors, model::bit(Error::kUnderVoltage));
   EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
   expect_shown(evidence(host), 0ms, 800);
-  host.bus.apply({1, SupplyVoltage{20}});  // of a better supply the fault leaves no more
+  host.bus.apply({1, SupplyVoltage{20}});  // the fault also limits a higher supply
   host.wait(50ms);
   EXPECT_NEAR(link_V(host), 10.0, 0.05);
   host.wait(100ms);
@@ -54,9 +54,9 @@ TEST(PowerFaults, ADipResetsTheControllerAndTheTurnsAreLost) {
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 4500.0 + 3 * 36000, 3.0);
   inject(host, "dip", {1}, {.duration = 600ms});
   host.wait(590ms);
-  EXPECT_NEAR(link_V(host), 4.0, 0.2);  // a volt below reset
+  EXPECT_NEAR(link_V(host), 4.0, 0.2);  // a volt below the reset threshold
   EXPECT_FALSE(answers(host));
-  host.wait(70ms);  // it boots in 50 ms
+  host.wait(70ms);  // boots in 50 ms
   EXPECT_TRUE(answers(host));
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 4500.0, 3.0);
   EXPECT_NEAR(link_V(host), 24.0, 0.05);
@@ -90,13 +90,13 @@ TEST(PowerFaults, ARebootLoopBootsAgainAndAgain) {
     if (now && !alive) boots_ms.push_back(ms);
     alive = now;
   }
-  // On at 600 ms and every 800 ms from there; the link charges at once, and 50 ms are for booting.
+  // On at 600 ms and every 800 ms; the link charges at once, and booting takes 50 ms.
   ASSERT_EQ(boots_ms.size(), 5U);
   for (int n = 0; n < 5; ++n) EXPECT_NEAR(boots_ms[static_cast<std::size_t>(n)], 650 + 800 * n, 2);
   EXPECT_TRUE(answers(host));
   EXPECT_NEAR(link_V(host), 24.0, 0.05);
   expect_shown(evidence(host), 0ms, 2900);
-  EXPECT_LE(evidence(host).effects, 3100U);  // of 4000; not while the supply is there
+  EXPECT_LE(evidence(host).effects, 3100U);  // of 4000; not while the supply is on
 }
 
 TEST(PowerFaults, ARectifierLetsBrakingRaiseTheLink) {
@@ -117,20 +117,20 @@ TEST(PowerFaults, ARectifierLetsBrakingRaiseTheLink) {
       EXPECT_LT(most_V, 25.0);
       continue;
     }
-    // ½·J·ω² = 0.72 J into 470 µF at 24 V would be 60 V; copper takes its share.
+    // ½·J·ω² = 0.72 J into 470 µF at 24 V would give 60 V; copper loss takes a share.
     EXPECT_GT(most_V, 28.0);
     EXPECT_TRUE(evidence(host).first_effect_at);
     EXPECT_EQ(evidence(host).first_on, "drive 1");
   }
 }
 
-// --- the power stage
+// --- power stage
 
 enum Phase { kA, kB, kC };
 enum Side { kHigh, kLow };
 
-/// Hardly turns, and stands where the current of phase a is that of the q axis: at 45 degrees of
-/// the rotor, 630 electrical ones, i_a = −i_q·sin 270° = i_q.
+/// A high inertia that hardly moves, at the angle where the current of phase a is that of the q
+/// axis: at 45 rotor degrees, 630 electrical degrees, i_a = −i_q·sin 270° = i_q.
 Host heavy() {
   ServoConfig config = test::servo_config(1);
   config.profile.drive.load.J = 1;
@@ -158,7 +158,7 @@ TEST(PowerStageFaults, AnOpenPhaseCarriesNoCurrent) {
 TEST(PowerStageFaults, ASwitchThatStaysOpenCarriesOneDirectionOnly) {
   Host host = heavy();
   inject(host, "switch_open", {kA, kHigh});
-  EXPECT_NEAR(pulled(host, -3.2).i_a_A, -3.2, 0.1);  // the lower switch and the diodes do
+  EXPECT_NEAR(pulled(host, -3.2).i_a_A, -3.2, 0.1);  // through the lower switch and the diodes
   EXPECT_LT(pulled(host, 3.2).i_a_A, 0.5);
   EXPECT_GE(evidence(host).effects, 10U);
   clear(host);
@@ -174,8 +174,8 @@ TEST(PowerStageFaults, AShortedSwitchShortsTheLinkWithItsPartner) {
   Host host(config);
   inject(host, "switch_shorted", {kB, kHigh}, {.duration = 5ms});
   host.wait(5ms);
-  // The bridge idles at half the voltage: half of the time the source feeds two switches of 10 mΩ
-  // through its own 50 mΩ. The firmware sees the link break down and lets go.
+  // The bridge idles at half the voltage: half of the time the source drives two switches of 10 mΩ
+  // through its own 50 mΩ. The firmware detects the under-voltage and switches off.
   EXPECT_EQ(state_1(host).errors & model::bit(Error::kUnderVoltage),
             model::bit(Error::kUnderVoltage));
   EXPECT_FALSE(host.bus.telemetry(1).bridge_on);

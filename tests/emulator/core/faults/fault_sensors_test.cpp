@@ -1,4 +1,4 @@
-// Every fault of the sensors, by what a host reads and what is so.
+// Every sensor fault, by readings of a host and true values.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ using test::statistics;
 
 constexpr double kCounts_deg = 16384.0 / 360.0;
 
-/// Stands at 45 degrees, count 2048; its bridge is off, so that what it measures moves nothing.
+/// At 45 degrees, count 2048, with the bridge off, so that measurements move nothing.
 Host undriven() {
   Host host(test::servo_config(1));
   host.ask("141#8000000000000000");
@@ -67,7 +67,7 @@ TEST(EncoderFaults, Drift) {
   inject(host, "encoder_drift", {36}, {.duration = 1500ms});
   const double rotor = true_counts(host);
   host.wait(1s);
-  EXPECT_NEAR(encoder(host), 2048 + 36 * kCounts_deg, 3.0);  // moved on once a millisecond
+  EXPECT_NEAR(encoder(host), 2048 + 36 * kCounts_deg, 3.0);  // advances once a millisecond
   EXPECT_EQ(true_counts(host), rotor);
   EXPECT_NEAR(host.state_2().speed_dps, 36.0, 10.0);
   host.wait(1s);
@@ -78,7 +78,7 @@ TEST(EncoderFaults, Drift) {
 TEST(EncoderFaults, Noise) {
   Host host = undriven();
   inject(host, "encoder_noise", {1});
-  // Of 2000 samples the deviation is known to 1.6 %.
+  // With 2000 samples the deviation has an error of 1.6 %.
   const auto [mean, deviation] = statistics(host, 2000, [&] { return encoder(host); });
   EXPECT_NEAR(deviation, kCounts_deg, 0.06 * kCounts_deg);
   EXPECT_NEAR(mean, 2048, 4 * kCounts_deg / std::sqrt(2000.0));
@@ -100,7 +100,7 @@ TEST(EncoderFaults, Garbage) {
     most = std::max(most, value);
     return value;
   });
-  // Evenly over the turn: the middle, a deviation of turn/√12; of 1000 samples, each known to 3 %.
+  // Uniform over the turn: deviation turn/√12. With 1000 samples errors are about 3 %.
   EXPECT_NEAR(mean, 8192, 4 * 4730 / std::sqrt(1000.0));
   EXPECT_NEAR(deviation, 4730, 0.1 * 4730);
   EXPECT_LT(least, 164);
@@ -117,7 +117,7 @@ TEST(EncoderFaults, LostMagnet) {
   inject(host, "encoder_lost_magnet");
   turn(host, 170);
   const auto [mean, deviation] = statistics(host, 1000, [&] { return encoder(host); });
-  // About where it was, not where it is; with the noise of stray fields (docs/model.md §14).
+  // Near the last angle, not the true one; with the noise of stray fields (docs/model.md §14).
   EXPECT_NEAR(mean, 8192, 0.2 * 16384);
   EXPECT_GT(deviation, 0.01 * 16384);
   expect_shown(evidence(host), 1ms, 900);
@@ -130,14 +130,14 @@ TEST(EncoderFaults, Slow) {
   Host host(test::servo_config(1));
   inject(host, "encoder_slow", {10});
   host.wait(10ms);
-  EXPECT_FALSE(evidence(host).first_effect_at);  // nothing moves
+  EXPECT_FALSE(evidence(host).first_effect_at);  // no motion
   clear(host);
   host.get<protocol::State2>(protocol::Speed{360, 0});
   host.wait(500ms);
-  host.ask("141#8000000000000000");  // it coasts, without friction
+  host.ask("141#8000000000000000");  // coasts without friction
   inject(host, "encoder_slow", {10});
   host.wait(50ms);
-  // It shows where the rotor was 10 ms ago: 3.6 degrees.
+  // It shows the rotor's angle of 10 ms ago: 3.6 degrees.
   const double lag = std::remainder(true_counts(host) - encoder(host), 16384.0);
   EXPECT_NEAR(lag, 3.6 * kCounts_deg, 3.0);
   expect_shown(evidence(host, 1), 510ms, 45);
@@ -175,11 +175,11 @@ TEST(CurrentFaults, Offset) {
 
 TEST(CurrentFaults, GainMakesTheLoopDriveAnotherCurrent) {
   ServoConfig config = test::servo_config(1);
-  config.profile.drive.load.J = 1;  // it hardly moves
+  config.profile.drive.load.J = 1;  // hardly moves
   Host host(config);
   inject(host, "current_gain", {0.5, kBoth});
   host.wait(10ms);
-  EXPECT_FALSE(evidence(host).first_effect_at);  // half of nothing
+  EXPECT_FALSE(evidence(host).first_effect_at);  // half of zero
   host.get<protocol::State2>(protocol::Torque{3.2});
   host.wait(20ms);
   EXPECT_NEAR(host.state_2().iq_A, 3.2, 0.05);
@@ -194,7 +194,7 @@ TEST(CurrentFaults, Noise) {
   Host host = undriven();
   inject(host, "current_noise", {0.5});
   const auto [mean, deviation] = statistics(host, 2000, [&] { return currents(host).i_b_A; });
-  EXPECT_NEAR(deviation, 0.5, 0.03);  // known to 1.6 %
+  EXPECT_NEAR(deviation, 0.5, 0.03);  // error 1.6 %
   EXPECT_NEAR(mean, 0.0, 0.05);
   expect_shown(evidence(host), 0ms, 2000);
   clear(host);
@@ -241,7 +241,7 @@ TEST(SlowSensorFaults, ATemperatureThatIsStuckTripsTheProtectionAndTheMotorIsCol
   EXPECT_EQ(state_1(host).errors, model::bit(Error::kMotorTemperature));
   EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
   EXPECT_NEAR(host.bus.truth(1).temp_winding, 25, 0.1);
-  EXPECT_EQ(host.get<protocol::State1>(protocol::ClearErrors{}).errors, 8U);  // not over
+  EXPECT_EQ(host.get<protocol::State1>(protocol::ClearErrors{}).errors, 8U);  // still active
   host.wait(100ms);
   EXPECT_EQ(state_1(host).temperature_C, 25);
   EXPECT_EQ(host.get<protocol::State1>(protocol::ClearErrors{}).errors, 0U);
@@ -276,7 +276,7 @@ TEST(SlowSensorFaults, AVoltageThatIsStuckIsUnderVoltageAndTheDriveLives) {
   ServoConfig config = test::powered_drive();
   config.rom.protections[0] = {true, 18.0, 1.0, 0.002};
   Host host(config);
-  inject(host, "voltage_stuck", {4}, {.duration = 100ms});  // reset is below 5 V
+  inject(host, "voltage_stuck", {4}, {.duration = 100ms});  // the reset threshold is 5 V
   host.wait(10ms);
   EXPECT_EQ(state_1(host).voltage_V, 4.0);
   EXPECT_EQ(state_1(host).errors, model::bit(Error::kUnderVoltage));

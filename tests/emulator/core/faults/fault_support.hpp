@@ -38,7 +38,7 @@ inline emulator::Fault fault(std::string_view kind,
   return made;
 }
 
-/// Begins now.
+/// Starts a fault now.
 inline void inject(Host& host, std::string_view kind,
                    std::initializer_list<emulator::FaultValue> values = {}, Course course = {},
                    std::vector<int> ids = {1}) {
@@ -54,7 +54,7 @@ inline FaultEvidence evidence(const Host& host, std::size_t n = 0) {
   return host.bus.faults().at(n).evidence;
 }
 
-/// Whether drive `id` answers 0x9C.
+/// Returns whether drive `id` answers 0x9C.
 inline bool answers(Host& host, int id = 1) {
   protocol::Frame query;
   query.id = 0x140U + static_cast<std::uint32_t>(id);
@@ -62,7 +62,7 @@ inline bool answers(Host& host, int id = 1) {
   return !host.talk(query).empty();
 }
 
-/// Mean and standard deviation of what `read` gives, every millisecond.
+/// Returns mean and standard deviation of `read`, sampled every millisecond.
 template <class Read>
 std::pair<double, double> statistics(Host& host, int samples, Read read) {
   double sum = 0;
@@ -77,7 +77,7 @@ std::pair<double, double> statistics(Host& host, int samples, Read read) {
   return {mean, std::sqrt(squares / samples - mean * mean)};
 }
 
-/// It showed from `since` on, at the latest one look after, so many times at least, on drive 1.
+/// Checks effects on drive 1: the first one at most one look after `since`, and at least `effects`.
 inline void expect_shown(const FaultEvidence& evidence, SimTime since, std::uint64_t effects = 1) {
   ASSERT_TRUE(evidence.first_effect_at);
   EXPECT_GE(*evidence.first_effect_at, since);

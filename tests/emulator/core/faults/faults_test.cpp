@@ -1,4 +1,4 @@
-// The life of a fault: when it begins, how often, when it ends, and what it says of itself.
+// Course of a fault: start, repetition, end, and evidence.
 
 #include <gtest/gtest.h>
 
@@ -55,8 +55,8 @@ TEST(Faults, BeginAtTheirTimeAndLastAsLongAsTheyAreToldTo) {
 TEST(Faults, OneThatFoundNothingToDoHasNoEffect) {
   Host host(test::bus_config({1}));
   test::inject(host, "hang", {}, {.duration = 50ms});
-  test::inject(host, "encoder_stuck", {}, {.duration = 50ms});  // the shaft stands still
-  test::inject(host, "rom_damaged");                            // ROM is as delivered
+  test::inject(host, "encoder_stuck", {}, {.duration = 50ms});  // the shaft does not move
+  test::inject(host, "rom_damaged");                            // ROM still has factory values
   host.wait(100ms);
   for (std::size_t n = 0; n < 3; ++n) {
     EXPECT_EQ(evidence(host, n).state, State::kOver) << n;
@@ -112,9 +112,9 @@ TEST(Faults, OfTheMomentComeBackToo) {
 
 TEST(FaultConditions, TheVeryFrameThatCompletesTheNumberIsHit) {
   Host host(test::bus_config({1, 2}));
-  host.ask("141#9C00000000000000");  // before it was asked for
+  host.ask("141#9C00000000000000");  // before the condition was set
   plan(host, 10ms, fault("hang", {}, {.duration = 5ms}), Condition{1, CommandSeen{0x9C, 3}});
-  EXPECT_TRUE(answers(host));  // before its time
+  EXPECT_TRUE(answers(host));  // before at_s
   host.wait(10ms);
   EXPECT_TRUE(answers(host));
   host.ask("141#9A00000000000000");  // another command
@@ -128,7 +128,7 @@ TEST(FaultConditions, TheVeryFrameThatCompletesTheNumberIsHit) {
   EXPECT_EQ(evidence(host).first_effect_at, 12ms);
   host.wait(5ms);
   EXPECT_TRUE(answers(host));
-  for (int n = 0; n < 10; ++n) EXPECT_TRUE(answers(host));  // once
+  for (int n = 0; n < 10; ++n) EXPECT_TRUE(answers(host));  // only once
 }
 
 TEST(FaultConditions, AnAngleIsCrossedInEitherDirection) {
@@ -154,7 +154,7 @@ TEST(FaultConditions, AnAngleIsCrossedInEitherDirection) {
   EXPECT_EQ(evidence(host, 1).began_at, 31ms);
 }
 
-/// Begins at the first whole millisecond at which `holds`, and only then.
+/// Expects the start at the first whole millisecond at which `holds`, and only then.
 void expect_begins_when(Host& host, const Condition& when, const std::function<bool()>& holds) {
   plan(host, 0ms, fault("hang", {}, {.duration = 1ms}), when);
   SimTime first{0};
@@ -177,7 +177,7 @@ TEST(FaultConditions, ASpeedIsReached) {
 TEST(FaultConditions, ATemperatureIsReached) {
   ServoConfig config = test::servo_config(1);
   model::ThermalParams& thermal = config.profile.drive.thermal;
-  thermal.C_winding = thermal.C_housing = 0.1;  // it follows the air
+  thermal.C_winding = thermal.C_housing = 0.1;  // follows the ambient temperature
   Host host(config);
   host.bus.apply({1, AmbientTemperature{0}});
   expect_begins_when(host, {1, SignalReaches{find_signal("temperature_C"), Edge::kBelow, 10}},
@@ -261,7 +261,7 @@ TEST(Faults, HaveNamesOfTheirOwn) {
   EXPECT_EQ(names, (std::vector<std::string>{"hang", "hang-2", "x", "x-2", "hang-3", "hang-4"}));
 }
 
-// --- several at once
+// --- several faults at once
 
 TEST(Faults, OnOneDriveAddUpAndEachEndsAlone) {
   Host host(test::bus_config({1}));
@@ -275,7 +275,7 @@ TEST(Faults, OnOneDriveAddUpAndEachEndsAlone) {
   EXPECT_EQ(temperature_C(), 32);
   host.wait(10ms);
   EXPECT_EQ(temperature_C(), 25);
-  // One look a millisecond, and the last at its end, whoever else begins and ends meanwhile.
+  // One look a millisecond, plus one at its end, independent of other faults.
   EXPECT_EQ(evidence(host, 0).effects, 30U);
   EXPECT_EQ(evidence(host, 1).effects, 30U);
 }
@@ -330,7 +330,7 @@ TEST(Faults, ANewOneTakesThePlaceOfTheOldestThatIsOver) {
     return host.bus.apply(
         {kWholeBus, SetFault{fault(word, {}, {}, {1}, word + std::to_string(n))}});
   };
-  ASSERT_TRUE(inject("bridge_dead", 0));  // lasts
+  ASSERT_TRUE(inject("bridge_dead", 0));  // lasting
   for (std::size_t n = 1; n < Bus::kMostFaults; ++n) ASSERT_TRUE(inject("reset", n));
   EXPECT_FALSE(host.bus.faults_full());
   ASSERT_TRUE(inject("reset", Bus::kMostFaults));
@@ -368,7 +368,7 @@ TEST(Faults, ThoseThatAreClearedMakeRoom) {
   host.bus.apply({kWholeBus, ClearFault{"all"}});
   EXPECT_FALSE(host.bus.faults_full());
   ASSERT_TRUE(plan_one(2s));
-  host.wait(1500ms);  // what was cleared does not begin in its place
+  host.wait(1500ms);  // a cleared fault is not replaced by another
   EXPECT_FALSE(host.bus.faults().back().evidence.began_at);
   host.wait(1s);
   EXPECT_EQ(host.bus.faults().back().evidence.began_at, 2s);
@@ -384,14 +384,15 @@ TEST(Faults, ABusWaitsForSoManyConditions) {
   }
   EXPECT_FALSE(host.bus.plan(turn));
   answers(host);
-  EXPECT_TRUE(host.bus.plan(turn));  // there is room again
+  EXPECT_TRUE(host.bus.plan(turn));  // space is free again
   host.wait(1ms);
   EXPECT_NEAR(host.single_turn_cdeg(), 5500, 3);
 }
 
 // --- determinism
 
-/// Replies and evidence of a run with faults of many kinds, cut into about `slices` at random.
+/// Returns replies and evidence of a run with faults of many kinds, cut into about `slices` random
+/// slices.
 std::pair<std::vector<TimedFrame>, std::vector<FaultReport>> sliced_run(int slices,
                                                                         std::uint64_t seed) {
   BusConfig config = test::powered_bus({1, 2, 3}, 1'000'000);

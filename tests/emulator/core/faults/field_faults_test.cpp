@@ -1,4 +1,4 @@
-// Faults that robots in the field were seen to have, by what a host sees of them.
+// Faults observed on real robots, as a host observes them.
 
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ TEST(FieldFaults, ATornReplyHasTheLowByteOfTheOneBefore) {
   host.wait(1ms);
   EXPECT_EQ(host.state_2().encoder_counts, 0x08FF);
   inject(host, "torn_reply", {static_cast<FaultChoice>(2)});
-  EXPECT_EQ(host.state_2().encoder_counts, 0x08FF);  // both say the same
+  EXPECT_EQ(host.state_2().encoder_counts, 0x08FF);  // equal replies
   EXPECT_EQ(evidence(host).effects, 0U);
   host.bus.apply({1, TurnShaft{kCount_deg}});
   host.wait(1ms);
@@ -50,7 +50,7 @@ TEST(FieldFaults, ATornReplyHasTheLowByteOfTheOneBefore) {
   host.bus.apply({1, TurnShaft{-kCount_deg}});
   host.wait(1ms);
   EXPECT_EQ(host.state_2().encoder_counts, 0x0800);  // 0x08FF
-  // Neither another reply nor one behind it is torn.
+  // Other replies, and later ones, are not torn.
   host.get<protocol::MultiTurnAngle>(protocol::ReadMultiTurnAngle{});
   EXPECT_EQ(host.state_2().encoder_counts, 0x08FF);
   EXPECT_EQ(evidence(host).effects, 2U);
@@ -60,12 +60,12 @@ TEST(FieldFaults, RubbishComesAfterEachStartUntilTheFirstAnswer) {
   Rig rig(bus_config({1}));
   rig.wait(1s);
   rig.set(fault("boot_garbage", {1}, {100}));
-  EXPECT_TRUE(rig.wait(500ms).empty());  // it has been running for long
+  EXPECT_TRUE(rig.wait(500ms).empty());  // started long ago
   const SimTime started = rig.bus.time();
   rig.bus.power_cycle(1);
   const auto rubbish = rig.wait(300ms);
-  EXPECT_GE(rubbish.size(), 5U);   // 100 ms, every 20 ms
-  EXPECT_LE(rubbish.size(), 20U);  // every 5 ms
+  EXPECT_GE(rubbish.size(), 5U);   // 100 ms, at most 20 ms apart
+  EXPECT_LE(rubbish.size(), 20U);  // at least 5 ms apart
   SimTime before = started - 5ms;
   std::set<int> lengths;
   for (std::size_t n = 0; n < rubbish.size(); ++n) {
@@ -122,13 +122,13 @@ TEST(FieldFaults, WithoutTerminationFramesAreDestroyedWithTheSquareOfTheRate) {
     rig.set(fault("no_termination", {}, {missing, cable_m}));
     for (int n = 0; n < 2000; ++n) rig.talk(kState2, 8ms);
     const auto destroyed = static_cast<double>(rig.effects());
-    const double mean = 4000 * share / (1 - share);  // before 4000 successes
+    const double mean = 4000 * share / (1 - share);  // failures before 4000 successes
     EXPECT_NEAR(destroyed, mean, 5 * std::sqrt(mean / (1 - share))) << missing << ' ' << bitrate;
     EXPECT_EQ(rig.bus.stats().replies, 2000U);
     expect_balanced(rig.bus, rig.seen, "no termination");
   }
   Rig rig(bus_config({1}, kBitrate));
-  rig.set(fault("no_termination", {}, {2, 4}));  // nothing gets through
+  rig.set(fault("no_termination", {}, {2, 4}));  // no frame succeeds
   rig.talk(kState2, 20ms);
   EXPECT_EQ(rig.bus.stats().queries, 0U);
   EXPECT_GE(rig.effects(), 32U);
@@ -140,10 +140,10 @@ TEST(FieldFaults, TheReplyTo9BMayShowWhatItClears) {
   for (const bool before : {false, true}) {
     Host host(watched_drive());
     if (before) inject(host, "clear_reply_before");
-    host.wait(200ms);  // lost input
+    host.wait(200ms);  // trips lost input
     EXPECT_EQ(host.ask("141#9B00000000000000").data[7], before ? 0x80 : 0x00);
     EXPECT_EQ(host.ask("141#9A00000000000000").data[7], 0x00);
-    EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0x00);  // nothing to clear
+    EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0x00);  // no error left
     if (before) {
       EXPECT_EQ(evidence(host).effects, 1U);
     }
@@ -156,7 +156,7 @@ TEST(FieldFaults, TheFirstMotionCommandAfterATimeOutIsAnsweredAndNotExecuted) {
   host.ask("141#A200000050460000");  // 180 dps: no time-out yet
   EXPECT_TRUE(is_told_a_speed(host));
   host.wait(200ms);
-  host.ask("141#A200000050460000");  // refused, which does not count
+  host.ask("141#A200000050460000");  // refused, so not counted
   host.ask("141#9B00000000000000");
   host.ask("141#8800000000000000");
   EXPECT_EQ(evidence(host).effects, 0U);
@@ -193,7 +193,7 @@ TEST(FieldFaults, ADriveThatHoldsTheBusAfterOffIsMuteUntilItStartsAnew) {
   Host host(test::servo_config(1));
   inject(host, "bus_held_after_off");
   EXPECT_TRUE(answers(host));
-  host.ask("141#8000000000000000");  // echoed
+  host.ask("141#8000000000000000");  // acknowledged by an echo
   EXPECT_FALSE(answers(host));
   EXPECT_EQ(evidence(host).effects, 1U);
   EXPECT_TRUE(host.talk(test::frame("141#A200000050460000")).empty());
@@ -243,7 +243,7 @@ TEST(FieldFaults, ALateBrakeFollowsItsCoilAfterTheTime) {
   Host host(braked_drive());
   inject(host, "brake_late", {100});
   host.wait(50ms);
-  EXPECT_EQ(evidence(host).effects, 0U);                   // nothing has been switched
+  EXPECT_EQ(evidence(host).effects, 0U);                   // the coil was not switched
   EXPECT_EQ(host.ask("141#8C01000000000000").data[1], 1);  // at once
   host.wait(99ms);
   EXPECT_EQ(host.bus.truth(1).omega_m, 0);
@@ -252,7 +252,7 @@ TEST(FieldFaults, ALateBrakeFollowsItsCoilAfterTheTime) {
   EXPECT_NE(host.bus.truth(1).omega_m, 0);
   const auto effects = evidence(host).effects;
   host.wait(50ms);
-  EXPECT_EQ(evidence(host).effects, effects);  // it has followed
+  EXPECT_EQ(evidence(host).effects, effects);  // the brake has followed the coil
 }
 
 TEST(FieldFaults, ABrakeThatIsNotLateFollowsAtOnce) {
@@ -262,17 +262,17 @@ TEST(FieldFaults, ABrakeThatIsNotLateFollowsAtOnce) {
   EXPECT_NE(host.bus.truth(1).omega_m, 0);
 }
 
-/// Torque goes with the cosine of the electrical angle that the current is beside the rotor.
+/// Torque is proportional to the cosine of the electrical angle between current and rotor.
 TEST(FieldFaults, WithoutCalibrationCurrentMakesNoTorqueOrTheWrongOne) {
   const auto speed_after = [](double offset_deg) {
     Host host(test::servo_config(1));
     if (offset_deg != 0) inject(host, "calibration_lost", {offset_deg});
-    host.ask("141#A10000000A000000");  // 0.16 A: it does not get fast
+    host.ask("141#A10000000A000000");  // 0.16 A: stays slow
     host.wait(2ms);
     if (offset_deg != 0) {
       EXPECT_GT(evidence(host).effects, 0U);
     }
-    EXPECT_GT(host.bus.telemetry(1).i_q, 0.05);  // it flows, as the drive sees it
+    EXPECT_GT(host.bus.telemetry(1).i_q, 0.05);  // the drive measures the current
     return host.bus.truth(1).omega_m;
   };
   const double right = speed_after(0);

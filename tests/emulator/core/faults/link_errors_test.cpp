@@ -1,4 +1,4 @@
-// Silence, noise, error frames and bus-off, as a host sees them.
+// Silence, noise, error frames and bus-off, as a host observes them.
 
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ TEST(LinkFaults, BabbleOfTheLowestIdentifierStarvesTheBus) {
   const auto frames = rig.wait(1s);
   EXPECT_EQ(rig.bus.stats().queries, 0U);
   EXPECT_LE(rig.bus.stats().replies_waiting, 2U);
-  // Nothing but it on the wire, to the last frame.
+  // The wire carries only these frames, until the last one.
   EXPECT_NEAR(std::chrono::duration<double>(rig.bus.stats().wire_busy).count(), 1, 200e-6);
   EXPECT_EQ(rig.bus.stats().extra_frames, frames.size() + rig.bus.stats().replies_waiting);
   rig.clear();
@@ -132,8 +132,8 @@ TEST(LinkFaults, ADestroyedFrameIsSentAgain) {
   ASSERT_EQ(rig.talk(kAsk, 125us).size(), 1U);
   EXPECT_TRUE(is_error(rig.seen[0].frame));
   EXPECT_EQ(rig.seen[0].at, 120us);
-  EXPECT_EQ(rig.seen[0].frame.data[2], 0x80 | 0x10);  // on transmission: no recessive bit
-  EXPECT_EQ(rig.seen[0].frame.data[6], 8);            // its counter
+  EXPECT_EQ(rig.seen[0].frame.data[2], 0x80 | 0x10);  // during transmission: no recessive bit
+  EXPECT_EQ(rig.seen[0].frame.data[6], 8);            // its error counter
   EXPECT_EQ(rig.bus.stats().queries, 0U);
   rig.clear();
   EXPECT_EQ(rig.wait(1ms), std::vector<Frame>{kAnswer});
@@ -150,7 +150,7 @@ TEST(LinkFaults, WithErrorFramesNowAndThenEverythingGetsThrough) {
     const BusStats stats = rig.bus.stats();
     EXPECT_EQ(stats.replies, 1000U);
     EXPECT_EQ(stats.error_frames, rig.effects());
-    // Failures before 2000 successes: mean 2000·p/(1−p), variance that over 1−p.
+    // Failures before 2000 successes: mean 2000·p/(1−p), variance mean/(1−p).
     const double mean = 2000 * 0.05 / 0.95;
     EXPECT_NEAR(static_cast<double>(stats.error_frames), mean, 5 * std::sqrt(mean / 0.95));
     expect_balanced(rig.bus, rig.seen, "error frames");
@@ -191,15 +191,15 @@ TEST(LinkFaults, BusOffAfter32SpoiledRepliesAndBackAfterTheRecovery) {
     EXPECT_TRUE(is_error(error.frame));
     EXPECT_EQ(error.frame.id & kControllerState, 0U) << "a drive's state is not on the wire";
     EXPECT_EQ(error.frame.data[7], n) << "the host's own receive error counter";
-    // The 17th attempt is the first of an error-passive sender: 8 bits more each.
+    // The 17th attempt is the first as error-passive: 8 more bits for each from then on.
     EXPECT_EQ(error.at, 220us + 129us * (n - 1) + 118us + 8us * std::max(n - 16, 0));
   }
   EXPECT_EQ(rig.effects(), 32U);
   EXPECT_EQ(rig.bus.stats().replies_lost, 1U);
-  rig.clear();  // it has to recover all the same
+  rig.clear();  // recovery is still needed
   EXPECT_EQ(rig.talk(frame("142#9A00000000000000"), 1ms).size(), 1U) << "the other drive";
   const SimTime back = 220us + 129us * 31 + 118us + 8us * 16 + 100ms + 1408us;  // 128 × 11 bits
-  // Two queries, the last bit of one before and of the other behind that instant.
+  // Two queries, with the last bit of one before and of the other after that instant.
   rig.wait(back - 123us - rig.bus.time());
   EXPECT_TRUE(rig.talk(kAsk, 122us).empty());
   EXPECT_EQ(rig.dropped(Drop::kFault), 1U);

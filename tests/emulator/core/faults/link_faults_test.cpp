@@ -1,4 +1,4 @@
-// Faults of the link that act on what a drive hears and says, as a host sees them.
+// Faults of the link on a drive's input and output, as a host observes them.
 
 #include <gtest/gtest.h>
 
@@ -56,7 +56,7 @@ TEST(LinkFaults, EachDriveHearsAFrameForSeveralInItsOwnWay) {
   Rig rig(config);
   rig.set(fault("drop", {1}, {kQueries}));
   rig.set(fault("corrupt", {2}, {64, kQueries}));
-  // 100 to each of four drives; drive 2 hears the complement, -101.
+  // 100 to each of four drives; drive 2 receives the complement, -101.
   EXPECT_EQ(rig.talk(frame("280#6400640064006400"), 5ms).size(), 2U);
   EXPECT_EQ(rig.bus.truth(1).i_q_ref, 0);
   EXPECT_LT(rig.bus.truth(2).i_q_ref, -1);
@@ -104,7 +104,7 @@ TEST(LinkFaults, CorruptFlipsSoManyBits) {
 TEST(LinkFaults, ACorruptQueryIsAnotherQuery) {
   Rig rig(bus_config({1}));
   rig.set(fault("corrupt", {1}, {64, kQueries}));
-  EXPECT_TRUE(rig.talk(kAsk).empty());  // 0x65 is no command
+  EXPECT_TRUE(rig.talk(kAsk).empty());  // 0x65 is not a command
   EXPECT_EQ(rig.dropped(Drop::kUnknownCommand), 1U);
   EXPECT_EQ(rig.talk(frame("141#63FFFFFFFFFFFFFF")).at(0),
             kState2Answer);  // the complement of 9C00…
@@ -124,13 +124,13 @@ TEST(LinkFaults, DelayStaysInItsBoundsAndKeepsTheOrder) {
     EXPECT_LE(late, 9ms);
     sum_ms += std::chrono::duration<double, std::milli>(late).count();
   }
-  // The mean of 200 draws, each of a standard deviation of 4/√12 ms.
+  // Mean of 200 draws with a standard deviation of 4/√12 ms each.
   EXPECT_NEAR(sum_ms / 200, 7, 5 * 4 / std::sqrt(12.0 * 200));
 
   std::vector<std::uint8_t> asked;
   std::vector<std::uint8_t> answered;
   const std::size_t before = rig.seen.size();
-  for (int n = 0; n < 200; ++n) {  // ten on their way at once
+  for (int n = 0; n < 200; ++n) {  // ten pending at once
     Frame query = kState2;
     query.data[0] = n % 3 == 0 ? 0x9A : n % 3 == 1 ? 0x9C : 0x92;
     asked.push_back(query.data[0]);
@@ -200,7 +200,7 @@ TEST(LinkFaults, StaleRepeatsWhatWasSaidLast) {
   rig.set(fault("stale", {1}));
   EXPECT_EQ(rig.talk(kState2).at(0), kAnswer);
   EXPECT_EQ(rig.talk(kState2).at(0), kAnswer);
-  EXPECT_EQ(rig.talk(kAsk).at(0), kAnswer);  // as it would have been without
+  EXPECT_EQ(rig.talk(kAsk).at(0), kAnswer);  // as without the fault
   EXPECT_EQ(rig.effects(1), 2U);
   rig.clear();
   EXPECT_EQ(rig.talk(kState2).at(0), kState2Answer);
@@ -224,7 +224,7 @@ TEST(LinkFaults, ReorderSwapsNeighbours) {
   expect_balanced(rig.bus, rig.seen, "reorder");
 }
 
-// --- what stands in the frame
+// --- contents of the frame
 
 TEST(LinkFaults, WrongLength) {
   Rig rig(bus_config({1}));
@@ -261,7 +261,7 @@ TEST(LinkFaults, AcknowledgementsKeepTheirTags) {
     rig.talk(frame(text));
   }
   for (const TimedFrame& one : rig.seen) tags.push_back(one.after_rom_write);
-  // The original of the second is held back, its copy leaves, and it follows the third.
+  // The original of the second is delayed: its copy leaves, and the original follows the third.
   EXPECT_EQ(tags, (std::vector<std::uint64_t>{1, 1, 0, 2, 0, 2}));
 }
 
@@ -296,8 +296,8 @@ TEST(LinkFaults, ASecondDriveTurnsAMotorOfItsOwn) {
   expect_balanced(rig.bus, rig.seen, "second drive");
 }
 
-/// docs/faults.md: it boots so far from where the drive boots. Where that is is a matter of the
-/// shaft, also when another zero has been written since (docs/rom.md).
+/// docs/faults.md: it boots at an offset from the drive's boot angle. That angle belongs to the
+/// shaft, even if another zero was written since (docs/rom.md).
 TEST(LinkFaults, ASecondDriveStandsWhereTheFirstBootedWhateverItsZeroIsBy) {
   Rig rig(bus_config({1}));
   const Frame ask = frame("141#9000000000000000");
@@ -324,7 +324,7 @@ TEST(LinkFaults, ASecondDriveAnswersWhatTheFirstAnswers) {
   expect_balanced(rig.bus, rig.seen, "second drive");
 }
 
-/// Replies on identifiers above those of the queries: they wait until nobody asks any more.
+/// Reply identifiers above those of the queries: the replies wait until the queries stop.
 TEST(LinkFaults, ASecondDrivesQueueHoldsSixteenToo) {
   BusConfig config = bus_config({1}, kBitrate);
   config.servos[0].quirks.dialect.reply_id_base = 0x240;
@@ -345,7 +345,7 @@ TEST(LinkFaults, ASecondDrivesReplyTakesTheWireToo) {
   EXPECT_EQ(rig.talk(kAsk, 2ms), (std::vector<Frame>{kAnswer, kAnswer}));
   EXPECT_EQ(rig.seen[0].at, 338us);
   EXPECT_EQ(rig.seen[1].at, 341us + 118us);
-  // Its own answers are all that is left when the drive is deaf.
+  // With a deaf drive only the second drive's replies remain.
   rig.set(fault("drop", {1}, {kQueries}));
   EXPECT_EQ(rig.talk(kAsk, 2ms).size(), 1U);
 }

@@ -1,4 +1,4 @@
-// All faults of the link at once: nothing depends on slicing, and every frame is accounted for.
+// All link faults at once: results do not depend on slicing, and all frames are accounted for.
 
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ constexpr std::array<std::string_view, 14> kKinds{
     "drop",     "delay",        "duplicate", "corrupt",  "stale",        "reorder", "wrong_dlc",
     "wrong_id", "duplicate_id", "silent",    "babbling", "error_frames", "bus_off", "queue_full"};
 
-/// One of the group, at random.
+/// Returns a random fault of the group.
 Fault random_fault(std::mt19937& random, int drives) {
   const auto below = [&](unsigned n) { return static_cast<int>(random() % n); };
   const auto kind = static_cast<std::size_t>(below(kKinds.size()));
@@ -102,7 +102,7 @@ struct Outcome {
   std::vector<std::uint64_t> effects;
 };
 
-/// Advances from frame to frame, at random instants in between as well when `slices`.
+/// Advances from frame to frame; with `slices` also at random instants in between.
 Outcome run(Bus bus, const std::vector<TimedFrame>& frames, std::mt19937* slices) {
   Outcome outcome;
   const auto advance = [&](SimTime until) {
@@ -134,7 +134,7 @@ TEST(LinkFaults, SlicesDoNotMatter) {
       EXPECT_GT(plain.stats.extra_frames, 0U);
       std::mt19937 slices(seed + 10);
       Outcome split = run(bus, frames, &slices);
-      split.stats.queue_peak = plain.stats.queue_peak;  // depends on who runs ahead of time
+      split.stats.queue_peak = plain.stats.queue_peak;  // depends on how far the caller runs ahead
       EXPECT_EQ(split.seen, plain.seen) << bitrate;
       EXPECT_EQ(split.stats, plain.stats);
       EXPECT_EQ(split.effects, plain.effects);

@@ -1,9 +1,9 @@
 #pragma once
 
-/// @file A bus whose link is disturbed at will, for tests. Lengths counted by hand in
-/// can_wire_test.cpp and bus_test.cpp: the query 141#9A00… has 120 bits, its reply 141#9A1900F0…
-/// 118; 3 bits of intermission follow each. An error frame: 8 bits of delimiter and 3 of
-/// intermission behind the flags, which end where the frame would have ended.
+/// @file A bus with link faults, for tests. Lengths counted by hand in can_wire_test.cpp and
+/// bus_test.cpp: the query 141#9A00… has 120 bits, its reply 141#9A1900F0… 118, each followed by 3
+/// bits of intermission. An error frame has 8 bits of delimiter and 3 of intermission after its
+/// flags, which end where the frame would have ended.
 
 #include <gtest/gtest.h>
 
@@ -41,13 +41,13 @@ inline Fault fault(std::string_view kind, std::vector<int> ids,
   return made;
 }
 
-/// A bus, faults set and cleared at will, and what has come back.
+/// A bus, controls for its faults, and the received frames.
 struct Rig {
   explicit Rig(const BusConfig& config) : bus(config) {}
 
   void set(const Fault& made) { bus.apply({kWholeBus, SetFault{made}}); }
   void clear() { bus.apply({kWholeBus, ClearFault{"all"}}); }
-  /// A query now, and what comes back within `window`.
+  /// Sends a query now; returns the frames received within `window`.
   std::vector<Frame> talk(const Frame& query, SimTime window = 0ns) {
     bus.receive({bus.time(), query});
     return wait(window);

@@ -1,4 +1,4 @@
-// Faults and directives as tests in C++ write them, and mistakes in them.
+// Faults and directives as written in C++ tests, and their mistakes.
 
 #include "emulator/core/faults/make_fault.hpp"
 
@@ -17,7 +17,7 @@ namespace make_fault_test {
 
 using namespace std::chrono_literals;
 
-/// The message of the refusal; empty: it was accepted.
+/// Returns the message of the refusal, or an empty string.
 std::string refusal(const std::function<void()>& act) {
   try {
     act();

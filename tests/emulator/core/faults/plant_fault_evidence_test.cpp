@@ -1,5 +1,5 @@
-// Where each fault of the plant shows: on a cold drive at rest, on a warm one, on one that turns,
-// and on one without power.
+// Visibility of each plant fault: on a cold drive at rest, on a warm one, on a turning one, and
+// without power.
 
 #include <gtest/gtest.h>
 
@@ -16,8 +16,8 @@ namespace plant_fault_evidence_test {
 using namespace std::chrono_literals;
 using test::Host;
 
-/// From what the fault's sentence says, and what such a drive does: at rest no current flows and
-/// nothing turns, a dead controller reads no sensor.
+/// By the fault's description and the drive's behaviour: at rest no current flows and the shaft
+/// does not turn; a controller without power reads no sensor.
 struct Shows {
   std::vector<FaultValue> values;
   bool cold, warm, running, unpowered;
@@ -51,13 +51,13 @@ const std::map<std::string_view, Shows> kShows = {
     {"backlash", {{3}, false, false, true, false}},
     {"coupling_broken", {{}, false, false, true, false}},
     {"end_stop", {{-5, 5}, false, false, true, false}},
-    {"brake_late", {{}, false, false, false, false}},  // its coil is not switched
+    {"brake_late", {{}, false, false, false, false}},  // the coil is not switched
     {"fan_stuck", {{2}, false, true, true, false}},
     {"sag", {{15}, true, true, true, false}},
     {"dip", {{}, true, true, true, false}},
     {"cut", {{}, true, true, true, false}},
     {"reboot_loop", {{}, true, true, true, false}},
-    {"no_regeneration", {{}, false, false, false, false}},  // nothing brakes
+    {"no_regeneration", {{}, false, false, false, false}},  // no braking
     {"clock_drift", {{10}, false, false, true, false}},
 };
 
@@ -66,7 +66,7 @@ bool is_of_plant(const FaultRow& row) {
          (row.group >= FaultGroup::kSensors && row.group <= FaultGroup::kPower);
 }
 
-/// Geared with play, with friction and a brake; at rest all of it is as warm as the air.
+/// Geared with play, friction and a brake; at rest at ambient temperature.
 ServoConfig drive() {
   ServoConfig servo = test::powered_drive();
   model::DriveParams& d = servo.profile.drive;
@@ -83,7 +83,7 @@ ServoConfig drive() {
   return servo;
 }
 
-/// Whether it has taken effect half a second after it began.
+/// Returns whether it has taken effect half a second after its start.
 bool shows(Host host, std::string_view kind, const std::vector<FaultValue>& values) {
   Fault fault = test::fault_of(kind, {}, {1});
   std::ranges::copy(values, fault.values.begin());
@@ -101,7 +101,7 @@ TEST_P(PlantFaultEvidence, IsThereWhereTheFaultShows) {
   const auto is_shown = [&](const Host& host) { return shows(host, GetParam(), expected.values); };
 
   Host cold(drive());
-  cold.wait(100ms);  // it has booted
+  cold.wait(100ms);  // booted
   cold.ask("141#8000000000000000");
   EXPECT_EQ(is_shown(cold), expected.cold) << "cold";
 
@@ -140,7 +140,7 @@ INSTANTIATE_TEST_SUITE_P(Faults, PlantFaultEvidence, testing::ValuesIn(words()),
 
 TEST(PlantFaults, AreAllInTheTableOfEvidence) { EXPECT_EQ(kShows.size(), words().size()); }
 
-/// A hot motor is cooled as well without power as with it.
+/// A hot motor also cools without power.
 TEST(FanStuck, ShowsOnAWarmDriveWithoutPower) {
   ServoConfig servo = drive();
   servo.boot_temperature_C = 60;
@@ -150,7 +150,7 @@ TEST(FanStuck, ShowsOnAWarmDriveWithoutPower) {
   EXPECT_TRUE(shows(host, "fan_stuck", {2}));
 }
 
-/// In the steady state the housing is hotter than the air by P·R: 2·R, twice as much.
+/// In the steady state the housing exceeds the ambient air by P·R; 2·R doubles that.
 TEST(FanStuck, DoublesWhatTheHousingIsAboveTheAir) {
   ServoConfig servo = drive();
   servo.profile.drive.thermal.C_housing = servo.profile.drive.thermal.C_winding =
@@ -165,7 +165,7 @@ TEST(FanStuck, DoublesWhatTheHousingIsAboveTheAir) {
   test::inject(host, "fan_stuck", {2});
   host.wait(4s);
   EXPECT_GT(healthy_K, 1);
-  // Copper's resistance grows by 0.4 % a kelvin.
+  // The copper resistance grows by 0.4 % per kelvin.
   EXPECT_NEAR(above_air_K() / healthy_K, 2, 0.004 * 2 * healthy_K);
 }
 

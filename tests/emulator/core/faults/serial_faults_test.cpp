@@ -1,4 +1,4 @@
-// Faults of RS-485: packets that are not whole, and what a port does to its host.
+// Faults of RS-485: incomplete packets, and effects of a port on its host.
 
 #include <gtest/gtest.h>
 
@@ -46,7 +46,7 @@ TEST(SerialFaults, ASumIsWrongAndAllTheRestRight) {
     EXPECT_EQ(effects(host), 1U);
   }
   SerialHost echoed = with(fault("checksum_bad", {1}));
-  EXPECT_EQ(echoed.ask("3E 88 01 00 C7"), "3E 88 01 00 C7");  // no data, no sum of it
+  EXPECT_EQ(echoed.ask("3E 88 01 00 C7"), "3E 88 01 00 C7");  // no data, no data sum
   EXPECT_EQ(effects(echoed), 0U);
 }
 
@@ -76,7 +76,7 @@ TEST(SerialFaults, AReplyPausesInside) {
   const auto parts = host.read_until(begin + 20ms);
   ASSERT_EQ(parts.size(), 2U);
   EXPECT_EQ(hex(parts[0].frame) + " " + hex(parts[1].frame), good);
-  // 50 us of query and 150 us of reply time; ten bits a byte at 1 Mbit/s.
+  // 50 us of query and 150 us of reply time; ten bits per byte at 1 Mbit/s.
   EXPECT_EQ(parts[0].at, begin + 200us + 10us * parts[0].frame.dlc);
   EXPECT_EQ(parts[1].at, parts[0].at + 4ms + 10us * parts[1].frame.dlc);
   expect_balanced(host.bus, parts, "a pause");
@@ -87,7 +87,7 @@ TEST(SerialFaults, HostsReadWhatTheySend) {
   const std::string good = sound.ask(kState2Packet);
   SerialHost host = with(fault("echo", {}));
   EXPECT_EQ(host.ask(kState2Packet), std::string(kState2Packet) + " " + good);
-  EXPECT_EQ(host.ask("3E 88 05 00 CB"), "3E 88 05 00 CB");  // a drive that is not there
+  EXPECT_EQ(host.ask("3E 88 05 00 CB"), "3E 88 05 00 CB");  // an absent drive
   EXPECT_EQ(host.ask("00 FF 3E"), "00 FF 3E");
   EXPECT_EQ(effects(host), 3U);
   host.write(host.bus.time(), bytes(kState2Packet));
@@ -95,27 +95,27 @@ TEST(SerialFaults, HostsReadWhatTheySend) {
   const auto read = host.read_until(begin + 20ms);
   ASSERT_EQ(read.size(), 2U);
   EXPECT_TRUE(read[0].echo);
-  EXPECT_EQ(read[0].at, begin + 50us);  // when its last bit has gone
+  EXPECT_EQ(read[0].at, begin + 50us);  // when its last bit is sent
   EXPECT_FALSE(read[1].echo);
 }
 
-/// A real terminal with ICRNL did that to 9 of 754 replies.
+/// Observed on a real terminal with ICRNL, for 9 of 754 replies.
 TEST(SerialFaults, CarriageReturnsBecomeLineFeeds) {
   SerialHost host = with(fault("cr_to_lf", {}), Generation::kLegacy);
   EXPECT_EQ(host.ask("3E 31 01 06 76 0D 64 32 28 32 32 2F"), "3E 31 01 06 76 0A 64 32 28 32 32 2F");
   EXPECT_EQ(effects(host), 1U);
-  EXPECT_EQ(host.bus.servo(1).ram().gains.angle_kp, 13);  // what the host sends is not changed
+  EXPECT_EQ(host.bus.servo(1).ram().gains.angle_kp, 13);  // bytes from the host are unchanged
   EXPECT_EQ(host.ask("3E 88 01 00 C7"), "3E 88 01 00 C7");
   EXPECT_EQ(effects(host), 1U);
   host.write(host.bus.time(), bytes("3E 30 01 00 6F"));
   const auto read = host.read_until(host.bus.time() + 20ms);
   ASSERT_EQ(read.size(), 1U);
   EXPECT_EQ(read[0].frame.kind, FrameKind::kBytes);
-  EXPECT_EQ(read[0].said_by, 1);  // the bytes do not tell
+  EXPECT_EQ(read[0].said_by, 1);  // the bytes do not identify the drive
 }
 
-/// Of a reply that begins 150 us behind the packet, at 10 us a byte, a driver that stays on for
-/// 200 us spoils the first five.
+/// The reply begins 150 us after the packet, at 10 us per byte: a driver that stays on for 200 us
+/// spoils the first five bytes.
 TEST(SerialFaults, AHostThatLetsGoLateSpoilsTheHeadOfTheReply) {
   SerialHost sound(serial_drive(Generation::kV236));
   SerialHost host = with(fault("late_release", {}, {200}));
@@ -136,7 +136,7 @@ TEST(SerialFaults, ATornReplyFailsItsSum) {
   constexpr double kCount_deg = 360.0 / 16384;
   SerialHost host = with(fault("torn_reply", {1}, {static_cast<FaultChoice>(2)}));
   host.ask(kState2Packet);
-  EXPECT_TRUE(is_packet(host.ask(kState2Packet)));  // both say the same
+  EXPECT_TRUE(is_packet(host.ask(kState2Packet)));  // equal bytes
   host.bus.apply({1, TurnShaft{3 * kCount_deg}});
   host.bus.advance_to(host.bus.time() + 1ms);
   const std::string torn = host.ask(kState2Packet);
@@ -153,7 +153,7 @@ TEST(SerialFaults, ADriveAtAnotherBitRateIsSilentAndLeavesOthersAlone) {
   EXPECT_EQ(effects(host), 1U);
 }
 
-/// Files are refused that ask for them there.
+/// Configuration files refuse these faults on CAN.
 TEST(SerialFaults, DoNothingOnCan) {
   int tried = 0;
   for (const FaultRow& row : fault_table()) {
