@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`lk-emu-body demo`: robot, dashboard and host with one command, and nothing left of them after Ctrl-C.
+"""`lk-emu-body demo`: starts robot, dashboard and host with one command, and ends all of them on Ctrl-C.
 
     demo_test.py LK-EMU LK-EMU-BODY
 """
@@ -25,9 +25,9 @@ from lkemu.telemetry import Telemetry  # noqa: E402
 
 BODY, PLAIN = os.path.abspath(sys.argv.pop()), os.path.abspath(sys.argv.pop())
 LIMIT_S = 120
-PATIENCE_S = 30  # of the robot's time
+PATIENCE_S = 30  # in the robot's time
 KNEES = "/api/v1/telemetry?signals=joint_deg&ids=3,6,9,12&rate_Hz=20"
-# By hand: 2*acos(0.40/0.50), with the foot 0.40 m below the hip and both segments 0.25 m. It lies with 164 degrees.
+# By hand: 2*acos(0.40/0.50), with the foot 0.40 m below the hip and both segments 0.25 m. Lying, it has 164 degrees.
 STANDS_DEG, NEARLY_DEG = 73.7, 5
 
 
@@ -43,7 +43,7 @@ def runs(pid):
 
 
 def end(process):
-    """Of a test that has failed it shows what was said."""
+    """Ends the process, and prints its output if it failed."""
     if process.poll() is None:
         process.terminate()
         print(process.communicate(timeout=LIMIT_S)[0])
@@ -60,7 +60,7 @@ class Demo(unittest.TestCase):
         self.addCleanup(self.directory.cleanup)
 
     def start(self, program, robot):
-        """The process and the dashboard's address."""
+        """Returns the process and the dashboard's address."""
         process = subprocess.Popen(
             [program, "demo", robot, "--no-browser"], stdout=subprocess.PIPE, text=True,
             env={**os.environ, "XDG_RUNTIME_DIR": self.directory.name},
@@ -111,7 +111,7 @@ class Demo(unittest.TestCase):
         environment = {**os.environ, "XDG_RUNTIME_DIR": self.directory.name, "DISPLAY": ":7", "PATH": path}
         process = subprocess.Popen([BODY, "demo", "arm"], stdout=its_end, env=environment)
         self.addCleanup(end, process)
-        reader = os.open(opened, os.O_RDWR)  # which does not wait for the writer
+        reader = os.open(opened, os.O_RDWR)  # O_RDWR does not wait for the writer
         self.assertTrue(select.select([reader], [], [], LIMIT_S)[0])
         self.assertRegex(os.read(reader, 100), rb"^http://127\.0\.0\.1:\d+/\n$")
         os.close(reader)

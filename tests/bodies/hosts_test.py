@@ -18,9 +18,9 @@ import lkemu  # noqa: E402
 
 KNEES = (3, 6, 9, 12)
 WEIGHT_N = 17.14 * 9.81
-# What happens to the dog in some of the tests, while it stands by torques that its host computes from replies.
+# Events for the dog in some tests, while it stands by torques that its host computes from replies.
 LATE = '[[bus.event]]\nat_s = 2.5\nfault = { kind = "delay", delay_ms = 15 }\n'
-BLOW = "".join(  # to the left, at all four hips: front and hind roll drives are mounted the other way round
+BLOW = "".join(  # to the left, at all four hips: front and hind roll drives are mounted in opposite directions
     f'[[bus.event]]\nat_s = 3\nids = "{ids}"\nfault = {{ kind = "kick", impulse_Nms = {impulse} }}\n'
     for ids, impulse in (("1,4", 0.2), ("7,10", -0.2))
 )
@@ -30,7 +30,7 @@ STEP = f"[[bus.event]]\nat_s = 0\nfloor = {{ step_m = {STEP_M}, step_at_x_m = 0.
 
 
 def run(program, robot, host, *words, events=""):
-    """The host's exit status and what it printed, and when it has ended (angle, torque) of the joints by ID and the signals of
+    """Returns the host's exit status and output, and at its end (angle, torque) of the joints by ID and the signals of
     the body."""
     with tempfile.TemporaryDirectory() as directory:
         config = Path(directory) / f"{robot}.toml"
@@ -59,7 +59,7 @@ def check(what, ok):
 
 
 def stands(status, body):
-    """The host is content, and the dog on its feet; who has lost its balance may be in the air as well, or lie."""
+    """Returns whether the host succeeded and the dog stands on its feet; a dog off balance may lie or be in the air."""
     on_feet = body["body.fallen"] == 0 and body["body.trunk.z_m"] > 0.3 and body["body.contact_N"] > 0.5 * WEIGHT_N
     return status == 0 and on_feet
 
@@ -68,7 +68,7 @@ def main():
     program = sys.argv[1]
     status, said, _, _ = run(program, "pendulum", "pendulum_weigh.py")
     weighed_Nm = float(re.search(r"level it takes ([\d.]+) Nm", said)[1]) if status == 0 else 0
-    # Hand calculation (pendulum.xml): 1.62 Nm; of a gear of 87 % both ways the mean is (1/0.87 + 0.87)/2 of that.
+    # By hand (pendulum.xml): 1.62 Nm; with a gear of 87 % both ways the mean is (1/0.87 + 0.87)/2 of that.
     check(f"the pendulum is weighed: {weighed_Nm} Nm", abs(weighed_Nm / (1.62 * 1.0097) - 1) < 0.02)
     for robot, arm in (("two_joint_arm", "two"), ("six_joint_arm", "six")):
         status, _, _, _ = run(program, robot, "arm_square.py", arm)
@@ -76,10 +76,10 @@ def main():
     dog = "quadruped_on_the_ground"
     status, _, joints, body = run(program, dog, "quadruped_stand.py", "--seconds", "3", events=PUSH)
     check("the dog stands up, and stands through a push", status == 0)
-    # Hand calculation: each foot carries about a quarter of 17.14 kg, below its hip, at 0.25 m*sin(36.9 deg) from the knee.
+    # By hand: each foot carries about a quarter of 17.14 kg, below its hip, at 0.25 m*sin(36.9 deg) from the knee.
     carried_Nm = sum(abs(joints[id]["joint_Nm"]) for id in KNEES)
     check(f"on its feet: its knees carry {carried_Nm:.1f} Nm", abs(carried_Nm / (WEIGHT_N * 0.15) - 1) < 0.15)
-    # Its hips, 5 cm above the trunk's middle, are 2*0.25 m*cos(36.9 deg) above the middle of feet of 2 cm; its weight on them.
+    # The hips are 5 cm above the trunk's centre and 2*0.25 m*cos(36.9 deg) above the centres of the feet (radius 2 cm).
     height_m, weight_N = body["body.trunk.z_m"], body["body.contact_N"]
     check(f"its trunk is {height_m:.3f} m above the floor", abs(height_m - (0.4 + 0.02 - 0.05)) < 0.02)
     check(f"the floor carries {weight_N:.0f} N", abs(weight_N / WEIGHT_N - 1) < 0.05)

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Scenarios whose cause is on the bus or in a drive and whose effect is in the body: that neither alone shows it.
+"""Scenarios with a cause on the bus or in a drive and an effect in the body: neither part alone shows the effect.
 
     scenarios_test.py LK-EMU-BODY SCENARIO
 
-In the scenario "# the cause" marks its cause, and "# in the body" the expectations of its effect. It passes as it is. Without
-the cause, the effects are missing, and all that is expected before it is there. With the cause but without the body - the
-same drives where they stood, with nothing that joins them - the effects are missing too; what is
-expected of the body itself (signal = "body.…") is refused there, in one line.
+In the scenario "# the cause" marks its cause, and "# in the body" the expectations of its effect. Unchanged it passes.
+Without the cause the effects are missing, but all earlier expectations hold. With the cause but without the body (the
+same drives at the same angles, uncoupled) the effects are missing too; expectations of the body itself (signal =
+"body.…") are then refused, in one line.
 """
 
 import re
@@ -17,17 +17,17 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
-# kg m2: what hangs on a shaft of a drive alone; about what a leg or an arm is for it.
+# g cm2: load on the shaft of a single drive, about that of a leg or an arm.
 ALONE_G_CM2 = 200_000
 
 
 def blocks(text):
-    """Its tables, each with the comments before it."""
+    """Returns the tables of the file, each with the comments before it."""
     return re.split(r"\n(?=(?:#[^\n]*\n)*\[\[)", text)
 
 
 def start_deg(model):
-    """Joint angles of the model's first keyframe."""
+    """Returns the joint angles of the model's first keyframe."""
     root = ElementTree.parse(CONFIGS / "bodies" / f"{model}.xml").getroot()
     hinges = [joint.get("name") for joint in root.find("worldbody").iter("joint")]
     qpos = [float(word) for word in root.find("keyframe/key").get("qpos").split()]
@@ -35,7 +35,7 @@ def start_deg(model):
 
 
 def without_body(robot_text, gears):
-    """The robot's drives, each with a load of its own, where they stood."""
+    """Returns the robot's drives at their angles, each with its own load."""
     model = re.search(r'^model = "(\w+)"', robot_text, re.M).group(1)
     angles = start_deg(model)
 
@@ -50,7 +50,7 @@ def without_body(robot_text, gears):
 
 
 def outcome(program, text, directory):
-    """Of each expectation by what it says: whether it passed."""
+    """Runs the scenario; returns whether each expectation passed, by its text."""
     scenario, report = Path(directory) / "scenario.toml", Path(directory) / "report.xml"
     scenario.write_text(text)
     report.unlink(missing_ok=True)
@@ -65,7 +65,7 @@ def outcome(program, text, directory):
 
 
 def refusal(program, text, directory):
-    """Why a scenario is not run at all."""
+    """Returns why a scenario is refused."""
     scenario = Path(directory) / "scenario.toml"
     scenario.write_text(text)
     done = subprocess.run([program, "run", scenario], capture_output=True, text=True, timeout=300)
@@ -77,7 +77,7 @@ def is_of_the_body(block):
 
 
 def check_without_body(program, text, directory, effects):
-    """That drives alone do not show the effects. `effects`: what is said, by block."""
+    """Checks that uncoupled drives do not show the effects. `effects`: their texts, by block."""
     problems = []
     all_blocks = blocks(text)
     of_drives = [block for block in all_blocks if not is_of_the_body(block)]

@@ -1,12 +1,11 @@
-# Installs into a prefix of its own, moves that elsewhere, and builds and runs the example that was
-# installed with it, examples/robot, against it.
+# Installs into a private prefix, moves it, and builds and runs the installed example examples/robot with it.
 # Variables: BUILD_DIR, SCRATCH, GENERATOR, COMPILER, LAUNCHER, BUILD_TYPE
 file(REMOVE_RECURSE ${SCRATCH})
 execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${SCRATCH}/first
   OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 file(RENAME ${SCRATCH}/first ${SCRATCH}/moved)
 
-# Says nothing unless it fails.
+# Prints output only on failure.
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT status EQUAL 0)
@@ -15,7 +14,7 @@ function(run)
   endif()
 endfunction()
 
-# The package speaks of nothing but itself, and leaves warnings to its users.
+# The package contains no paths outside itself, and sets no warnings for its users.
 file(GLOB_RECURSE package_files ${SCRATCH}/moved/*/lk-emu-*.cmake)
 list(LENGTH package_files count)
 if(count LESS 4)
@@ -33,7 +32,7 @@ foreach(file ${package_files})
   endforeach()
 endforeach()
 
-# The headers are complete, and bring nothing that takes a user's compiler long.
+# The headers are complete, and include no headers that compile slowly.
 file(GLOB_RECURSE headers ${SCRATCH}/moved/include/*.hpp)
 execute_process(COMMAND ${COMPILER} -std=c++20 -I ${SCRATCH}/moved/include -x c++ -M ${headers}
   OUTPUT_VARIABLE included ERROR_QUIET COMMAND_ERROR_IS_FATAL ANY)
@@ -51,7 +50,7 @@ run(${CMAKE_COMMAND} -S ${SCRATCH}/moved/share/lk-emu/examples/robot -B ${robot}
 run(${CMAKE_COMMAND} --build ${robot})
 run(${CMAKE_CTEST_COMMAND} --test-dir ${robot} --no-tests=error --output-on-failure)
 
-# With add_subdirectory: the same names, no program, and no warnings for others either.
+# With add_subdirectory: the same target names, no program, and no warning flags for the user's code.
 set(in_tree ${SCRATCH}/in_tree)
 file(WRITE ${in_tree}/main.cpp "#include <lk/emulator/core/bus/bus.hpp>\nint main() {}\n")
 file(WRITE ${in_tree}/CMakeLists.txt "

@@ -1,7 +1,6 @@
 #pragma once
 
-/// @file A bus with every motor and generation on which a random life is led, and what is seen of
-/// it.
+/// @file A random run of a bus with every motor and generation, and a hash of its results.
 
 #include <algorithm>
 #include <array>
@@ -31,14 +30,14 @@ inline void add(Hash& hash, const emulator::TimedFrame& timed) {
   for (std::size_t n = 0; n < timed.frame.dlc; ++n) hash.add(timed.frame.data[n]);
 }
 
-/// Every signal of a drive, to the last bit.
+/// Adds every signal of a drive, all bits.
 inline void add(Hash& hash, const emulator::DriveView& drive) {
   for (const emulator::Signal& signal : emulator::signals()) {
     hash.add(std::bit_cast<std::uint64_t>(signal.read(drive)));
   }
 }
 
-/// `drives` drives: all `motors` in turns, and all generations. On CAN or on RS-485.
+/// Returns `drives` drives with all `motors` and generations in turn, on CAN or on RS-485.
 inline emulator::BusConfig every_kind(const std::vector<std::string>& motors, int drives,
                                       bool serial, std::uint64_t seed) {
   using emulator::Generation;
@@ -63,7 +62,7 @@ inline emulator::BusConfig every_kind(const std::vector<std::string>& motors, in
   return config;
 }
 
-/// Hosts that say anything to drives to which anything happens.
+/// Random host frames and random events on drives.
 class BusLife {
  public:
   explicit BusLife(const emulator::BusConfig& config)
@@ -84,7 +83,7 @@ class BusLife {
   }
 
   std::size_t frames() const { return frames_; }
-  /// Of every frame of drives, and of every signal whenever somebody looked.
+  /// Hash of every frame from drives, and of every signal at each look.
   std::uint64_t hash() const { return hash_.value(); }
 
  private:
@@ -101,7 +100,7 @@ class BusLife {
     for (const protocol::Frame& packet : packets) bus_.receive({at_, packet});
   }
 
-  /// To one drive, with as much data as the command has.
+  /// Returns a packet to one drive, with the data length of its command.
   protocol::Frame packet() {
     const auto commands = protocol::serial_commands();
     const auto row = static_cast<std::size_t>(life_.below(static_cast<unsigned>(commands.size())));

@@ -1,6 +1,6 @@
 #!/bin/sh
 # usage: libm_test.sh LIBRARY...
-# None of the libraries may call libm: what its functions round differs from one system to the next.
+# The libraries must not call libm, whose rounding differs between systems.
 libm=$(${CXX:-g++} -print-file-name=libm.so.6)
 names=$(mktemp)
 trap 'rm -f "$names"' EXIT

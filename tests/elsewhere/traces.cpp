@@ -1,6 +1,6 @@
 // usage: traces FILE
-// Writes to FILE what the libraries compute: a line for each run, with a hash of every bit of it.
-// On every processor and system it is the same file (docs/testing.md, "Elsewhere").
+// Writes the results of the libraries to FILE: a line for each run, with a hash of all bits. The
+// file is equal on all processors and systems (docs/testing.md, "Elsewhere").
 
 #include <cstdio>
 #include <exception>
@@ -25,7 +25,7 @@ std::string hex(std::uint64_t value) {
   return digits;
 }
 
-/// The names of the files of a folder of configs/, without ".toml", in order.
+/// Returns the names of the files of a folder of configs/, without ".toml", in order.
 std::vector<std::string> names_in(const char* folder) {
   std::vector<std::string> names;
   const auto path = std::filesystem::path(LKEMU_SOURCE_DIR) / "configs" / folder;
@@ -36,7 +36,7 @@ std::vector<std::string> names_in(const char* folder) {
   return names;
 }
 
-/// The model alone: drives in lanes, alone, and broken ones, with the kernel of this machine.
+/// The model alone: drives in lanes, single drives, and faulty ones, with this machine's kernel.
 void trace_model(std::ostream& out) {
   using namespace model::test;
   const auto line = [&out](const char* how, int kind, const std::vector<std::uint64_t>& words) {
@@ -54,7 +54,7 @@ void trace_model(std::ostream& out) {
   }
 }
 
-/// The golden trace, whose replies were written by hand.
+/// The golden trace, with replies written by hand.
 void trace_golden(std::ostream& out) {
   const GoldenTrace golden = golden_trace("resting_drive.log");
   emulator::Bus bus(resting_drive());
@@ -70,7 +70,7 @@ void trace_golden(std::ostream& out) {
   out << "golden resting_drive.log " << replies.size() << " replies\n";
 }
 
-/// Buses on which everything happens.
+/// Random runs of buses.
 void trace_lives(std::ostream& out) {
   const std::vector<std::string> motors = names_in("motors");
   for (const bool serial : {false, true}) {
@@ -91,7 +91,7 @@ std::vector<emulator::BusConfig> robot(const std::string& name,
   return emulator::parse_config(fuzz::shipped_text(file), file, overrides, fuzz::shipped_profile);
 }
 
-/// Nothing of robots with a body: MuJoCo computes it, which is not everywhere.
+/// Skips robots with a body: MuJoCo simulates them, and is not available everywhere.
 template <class Trace>
 void trace_unless_it_has_a_body(const Trace& trace) {
   try {
@@ -101,7 +101,7 @@ void trace_unless_it_has_a_body(const Trace& trace) {
   }
 }
 
-/// The shipped robots, none of which is asked anything, and how a file names another.
+/// The shipped robots without queries, and resolution of file names.
 void trace_robots(std::ostream& out) {
   out << "path " << emulator::motor_of("robots/arm.toml", "./motors/mine.toml") << '\n';
   for (const std::string& name : names_in("buses")) {
@@ -117,7 +117,7 @@ void trace_robots(std::ostream& out) {
   }
 }
 
-/// Everything that is said and measured in a scenario, for as long as three seconds of it.
+/// All frames and measurements of a scenario, for at most three seconds.
 void trace_scenario(const std::string& name, std::ostream& out) {
   const std::string file = "scenarios/" + name + ".toml";
   const emulator::ScenarioFiles files{.robot = robot, .text = [](const std::string& log) {

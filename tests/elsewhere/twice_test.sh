@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # usage: tests/elsewhere/twice_test.sh TRACES FOLDER
-# What the libraries compute is the same in two runs of the program TRACES, whose files are left in FOLDER.
+# Two runs of the program TRACES give equal results. Their files stay in FOLDER.
 set -euo pipefail
 
 for run in first second; do

@@ -1,4 +1,4 @@
-// What lk-emu ctl takes, and where.
+// Options of lk-emu ctl and their positions.
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 namespace lk::emulator {
 namespace ctl_options_test {
 
-/// An option of all words stands before the word or behind it.
+/// A global option may precede or follow the subcommand.
 TEST(CtlOptions, TheLanguageMayStandBeforeTheWord) {
   for (const char* const line :
        {"--lang zh advice", "advice --lang zh", "--json --lang en status"}) {

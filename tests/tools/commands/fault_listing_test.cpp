@@ -1,4 +1,4 @@
-// The documents about directives and faults, against what the program knows of them.
+// The documents about directives and faults agree with the program.
 
 #include "tools/commands/fault_listing.hpp"
 
@@ -22,7 +22,7 @@ std::string document(const std::string& name) {
   return text.str();
 }
 
-/// What stands between the markers of a generated part.
+/// Returns the text between the markers of a generated part.
 std::string generated(const std::string& text, const std::string& what) {
   const std::string begin = "<!-- begin " + what + " -->\n";
   const std::size_t first = text.find(begin);
@@ -31,7 +31,7 @@ std::string generated(const std::string& text, const std::string& what) {
   return text.substr(first + begin.size(), last - first - begin.size());
 }
 
-/// The blocks of TOML of a document.
+/// Returns the TOML blocks of a document.
 std::vector<std::string> examples(const std::string& text) {
   const std::string fence = "```toml\n";
   std::vector<std::string> blocks;
@@ -102,7 +102,7 @@ TEST(FaultListing, ShowsEveryKindWithAnExampleThatIsAccepted) {
     EXPECT_NE(page.find(row.about.en), std::string::npos);
     const std::string marker = "as an event of a configuration or scenario:\n";
     const std::string example = page.substr(page.find(marker) + marker.size());
-    // These drives have no gear and no brake.
+    // These drives have no gear or brake.
     if (row.word == "backlash" || row.word == "brake_late") continue;
     const std::string bus = row.serial                      ? kSerialBus
                             : row.word == "adapter_overrun" ? kAdapterBus
@@ -116,7 +116,7 @@ TEST(ConfigListing, CountsTheFaultsOfADriveAmongItsEvents) {
       parse(kBus + "[[bus.event]]\nat_s = 1\nids = \"2,3\"\nfault = \"jam\"\n[[bus.event]]\nat_s = "
                    "1\nid = 3\npower = \"cycle\"\n[[bus.event]]\nat_s = 2\nclear = \"jam\"\n"));
   EXPECT_NE(listing.find("4 drives, 3 events"), std::string::npos) << listing;
-  // The column before the load, of which there is none.
+  // The column before the load, which is empty.
   const auto events_of = [&](int id) {
     std::istringstream lines(listing);
     for (std::string line; std::getline(lines, line);) {

@@ -1,4 +1,4 @@
-// The frames of which interface of a log lk-emu replay --log compares.
+// Choice of the interface of a log that lk-emu replay --log compares.
 
 #include <gtest/gtest.h>
 
@@ -14,11 +14,11 @@
 namespace lk::emulator {
 namespace replay_log_test {
 
-/// Two serial ports of a robot, each with the drive 1, and a log of both: two queries on ttyUSB0,
+/// Two serial ports of a robot, each with a drive 1, and a log of both: two queries on ttyUSB0,
 /// three on ttyUSB1.
 class TwoPorts : public testing::Test {
  protected:
-  /// The report; what is wrong where there is none.
+  /// Returns the report, or the error message if there is none.
   std::string report(const std::vector<std::string>& options) const {
     std::vector<std::string> words{
         "lk-emu replay", "--log", log_, "--config", robot_, "--report", own_.path("report")};

@@ -1,4 +1,4 @@
-// What lk-emu ctl makes of the answers of a running lk-emu (docs/openapi.json).
+// Tables of lk-emu ctl from answers of a running lk-emu (docs/openapi.json).
 
 #include "tools/ctl/ctl_tables.hpp"
 
@@ -15,7 +15,7 @@ TEST(CtlTables, ARecordingIsSaidInWords) {
             "recorded into /tmp/run, until the disk refused\n");
 }
 
-/// Every line's column begins, or for a number ends, where the head's does.
+/// Texts are aligned left and numbers right, as the column heads.
 TEST(CtlTables, ColumnsAreAsWideAsWhatIsInThem) {
   const auto bus = [](const char* name, double frames) {
     return Json{{"bus", name},

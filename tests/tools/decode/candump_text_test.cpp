@@ -1,5 +1,4 @@
-// The lines that candump prints, as can-utils 2020.11 printed them on a real bus, and the times
-// they have.
+// Lines of candump as can-utils 2020.11 printed them on a real bus, and their times.
 
 #include "emulator/frames/candump_text.hpp"
 
@@ -64,7 +63,7 @@ TEST(CandumpText, HasEveryKindOfFrame) {
   const auto error = shown("  can0  20000040   [8]  00 00 00 00 00 00 00 00   ERRORFRAME");
   EXPECT_EQ(error.line.frame.kind, FrameKind::kError);
   EXPECT_EQ(error.line.frame.id, 0x40U);
-  // candump -e goes on about it on lines of their own.
+  // candump -e prints details on further lines.
   EXPECT_TRUE(std::holds_alternative<NothingShown>(parse_candump_text("\tbus-off")));
   EXPECT_TRUE(std::holds_alternative<NothingShown>(parse_candump_text("")));
 }
@@ -121,7 +120,7 @@ TEST(CandumpText, StepsAreToldFromTimesWhenOneIsBeforeTheLast) {
   EXPECT_EQ(stamps.time_of(shown(" (000.000300)  a  141   [0] ")), 700us);
   EXPECT_TRUE(stamps.steps());
   EXPECT_EQ(stamps.time_of(shown(" (000.001000)  a  141   [0] ")), 1700us);
-  // Interfaces are read one after the other, so their times may cross.
+  // Interfaces are read in turn, so their times may be out of order.
   StampReader zero_based;
   EXPECT_EQ(zero_based.time_of(shown(" (000.000400)  a  141   [0] ")), 400us);
   EXPECT_EQ(zero_based.time_of(shown(" (000.000300)  b  141   [0] ")), 300us);

@@ -1,4 +1,4 @@
-// Who says what on a bus: queries and replies look alike, and logs begin anywhere. The lines are as
+// Senders of frames on a bus: queries and replies look alike, and logs begin anywhere. Lines as
 // can-utils 2020.11 printed them on a real bus.
 
 #include "tests/tools/decode/decode_support.hpp"
@@ -7,13 +7,13 @@ namespace lk::emulator {
 namespace conversation_test {
 
 TEST(Conversation, DoesNotPretendToKnowWhereALogBeginsInTheMiddle) {
-  // The first may be the echo of what came before the log; nothing tells the second from it.
+  // The first frame may be an echo of a query before the log; it looks like the second.
   const auto out = decode({"(1.0) a 141#8800000000000000", "(1.0003) a 141#8800000000000000",
                            "(1.3) a 141#8800000000000000"});
   EXPECT_EQ(roles(out), (Roles{"unclear", "unclear", "query"}));
   EXPECT_EQ(tally(out, 1, "88")["unclear"], 2);
   EXPECT_EQ(tally(out, 1, "88")["unanswered"], 0);
-  // A state is a drive's, though nobody asked for it here.
+  // Only drives send states, even without a query in the log.
   const auto state = decode({"(1.0) a 141#9C19020003002108"});
   EXPECT_EQ(roles(state), (Roles{"reply"}));
   EXPECT_EQ(state[0]["sure"], false);
@@ -47,7 +47,7 @@ TEST(Conversation, ASilentDriveIsNotHeardToAnswer) {
 }
 
 TEST(Conversation, AReplyThatWasLostDoesNotShiftTheOthers) {
-  std::vector<std::string> lines = {"(1.000) a 141#9C00000000000000"};  // lost
+  std::vector<std::string> lines = {"(1.000) a 141#9C00000000000000"};  // without a reply
   for (int n = 1; n < 10; ++n) {
     lines.push_back("(1.00" + std::to_string(n) + "0) a 141#9C00000000000000");
     lines.push_back("(1.00" + std::to_string(n) + "3) a 141#9C19020003002108");
@@ -92,11 +92,11 @@ TEST(Conversation, TellsRepliesByTheirOwnIdentifier) {
     EXPECT_EQ(roles(out)[2], "query");
     EXPECT_EQ(tally(out, 1, "88")["queries"], 2) << "the first was answered, so it was one";
   }
-  // Others use such identifiers too.
+  // Other devices use such identifiers too.
   EXPECT_EQ(roles(decode({"(1.0) a 181#8800000000000000"})), (Roles{"other"}));
 }
 
-/// docs/protocol.md §8: the manual prints 0xA5 and 0xA6 for replies to 0xA7 and 0xA8.
+/// docs/protocol.md §8: the manual prints 0xA5 and 0xA6 in the replies to 0xA7 and 0xA8.
 TEST(Conversation, TakesTheManualsMisprintsForReplies) {
   ServoConfig servo;
   servo.quirks.manual_reply_bytes = true;
@@ -107,7 +107,7 @@ TEST(Conversation, TakesTheManualsMisprintsForReplies) {
   EXPECT_FALSE(reader.answers_with(0xA7, 0xA3));
 }
 
-/// A frame of another node that looks like a reply of this drive, while it has no power.
+/// Another node's frame resembles a reply of this drive, which has no power.
 TEST(Conversation, ADriveThatRepliesWhereItAlwaysDidIsBelieved) {
   const auto out = decode({"(1.0) a 141#9A00000000000000", "(1.01) a 181#9A19000000000000",
                            "(2.0) a 141#9C00000000000000", "(2.0003) a 141#9C19020003002108",
@@ -155,7 +155,7 @@ TEST(Conversation, LinesThatAreNoFramesAreSaidOnceAndCounted) {
   EXPECT_EQ(out.back()["bad_lines"], 2);
 }
 
-/// candump -t d, which looks like -t z up to the third line; its query is 0.3 ms before its reply.
+/// As candump -t d, which looks like -t z until line 3; the query is 0.3 ms before its reply.
 TEST(Conversation, LatenciesOfStepsCountFromWhereTheyAreKnownToBeSteps) {
   const auto out = decode({" (000.000000)  a  141   [8]  92 00 00 00 00 00 00 00",
                            " (000.010000)  a  142   [8]  9C 00 00 00 00 00 00 00",

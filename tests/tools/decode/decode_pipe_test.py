@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""`lk-emu decode` on a pipe, as behind candump: live, ended by EOF, SIGINT or a reader who leaves.
+"""`lk-emu decode` on a pipe, as after candump: live, ended by EOF, SIGINT or a reader that exits.
 
 usage: decode_pipe_test.py LK_EMU
 """
@@ -27,14 +27,14 @@ class Pipe(unittest.TestCase):
         with start("--json") as decode:
             decode.stdin.write(QUERY)
             self.assertEqual(json.loads(decode.stdout.readline())["role"], "query")
-            decode.stdin.write(REPLY[:20])  # a pipe may cut anywhere
+            decode.stdin.write(REPLY[:20])  # a pipe may split lines anywhere
             decode.stdin.flush()
             decode.stdin.write(REPLY[20:])
             reply = json.loads(decode.stdout.readline())
             self.assertEqual((reply["role"], reply["values"]["speed_dps"]), ("reply", 3))
             decode.stdin.write("no frame\n")
             self.assertEqual(json.loads(decode.stdout.readline())["type"], "bad_line")
-            decode.stdin.write(QUERY.rstrip("\n"))  # the last line may have no end
+            decode.stdin.write(QUERY.rstrip("\n"))  # the last line may lack a line end
             decode.stdin.close()
             last, summary = map(json.loads, decode.stdout)
             self.assertEqual((last["role"], summary["type"]), ("query", "summary"))
@@ -55,7 +55,7 @@ class Pipe(unittest.TestCase):
         with start("--guess", "--lang", "en") as guess:
             guess.stdin.write(QUERY.replace("9C", "9A"))
             guess.stdin.write(REPLY.replace("9C 19 02 00 03 00 21 08", "9A 24 08 13 00 00 00 00"))
-            guess.stdin.close()  # all of it is read before the end is seen
+            guess.stdin.close()  # all input is read before the end is seen
             said = guess.stdout.read()
             self.assertIn("drive 1: v235 or v236", said)
             self.assertIn("  lk-emu --bus vcan0 --ids 1 --generation v235\n", said)
@@ -112,7 +112,7 @@ class Files(unittest.TestCase):
                 self.assertNotRegex(ran.stdout + ran.stderr, rb"[\x00-\x09\x0b-\x1f]")
 
     def test_a_drive_on_rs485_names_its_motor(self):
-        # A real MS4015 (docs/rs485.md), and one that calls itself ../x, the sum of whose 58 bytes ends in 35.
+        # A real MS4015 (docs/rs485.md), and a drive named ../x, whose 58 bytes have a sum that ends in 35.
         for motor, total, said in (("4D5334303135", "9C", " --motor ms4015"), ("2E2E2F780000", "35", "")):
             ran = self.run_on(("(1.000000) u rs485#3E12010051\n"
                                "(1.000900) u rs485#3E12013A8B4453343052370000000000000000000000000000" + motor +

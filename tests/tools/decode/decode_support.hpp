@@ -1,6 +1,6 @@
 #pragma once
 
-/// Lines of candump put in, and what is told of them.
+/// Feeds lines of candump to the decoder and returns its output.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ inline DecodeOptions json_options(Generation generation = Generation::kLegacy,
   return options;
 }
 
-/// What comes out for the lines; the last is the summary.
+/// Returns the output for the lines; the last object is the summary.
 inline std::vector<Json> decode(const std::vector<std::string>& lines,
                                 const DecodeOptions& options = json_options()) {
   Decoder decoder(options);
@@ -57,7 +57,7 @@ inline std::vector<std::string> roles(const std::vector<Json>& objects) {
   return words;
 }
 
-/// Of the only interface, or the first.
+/// Returns the row of a command on the first interface.
 inline Json tally(const std::vector<Json>& objects, int drive, std::string_view command) {
   for (const Json& one : objects.back()["buses"][0]["commands"]) {
     if (one["drive"] == drive && one["command"] == command) return one;

@@ -1,5 +1,5 @@
-// What frames say, told from what candump prints. The lines are as can-utils 2020.11 printed them
-// on a real bus; what the frames mean is worked out by hand from docs/protocol.md.
+// Decoded frames from candump output. Lines as can-utils 2020.11 printed them on a real bus;
+// meanings worked out by hand from docs/protocol.md.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 namespace lk::emulator {
 namespace decode_test {
 
-/// docs/protocol.md §2: iq of replies 33/2048 A in legacy; §10.2: 33/4096 A on MF from v235 on.
+/// docs/protocol.md §2: iq of replies is 33/2048 A in legacy; §10.2: 33/4096 A on MF from v235 on.
 TEST(Decode, ReadsValuesInTheScaleOfTheDrive) {
   const std::vector<std::string> lines = {"(10.000000) a 141#9C00000000000000",
                                           "(10.000338) a 141#9C19020003002108"};
@@ -34,8 +34,8 @@ TEST(Decode, ReadsValuesInTheScaleOfTheDrive) {
   EXPECT_EQ(ms[1]["values"]["power_permille"], 2);
 }
 
-/// Lines of a drive that has shown how fast it is, and then of 0x81 at 50 Hz, each with its echo
-/// after 0.3 ms, but for those that are `lost`.
+/// Returns lines of a drive with a known reply time, then 0x81 at 50 Hz. Each has an echo after 0.3
+/// ms, except the `lost` ones.
 std::vector<std::string> stops_with_echoes(int count, const std::vector<int>& lost) {
   std::vector<std::string> lines = {"(10.000000) a 141#9C00000000000000",
                                     "(10.000300) a 141#9C19020003002108"};
@@ -51,7 +51,7 @@ std::vector<std::string> stops_with_echoes(int count, const std::vector<int>& lo
   return lines;
 }
 
-/// The row of the summary about a command.
+/// Returns the summary's row of a command.
 Json row_of(const std::vector<Json>& out, std::string_view command) {
   for (const Json& row : out.back()["buses"][0]["commands"]) {
     if (row["command"] == command) return row;
@@ -106,7 +106,7 @@ TEST(Decode, SaysErrorsInWords) {
 }
 
 TEST(Decode, ReadsCommands) {
-  // 0x04B0 = 1200 of 0.01 deg behind 0x012C = 300 dps, counter-clockwise; 0x64 = 100 of 16 mA.
+  // 0x04B0 = 1200 of 0.01 deg after 0x012C = 300 dps, counter-clockwise; 0x64 = 100 of 16 mA.
   const auto out = decode({"(1.0) a 141#A6012C01B0040000", "(1.1) a 141#A100000064000000",
                            "(1.2) a 280#640000009CFF0000"});
   EXPECT_EQ(out[0]["values"], Json::parse(R"({"angle_deg":12,"direction":1,"max_speed_dps":300})"));
@@ -118,7 +118,7 @@ TEST(Decode, ReadsCommands) {
   EXPECT_NEAR(out[2]["values"]["3"].get<double>(), -1.6, 1e-12);
 }
 
-/// §10.5: Max Torque Current in the LSB of 0xA1, which is 66/4096 A on MG; 0x320 = 800.
+/// §10.5: Max Torque Current has the LSB of 0xA1, which is 66/4096 A on MG; 0x320 = 800.
 TEST(Decode, GivesParametersTheirUnits) {
   const auto out = decode({"(1.0) a 141#C11E000020030000", "(1.0003) a 141#C11E000020030000",
                            "(1.1) a 141#C020000000000000", "(1.1003) a 141#C0200000A08C0000"},
@@ -143,7 +143,7 @@ TEST(Decode, SaysWhyAFrameMeansNothing) {
   EXPECT_TRUE(out.back()["generation_assumed"]);
 }
 
-/// §10.7: 48.72 V in 0.01 V at [2:3], which legacy drives leave 0 and 0.1 V at [3:4].
+/// §10.7: 48.72 V as 0.01 V at [2:3]; legacy has 0 there and 0.1 V at [3:4].
 TEST(Decode, SaysWhenAStateLooksLikeAnotherGeneration) {
   const std::vector<std::string> lines = {
       "(1.0) a 141#9A00000000000000", "(1.0003) a 141#9A24081300000000",
@@ -153,7 +153,7 @@ TEST(Decode, SaysWhenAStateLooksLikeAnotherGeneration) {
   const std::string said = text(lines, json_options());
   EXPECT_NE(said.find("does not look like the generation"), std::string::npos);
   EXPECT_EQ(said.find("does not look like"), said.rfind("does not look like")) << "said once";
-  // 24.0 V of a legacy drive.
+  // 24.0 V from a legacy drive.
   EXPECT_EQ(decode({"(1.0) a 141#9A00000000000000", "(1.0003) a 141#9A1900F000000000"})
                 .back()["odd_states"],
             0);
@@ -161,8 +161,8 @@ TEST(Decode, SaysWhenAStateLooksLikeAnotherGeneration) {
 
 // --- RS-485
 
-/// The vendor's print of broadcast mode (docs/rs485.md), 100 to drive 1 and -100 to drive 3, and
-/// what they reply as to 0xA1: 25 °C, iq 100 and -100, speed 3, encoder 0x0821.
+/// The vendor's example of broadcast mode (docs/rs485.md), 100 to drive 1 and -100 to drive 3. The
+/// replies equal those to 0xA1: 25 °C, iq 100 and -100, speed 3, encoder 0x0821.
 const std::vector<std::string> kBroadcast = {"(1.000000) u rs485#0280640000009CFF000081",
                                              "(1.000300) u rs485#3EA10107E719640003002108A9",
                                              "(1.000600) u rs485#3EA10307E9199CFF03002108E0"};
@@ -183,7 +183,7 @@ TEST(DecodeSerial, ReadsBroadcastPacketsInEveryGenerationAndDirection) {
             100 * 33.0 / 4096);
 }
 
-/// V2.35 has 0x12, 0x1F, 0x40, 0x42, 0x44, 0x8C and 0x93 on RS-485 only. 0x12 and 0x42 are of the
+/// V2.35 has 0x12, 0x1F, 0x40, 0x42, 0x44, 0x8C and 0x93 on RS-485 only. 0x12 and 0x42 are from the
 /// log of an MS4015, the others by hand from docs/rs485.md.
 TEST(DecodeSerial, UsesTheCommandsOfTheWire) {
   const std::vector<std::string> talk = {"3E12010051",
@@ -222,7 +222,7 @@ TEST(DecodeSerial, UsesTheCommandsOfTheWire) {
   EXPECT_EQ(out.back()["buses"][0]["commands_of_other_generations"], 0);
 }
 
-/// 48.72 V, and 100 at D[3:4]: V2.35 has the bus current there, and none on CAN.
+/// 48.72 V, and 100 at D[3:4]: V2.35 has the bus current there on RS-485, but not on CAN.
 TEST(DecodeSerial, ReadsStatesByTheLayoutOfTheWire) {
   const auto out =
       decode({"(1.0) u rs485#3E9A0100D9", "(1.0003) u rs485#3E9A0107E024081364000000A3"},
@@ -232,7 +232,7 @@ TEST(DecodeSerial, ReadsStatesByTheLayoutOfTheWire) {
   EXPECT_EQ(out.back()["odd_states"], 0);
 }
 
-/// ID 65 is 0x181 as an identifier, where drives on CAN may reply.
+/// ID 65 would be 0x181 as an identifier, which CAN drives may use for replies.
 TEST(DecodeSerial, TakesNoIdAbove32ForAnIdentifierOfReplies) {
   const auto out =
       decode({"(1.0) a rs485#3E9A0100D9", "(1.0003) a rs485#3E9A410720240813000000003F",
@@ -241,7 +241,7 @@ TEST(DecodeSerial, TakesNoIdAbove32ForAnIdentifierOfReplies) {
   EXPECT_EQ(roles(out), (Roles{"query", "other", "reply"}));
 }
 
-/// Logs that one file has of both wires.
+/// One log with frames of both wires.
 TEST(DecodeSerial, TellsTheWiresOfOneInterfaceApart) {
   const auto out =
       decode({"(1.0) a 141#9C00000000000000", "(1.0001) a rs485#3E9A0100D9",
@@ -295,7 +295,7 @@ TEST(DecodeText, IsInBothLanguages) {
   EXPECT_EQ(english.find('\x1b'), std::string::npos);
   options.colour = true;
   EXPECT_NE(text(kTalk, options).find('\x1b'), std::string::npos);
-  // What programs read is the same in every language.
+  // JSON is independent of the language.
   options.json = true;
   EXPECT_EQ(decode(kTalk, options), decode(kTalk));
 }
@@ -313,7 +313,7 @@ TEST(DecodeText, EveryWordIsThereInChinese) {
   EXPECT_EQ(error_words(0xFF).size(), 8U);
 }
 
-// Without a word of its own a quantity is told by its key, "bus_current_A 1".
+// A field without a label would be printed with its key, "bus_current_A 1".
 TEST(DecodeText, EveryFieldHasAWord) {
   for (const auto rows : {protocol::commands(), protocol::serial_commands()}) {
     for (const auto& command : rows) {

@@ -1,5 +1,5 @@
-"""A host on slcan, and what lk-emu records of it: runs, each with its frames. The recording tells which of them this host
-has sent: those are the queries.
+"""A host on slcan that lk-emu records: several runs with their frames. The recording marks this host's frames, which
+are the queries.
 """
 
 import os
@@ -12,7 +12,7 @@ PLACE = (f"127.{64 + (os.getpid() >> 16)}.{os.getpid() >> 8 & 255}.{os.getpid() 
 BUS = "slcan-tcp:{}:{}".format(*PLACE)
 
 ROBOTS = {
-    # Drive 2 reports under-voltage from the start: its threshold lies above the 24 V of its supply.
+    # Drive 2 reports under-voltage from the start: its threshold exceeds the 24 V supply.
     "legacy": """
 [[bus.drive]]
 id = 1
@@ -36,7 +36,7 @@ quirks.reply_id_base = 0x180
 """,
 }
 
-# Hosts' frames of each run; a drive that is not there, 9, says nothing.
+# Host frames of each run; drive 9 does not exist.
 LEGACY = """
 141#9A00000000000000 141#3000000000000000 141#3107060504030201 141#3300000000000000 141#3401020310270000
 141#9000000000000000 141#91112233445566AA 141#9200000000000000 141#9400000000000000 141#9500000000000000
@@ -53,7 +53,7 @@ V236 = """
 """.split()
 APART = "141#9A00000000000000 141#8000000000000000 141#8000000000000000".split()
 
-# Those that get no reply: nobody is there, and a command that the generation lacks.
+# Queries without a reply: an absent drive, and a command that the generation lacks.
 SILENT = {"149#9C00000000000000", "141#3000000000000000@v236"}
 
 
@@ -68,7 +68,7 @@ class Host:
         self.socket.sendall(f"t{identifier}8{data}\r".encode())
 
     def receive(self):
-        """Until a frame has come; acknowledgements come before it."""
+        """Receives until a frame arrives; skips acknowledgements before it."""
         line = b""
         while not (line.startswith(b"t") and line.endswith(b"\r")):
             byte = self.lines.read(1)
@@ -77,7 +77,7 @@ class Host:
 
 
 def frames_of(log):
-    """Of a recording: when, who said it, and what."""
+    """Returns time, sender and text of each frame of a recording."""
     frames = []
     for line in log.splitlines():
         at, _, frame, mark = line.split()

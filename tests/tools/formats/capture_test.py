@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The dissector on captures of a bus with drives of lk-emu: every query and reply is told apart and joined as
-the recording has it, and every value is what the codec says.
+"""The dissector on captures of an lk-emu bus: it tells queries from replies and pairs them as the recording does, and
+its values equal the codec's.
 
 usage: capture_test.py LK_EMU FRAME_VALUES DISSECTOR SCRATCH
 """
@@ -13,7 +13,7 @@ import sys
 import capture_host
 from tshark import dissect, write_pcap
 
-# The generation and series of each run, as the codec and as the dissector is told.
+# Generation and series of each run, as arguments for the codec and the dissector.
 RUNS = {
     "legacy": ("legacy MF", ["generation:legacy", "series:MF, MH"]),
     "v236": ("v236 MG", ["generation:v236", "series:MG"]),
@@ -29,7 +29,7 @@ def codec(program, format_words, frames):
 
 
 def pairs(frames):
-    """For each frame the number of the query that it answers, 0 for a query: the host waited for every reply."""
+    """Returns for each frame the number of its query, 0 for a query: the host waited for every reply."""
     answers, last = [], 0
     for number, (_, direction, _) in enumerate(frames, 1):
         last = number if direction == "query" else last
@@ -55,7 +55,7 @@ def check(name, frames, frame_values, dissector, scratch):
         assert one.replies == answered, where
         if direction == "reply":
             waited_s = at_s - frames[answers - 1][0]
-            assert abs(one.response_time_s - waited_s) < 1e-6, where  # of doubles that count from 1970
+            assert abs(one.response_time_s - waited_s) < 1e-6, where  # doubles of seconds since 1970
         if skip:
             assert one.experts == {"unknown_command"} and not one.values, where
             continue
@@ -75,7 +75,7 @@ def main(program, frame_values, dissector, scratch):
     runs = capture_host.runs(program)
     said = {name: check(name, runs[name], frame_values, dissector, scratch) for name in RUNS}
 
-    # What came off the bus is what was meant to: an error, a drive that is not there, a query to several.
+    # The intended special cases occur: an error, an absent drive, a query to several drives.
     experts = [one.experts for one in said["legacy"]]
     assert experts.count({"errors"}) == 1 and experts.count({"unanswered"}) == 1, experts
     assert any(one.values.get("error_under_voltage") for one in said["legacy"] if one.drive == 2)

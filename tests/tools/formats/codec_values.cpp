@@ -12,7 +12,7 @@ Values read(const PidGains& gains) {
           {"speed_ki", gains.speed_ki}, {"iq_kp", gains.iq_kp},       {"iq_ki", gains.iq_ki}};
 }
 
-/// Scales as docs/protocol.md §10.5 has them.
+/// Scales of docs/protocol.md §10.5.
 Values read(const Parameter& parameter, const WireFormat& format) {
   Values values = {{"parameter", static_cast<double>(parameter.id)}};
   const auto loop = [&](const std::string& name) {
@@ -53,7 +53,7 @@ Values read(const Parameter& parameter, const WireFormat& format) {
   return values;
 }
 
-/// Scales as docs/protocol.md §10.9 has them. Only what is for a setting is in its frame.
+/// Scales of docs/protocol.md §10.9. A frame contains only the fields of its setting.
 Values read(const StoredSetting& setting, const WireFormat& format) {
   Values values = {{"setting", setting.table}};
   const auto loop = [&](const std::string& name) {
@@ -86,7 +86,7 @@ Values read(const StoredSetting& setting, const WireFormat& format) {
 struct Reader {
   const WireFormat& format;
 
-  // Queries. Those that say nothing come last.
+  // Queries; those without values come last.
   Values operator()(const WritePidToRam& query) const { return read(query.gains); }
   Values operator()(const WritePidToRom& query) const { return read(query.gains); }
   Values operator()(const WriteAccelerationToRam& query) const {
@@ -228,7 +228,7 @@ struct Reader {
 
   // 0x90 has a type on RS-485 only.
   Values operator()(const ReadEncoder&) const { return {}; }
-  // No frame of CAN is one of these: serial_codec_test.
+  // CAN frames never decode to these: serial_codec_test.
   Values operator()(const ReadSetting&) const { return of_the_other_wire(); }
   Values operator()(const WriteSettingToRam&) const { return of_the_other_wire(); }
   Values operator()(const WriteSettingToRom&) const { return of_the_other_wire(); }

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What the codec says of a frame, by the names of the field table.
+/// @file Values of a frame by the codec, with the names of the field table.
 
 #include <map>
 #include <string>
@@ -11,7 +11,7 @@ namespace lk::test {
 
 using Values = std::map<std::string, double>;
 
-/// A frame that the format knows; throws std::runtime_error otherwise.
+/// Pre: the format knows the frame; otherwise throws std::runtime_error.
 Values query_values(const protocol::Frame& frame, const protocol::WireFormat& format);
 Values reply_values(const protocol::Frame& frame, const protocol::WireFormat& format);
 

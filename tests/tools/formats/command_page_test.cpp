@@ -1,4 +1,4 @@
-// docs/protocol.md §3 is what the table of the wire says.
+// docs/protocol.md §3 agrees with the table of commands.
 
 #include "tools/formats/command_page.hpp"
 
@@ -12,7 +12,7 @@
 namespace lk::formats {
 namespace command_page_test {
 
-/// What stands in the document between the markers of this name.
+/// Returns the text between the markers of this name in the document.
 std::string block(const std::string& file, const std::string& name) {
   std::ostringstream text;
   text << std::ifstream(LKEMU_SOURCE_DIR "/docs/" + file).rdbuf();

@@ -1,6 +1,5 @@
 #!/usr/bin/python3
-"""The DBC files in a reader that we did not write, canmatrix: it takes them without a word, and what it makes of frames
-is what the codec makes of them.
+"""The DBC files in a third-party reader, canmatrix: it reports no problems, and its values equal the codec's.
 
 usage: dbc_test.py FRAME_VALUES FORMATS
 """
@@ -21,7 +20,7 @@ FRAME_VALUES, FORMATS = sys.argv[1], pathlib.Path(sys.argv.pop())
 sys.argv.pop()
 
 GENERATIONS = {"legacy": "", "late-legacy": "-late-legacy", "v235": "-v235", "v236": "-v236", "v236b": "-v236b"}
-# Commands of the generations, docs/protocol.md §3 and §10.1; none that only MS drives have.
+# Commands of the generations, docs/protocol.md §3 and §10.1, without those of MS drives only.
 LEGACY = [0x19, *range(0x30, 0x35), 0x37, 0x38, 0x80, 0x81, 0x88, 0x90, 0x91, 0x92, 0x94, 0x95, *range(0x9A, 0x9E), *range(0xA1, 0xA9)]
 V235 = [command for command in LEGACY if not 0x30 <= command <= 0x38]
 V236 = sorted({*V235, 0x8C, 0xC0, 0xC1} - {0x91})
@@ -33,7 +32,7 @@ PARAMETERS = [0x0A, 0x0B, 0x0C, 0x1E, 0x20, 0x22, 0x24, 0x26]
 
 
 class Words(logging.Handler):
-    """Whatever the reader has to say about a file."""
+    """Collects the reader's messages about a file."""
 
     def __init__(self):
         super().__init__(logging.WARNING)
@@ -60,7 +59,7 @@ MATRICES = {(generation, direction): load(generation, direction)
 
 
 def decode(matrix, identifier, data):
-    """The values of a frame in their units, without DATA[0]."""
+    """Returns the values of a frame in their units, without DATA[0]."""
     frame = matrix.frame_by_id(canmatrix.ArbitrationId(identifier, extended=False))
     values = {name: value.phys_value for name, value in frame.decode(data).items()}
     if identifier <= 0x160:
@@ -84,10 +83,10 @@ class Dbc(unittest.TestCase):
              {"temperature": 36, "voltage": 48.72, "bus_current": 0, "bridge": 0, **no_errors}),
             ("v236", "reply", "141#9A1F540900001008",
              {"temperature": 31, "voltage": 23.88, "bus_current": 0, "bridge": 16, **no_errors, "error_motor_temperature": 1}),
-            # 100 · 33/2048 A in a reply, 100 · 33/4096 A where the series counts; −500 °/s, 0x1234 counts
+            # 100 · 33/2048 A in a reply, 100 · 33/4096 A if the series sets the scale; −500 °/s, 0x1234 counts
             ("legacy", "reply", "160#A12364000CFE3412", {"temperature": 35, "iq": 1.611328125, "speed": -500, "encoder": 4660}),
             ("v235", "reply", "160#9C2364000CFE3412", {"temperature": 35, "iq": 0.8056640625, "speed": -500, "encoder": 4660}),
-            # what such drives have of legacy, and what of the newer ones
+            # the mixture of legacy and newer formats
             ("late-legacy", "reply", "141#9A1900F000000000", {"temperature": 25, "voltage": 24.0, **no_errors}),
             ("late-legacy", "reply", "141#94000000D6590000", {"single_turn_angle": 229.98}),
             ("late-legacy", "reply", "160#9C2364000CFE3412", {"temperature": 35, "iq": 0.8056640625, "speed": -500, "encoder": 4660}),
@@ -97,7 +96,7 @@ class Dbc(unittest.TestCase):
             ("legacy", "reply", "141#92FFFFFFFFFFFFFF", {"multi_turn_angle": -0.01}),
             ("legacy", "reply", "141#9200000000000080", {"multi_turn_angle": -360287970189639.68}),
             ("legacy", "reply", "141#9400000000009F8C", {"single_turn_angle": 359.99}),
-            # one turn of an output behind 1:10
+            # one turn of an output with a 1:10 gear
             ("v236", "reply", "141#940000003F7E0500", {"single_turn_angle": 3599.99}),
             ("legacy", "query", "141#A2000000A08C0000", {"speed_target": 360.0}),
             ("legacy", "query", "141#A6012C0150460000", {"direction": 1, "max_speed": 300, "single_turn_target": 180.0}),
@@ -126,11 +125,11 @@ class Dbc(unittest.TestCase):
                     if command == 0x44:
                         data[1:3] = [0x05, data[2] & 1 if direction == "reply" else 0xFA]
                     if direction == "reply" and command == 0x8C:
-                        data[1] &= 1  # the coil is powered, or not
+                        data[1] &= 1  # coil powered or not
                     if direction == "reply" and generation.startswith("v236") and command in (0x9A, 0x9B):
-                        data[6] &= 0x10  # the bridge is on, or off
+                        data[6] &= 0x10  # bridge on or off
                     if direction == "query" and command in (0xA1, 0xA2):
-                        # within the limits, to which the codec clamps
+                        # within the limits, since the codec clamps
                         data[3 if command == 0xA2 else 5] = draw.choice([0, 1, 2] if command == 0xA2 else [0, 5, 0xFB])
                     frames.append((0x140 + draw.randint(1, 32), bytes(data)))
             if direction == "query":
@@ -200,7 +199,7 @@ class Dbc(unittest.TestCase):
             text = file.read_bytes().decode("ascii")
             for name in re.findall(r"^ ?(?:BO_ \d+|SG_) (\S+)", text, re.M):
                 self.assertLessEqual(len(name.rstrip(":")), 32, "names in DBC files have 32 characters at most")
-            # A number for all readers, and every number for those that know extended multiplexing.
+            # One multiplexer number for simple readers, all numbers for those with extended multiplexing.
             for message, signal in re.findall(r"^SG_MUL_VAL_ (\d+) (\w+) ", text, re.M):
                 self.assertRegex(text, rf"(?s)BO_ {message} [^\n]*\n(?: [^\n]*\n)*? SG_ {signal} m\d+M? :")
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The dissector on captures written by hand: who asks and who answers, what is wrong, what is said.
+"""The dissector on captures written by hand: pairing, errors, values.
 
 usage: dissector_test.py DISSECTOR SCRATCH PAIR_FRAMES
 """
@@ -19,7 +19,7 @@ DISSECTOR = sys.argv.pop()
 
 
 def frames(*texts):
-    """A frame every 300 us, or at the millisecond before its '@'."""
+    """Returns frames 300 us apart, or at the time in ms before '@'."""
     at_s, found = 0.0, []
     for text in texts:
         when, _, frame = text.rpartition("@")
@@ -40,19 +40,19 @@ ASK_2 = "141#9C00000000000000"
 
 
 def conversation(draw, length):
-    """Three drives and a host that may ask again before it has an answer, and answers that get lost."""
+    """Draws frames of three drives and a host, with repeated queries and lost replies."""
     asked, at_s = {drive: [] for drive in (1, 2, 3)}, 0.0
     for _ in range(length):
         at_s += draw.choice([0.00012, 0.00034, 0.002])
         if draw.random() < 0.02:
-            at_s += 0.15  # nobody waits that long
+            at_s += 0.15  # longer than any reply time
             asked = {drive: [] for drive in asked}
         drive = draw.choice([1, 1, 2, 3])
         waiting = asked[drive]
         if waiting and draw.random() < 0.6:
             query = waiting.pop(0)
             if draw.random() < 0.15:
-                continue  # lost
+                continue  # lost reply
             data = query if query[0] in (0x31, 0x80) else bytes([query[0], draw.randint(2, 60), *draw.randbytes(6)])
         else:
             data = bytes([draw.choice([0x9A, 0x9C, 0x9C, 0x9C, 0x92, 0xA2, 0x31, 0x80]), 0, 0, 0, *draw.randbytes(4)])
@@ -62,7 +62,7 @@ def conversation(draw, length):
 
 class Dissector(unittest.TestCase):
     def test_pairs_are_those_of_a_comparison_of_logs(self):
-        # docs/record.md has the rules; emulator/frames/log_pairing.cpp goes by them too, looking ahead.
+        # docs/record.md has the rules. emulator/frames/log_pairing.cpp implements them too, with look-ahead.
         frames = list(conversation(random.Random(7), 3000))
         capture = SCRATCH / "drawn.pcap"
         write_pcap(capture, frames)
@@ -125,10 +125,10 @@ class Dissector(unittest.TestCase):
         slots = said("288#9C009A0000000000", "142#9A1900F000000000", "141#9C1964000CFE3412", "143#9C1964000CFE3412",
                      preferences=["generation:v236"])
         self.assertEqual([one.reply_to for one in slots], [0, 1, 1, 0])
-        self.assertEqual(slots[3].experts, {"orphan"})  # nobody asked drive 3
+        self.assertEqual(slots[3].experts, {"orphan"})  # no query to drive 3
 
     def test_queries_with_a_byte_that_could_be_a_temperature(self):
-        # Direction 1, towards 180°: a drive at 1 °C would look like this.
+        # Direction 1, towards 180°: this equals a reply of a drive at 1 °C.
         self.assertEqual([one.kind for one in said("141#A501000050460000", "141#A51964000CFE3412")], ["query", "reply"])
 
     def test_what_no_drive_answers(self):
@@ -168,11 +168,11 @@ class Dissector(unittest.TestCase):
         write_pcapng(capture, buses, [(bus, 0.01 * n + at_s, identifier, data) for bus in range(3)
                                       for n, (at_s, identifier, data) in enumerate(conversation, 10 * bus)])
         replies = [one for one in dissect(capture, DISSECTOR, ["generation:late-legacy", "series:MF, MH"]) if one.kind == "reply"]
-        # 100 of 66/4096 A, 33/2048 A; without a description 33/4096 A, from the preferences; MS have ‰.
+        # 100 of 66/4096 A, 33/2048 A; without a description 33/4096 A by the preferences; MS has ‰.
         self.assertEqual([one.values.get("iq") for one in replies],
                          [1.611328125, 1.611328125, 0.8056640625, None, 0.8056640625, 0.8056640625] + [0.8056640625] * 3)
         self.assertEqual(replies[3].values["power"], 10)
-        # 0x91 is a command of the second drive, 0x8C one of the first.
+        # 0x91 is a command of the second drive only, 0x8C of the first.
         asked = [(0, 0.001 * n, 0x140 + drive, bytes([command, 0, 0, 0, 0, 0, 0, 0]))
                  for n, (drive, command) in enumerate([(1, 0x91), (2, 0x91), (1, 0x8C), (2, 0x8C)])]
         write_pcapng(capture, buses, asked)

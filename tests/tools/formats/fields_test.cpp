@@ -1,4 +1,4 @@
-// The table of fields against the codec, bit for bit: neither can change without the other.
+// The table of fields agrees with the codec, bit for bit.
 
 #include "tools/formats/fields.hpp"
 
@@ -34,7 +34,7 @@ std::vector<WireFormat> all_formats() {
   return formats;
 }
 
-/// The bits of a field, taken one at a time: no code in common with the codec.
+/// Extracts a field bit by bit, without code of the codec.
 std::int64_t raw(const Field& field, const Payload& data) {
   std::int64_t number = 0;
   for (unsigned k = 0; k < field.bits; ++k) {
@@ -46,7 +46,7 @@ std::int64_t raw(const Field& field, const Payload& data) {
   return number;
 }
 
-/// Its selector says so; where that has a selector too, it is there as well.
+/// Returns whether the selector has the field's value; selectors may have selectors themselves.
 bool present(const std::vector<Field>& fields, const Field& field, const Payload& data) {
   if (field.selector.empty()) return true;
   const auto selector = std::ranges::find(fields, field.selector, &Field::name);
@@ -61,7 +61,7 @@ Values table_values(const std::vector<Field>& fields, const Payload& data, Clamp
   for (const Field& field : fields) {
     if (!present(fields, field, data)) continue;
     auto number = raw(field, data);
-    // A setting beyond its range is not taken.
+    // An invalid setting is refused, not clamped.
     const bool refused = field.name.starts_with("setting_");
     if (clamp == Clamp::kYes && !refused) number = std::clamp(number, field.raw_min, field.raw_max);
     EXPECT_TRUE(values.emplace(field.name, static_cast<double>(number) * field.lsb).second)
@@ -74,12 +74,12 @@ void expect_same(const Values& table, const Values& codec) {
   ASSERT_EQ(table.size(), codec.size());
   for (auto one = table.begin(), other = codec.begin(); one != table.end(); ++one, ++other) {
     EXPECT_EQ(one->first, other->first);
-    // A product of an LSB may differ from a quotient in the last bit.
+    // A product with an LSB may differ from a quotient in the last bit.
     EXPECT_NEAR(one->second, other->second, 4e-16 * std::abs(other->second)) << one->first;
   }
 }
 
-/// Rubbish, but for the bytes of which the codec keeps less than they say.
+/// Random payloads, with valid values in bytes that the codec does not keep completely.
 class Payloads {
  public:
   Payload next(Opcode opcode, bool reply, const WireFormat& format) {
@@ -118,7 +118,7 @@ class Payloads {
 
 constexpr int kTries = 200;
 
-/// Calls check(format, command, payload) for all there is.
+/// Calls check(format, command, payload) for all combinations.
 template <class Check>
 void for_all(bool reply, Check check) {
   Payloads payloads;
@@ -168,7 +168,7 @@ TEST(Fields, QueriesToSeveralDrivesDecodeAsTheCodecDoes) {
   EXPECT_EQ(seen, 5 * 3 + 24);  // 0x280 in five generations without MS, the others in both V2.36
 }
 
-/// The bits of `data` that no field has.
+/// Returns the bits of `data` that belong to no field.
 Payload unnamed(const std::vector<Field>& fields, Payload data) {
   data[0] = 0;
   const Payload all_data = data;
@@ -214,7 +214,7 @@ TEST(Fields, AnEchoIsWhatTheCodecTakesForOne) {
   }
 }
 
-/// The numbers that the selectors of a field have where it is.
+/// Returns the selector values for which a field is present.
 std::map<std::string_view, unsigned> selectors(const std::vector<Field>& fields,
                                                const Field& field) {
   std::map<std::string_view, unsigned> all;
@@ -226,7 +226,7 @@ std::map<std::string_view, unsigned> selectors(const std::vector<Field>& fields,
   return all;
 }
 
-/// Some selector has different numbers where they are.
+/// Returns whether the fields exclude each other by a selector.
 bool never_both(const std::vector<Field>& fields, const Field& one, const Field& other) {
   const auto others = selectors(fields, other);
   return std::ranges::any_of(selectors(fields, one), [&](const auto& selector) {
@@ -235,7 +235,7 @@ bool never_both(const std::vector<Field>& fields, const Field& one, const Field&
   });
 }
 
-// What readers of DBC files refuse: bits with two meanings, and names with two.
+// DBC readers refuse bits or names with two meanings.
 TEST(Fields, BitsHaveOneMeaningAndNamesToo) {
   for (const WireFormat& format : all_formats()) {
     for (const bool reply : {false, true}) {

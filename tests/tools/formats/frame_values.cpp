@@ -1,6 +1,5 @@
-// What the codec says of frames, for the tests in Python. Reads lines "reply v236 MF
-// 141#9A24081300000000" and writes for each an object with the values by the names of the field
-// table.
+// Prints the codec's values of frames, for tests in Python. Reads lines "reply v236 MF
+// 141#9A24081300000000"; writes one object per line with values by the names of the field table.
 
 #include <cstdio>
 #include <exception>

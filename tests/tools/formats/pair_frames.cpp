@@ -1,6 +1,6 @@
-// What log_pairing makes of frames of the drives 1 to 4, for a test in Python. Reads lines
-// "0.000338 141#9A1900F000000000" and writes for each the number of the frame that it answers, 0
-// for a query, "orphan" for a reply to none of them.
+// Pairs frames of drives 1 to 4 by log_pairing, for a test in Python. Reads lines "0.000338
+// 141#9A1900F000000000"; writes for each the number of its query, 0 for a query, "orphan" for a
+// reply without a query.
 
 #include <cstdio>
 #include <exception>
@@ -26,7 +26,7 @@ BusConfig four_drives() {
   return bus;
 }
 
-/// Times are different, so they tell the frames apart.
+/// Times are unique and identify the frames.
 void print_pairs(const std::vector<LoggedFrame>& log, const PairedLog& paired) {
   constexpr int kOrphan = -1;
   std::map<SimTime, int> answers;

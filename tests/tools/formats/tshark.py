@@ -1,4 +1,4 @@
-"""Captures of CAN buses, and what tshark with the dissector makes of them."""
+"""Writes captures of CAN buses and reads them with tshark and the dissector."""
 
 import json
 import os
@@ -10,7 +10,7 @@ LINKTYPE_CAN_SOCKETCAN = 227
 
 
 def write_pcap(path, frames):
-    """Frames are (seconds, identifier, data), and 0x04 where it is one of CAN FD; a nanosecond pcap file."""
+    """Writes a nanosecond pcap file. Frames are (seconds, identifier, data), plus 0x04 for CAN FD."""
     with open(path, "wb") as file:
         file.write(struct.pack("<IHHiIII", 0xA1B23C4D, 2, 4, 0, 0, 65535, LINKTYPE_CAN_SOCKETCAN))
         for at_s, identifier, data, *fd in frames:
@@ -20,7 +20,7 @@ def write_pcap(path, frames):
 
 
 def write_pcapng(path, buses, frames):
-    """Buses are (name, description), frames (bus, seconds, identifier, data); as lk-emu writes them."""
+    """Writes a file as lk-emu does. Buses are (name, description), frames (bus, seconds, identifier, data)."""
     def option(code, value):
         return struct.pack("<HH", code, len(value)) + value + b"\0" * (-len(value) % 4)
 
@@ -40,7 +40,7 @@ def write_pcapng(path, buses, frames):
 
 
 class Said:
-    """What the dissector says of one frame: values by the names of the field table, and the rest beside them."""
+    """Dissection of one frame: values by the names of the field table, and other results."""
 
     def __init__(self, packet):
         self.layers = packet["_source"]["layers"]
@@ -68,7 +68,7 @@ class Said:
 
 
 def tshark(capture, dissector, preferences=(), arguments=(), two_passes=True):
-    """The words of tshark, on a machine where nobody has set anything."""
+    """Returns the output of tshark with default settings."""
     home = pathlib.Path(capture).parent / "home"
     home.mkdir(exist_ok=True)
     command = ["tshark", *(["-2"] if two_passes else []), "-n", "-r", str(capture), "-X", f"lua_script:{dissector}"]

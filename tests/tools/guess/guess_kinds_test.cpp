@@ -1,5 +1,5 @@
-// Emulated drives of every generation, every motor and every single switch: what they are has to be
-// among what is told of their logs, whatever hosts say, and whatever of it the log has lost.
+// Emulated drives of every generation, motor and single switch: the guess includes their true kind,
+// for any host frames and any losses in the log.
 
 #include <gtest/gtest.h>
 
@@ -52,7 +52,7 @@ void ask(Logged& log, std::initializer_list<std::string_view> queries) {
   }
 }
 
-/// Reads the state until it is as wanted, or the time is over.
+/// Polls the state until `wanted`, for at most `most`.
 void poll(Logged& log, SimTime most, const std::function<bool()>& wanted) {
   for (SimTime waited{0}; waited < most; waited += 22ms) {
     ask(log, {"9C"});
@@ -61,7 +61,7 @@ void poll(Logged& log, SimTime most, const std::function<bool()>& wanted) {
   }
 }
 
-/// Says everything that tells something, often enough, with answers around it.
+/// Sends all revealing commands several times, with answered ones around them.
 void interview(Logged& log) {
   for (int round = 0; round < 3; ++round) {
     ask(log, {"9C", "9A",
@@ -84,7 +84,7 @@ void interview(Logged& log) {
   const double ratio = log.bus().servo(1).config().profile.drive.mechanics.gear_ratio;
   for (int round = 0; round < 3; ++round) {
     ask(log, {"80", "9A", "88"});
-    // Far from 0 and from what is sent, also where the drive counts within one turn.
+    // Far from 0 and from the sent values, also if the drive counts within one turn.
     log.apply({1, TurnShaft{180 / ratio}});
     log.run(100ms);
     ask(log, {"92", "9500000050460000", "92"});
@@ -119,7 +119,7 @@ TEST(GuessKinds, EveryGenerationOfEveryMotor) {
   }
 }
 
-/// CMD and data to drive 1, as a packet.
+/// Sends CMD and data to drive 1 as packets.
 void ask_packets(Logged& log, std::initializer_list<std::string_view> packets) {
   for (const std::string_view data : packets) {
     protocol::Frame frame;
@@ -134,8 +134,8 @@ void ask_packets(Logged& log, std::initializer_list<std::string_view> packets) {
   }
 }
 
-/// docs/rs485.md: the presets of `legacy` and `late-legacy` differ in scales alone, those of `v236`
-/// and `v236b` in 0x07, 0x18 and the reply to 0x19.
+/// docs/rs485.md: the presets `legacy` and `late-legacy` differ in scales only, `v236` and `v236b`
+/// in 0x07, 0x18 and the reply to 0x19.
 TEST(GuessKinds, EveryGenerationOfEveryMotorOnRs485) {
   const Keys expected[] = {
       {"legacy", "late-legacy"}, {"legacy", "late-legacy"}, {"v235"}, {"v236"}, {"v236b"}};
@@ -166,7 +166,7 @@ TEST(GuessKinds, EveryGenerationOfEveryMotorOnRs485) {
   }
 }
 
-/// Each switch that shows, and how a configuration is set to a value of it.
+/// Each observable switch, and how to configure its values.
 struct Flip {
   Trait trait;
   std::function<void(Quirks&, std::size_t)> set;
@@ -231,7 +231,7 @@ TEST(GuessKinds, EverySingleSwitch) {
   }
 }
 
-/// Sends a trait's probe with what it takes beside, as the row of the trait says it.
+/// Sends a trait's probe with its preparation, as described in the trait's row.
 void follow(Trait trait, Logged& log) {
   const TraitRow& row = row_of(trait);
   const double ratio = log.bus().servo(1).config().profile.drive.mechanics.gear_ratio;
@@ -255,7 +255,7 @@ TEST(GuessKinds, EveryProbeTells) {
         const auto trait = static_cast<Trait>(k);
         const TraitRow& row = row_of(trait);
         const bool ms = motor == "ms4010";
-        if (row.probe.empty() || trait == Trait::kEncoderSpan) continue;  // a rotor turn is unseen
+        if (row.probe.empty() || trait == Trait::kEncoderSpan) continue;  // rotor turns are unseen
         if (trait == Trait::kOpenLoop && !ms) continue;
         SCOPED_TRACE(motor + " " + std::string(protocol::kGenerationRows[n].name) + " " +
                      std::string(row.key));
@@ -273,7 +273,7 @@ TEST(GuessKinds, EveryProbeTells) {
   }
 }
 
-/// Errors that only newer drives show: 100 V trip the over-voltage.
+/// Errors that only newer drives report: 100 V trip the over-voltage.
 TEST(GuessKinds, ErrorsBeyondTheOldBits) {
   ServoConfig config = drive("mf7015", Generation::kV235);
   config.rom.protections[static_cast<std::size_t>(model::Error::kOverVoltage)].enabled = true;
@@ -284,7 +284,7 @@ TEST(GuessKinds, ErrorsBeyondTheOldBits) {
   EXPECT_EQ(open_values(guessed(log.lines())[0], "all_error_bits"), Keys{"true"});
 }
 
-/// 50 counts of limit against a load that takes more.
+/// A limit of 50 counts with a load that needs more.
 TEST(GuessKinds, CurrentBeyondALimitThatIsNone) {
   for (const bool limits : {false, true}) {
     ServoConfig config = drive("mg4005", Generation::kV235);
@@ -300,7 +300,7 @@ TEST(GuessKinds, CurrentBeyondALimitThatIsNone) {
   }
 }
 
-/// In multi-drive mode.
+/// Drives in multi-drive mode.
 TEST(GuessKinds, CommandsForSeveralDrives) {
   for (const Generation generation : {Generation::kV235, Generation::kV236}) {
     ServoConfig config = drive("mf7015", generation);
@@ -330,7 +330,7 @@ TEST(WhichDrive, NamesEveryMotorAndGeneration) {
   }
 }
 
-/// The word behind `option` in a row of the page; empty: there is none.
+/// Returns the word after `option` in a row of the page, or an empty string.
 std::string word_after(const std::string& row, const std::string& option) {
   const std::size_t at = row.find(option);
   if (at == std::string::npos) return "";
@@ -338,7 +338,7 @@ std::string word_after(const std::string& row, const std::string& option) {
   return row.substr(begin, row.find_first_of(" `,|", begin) - begin);
 }
 
-/// Hosts that count 65536 a turn of the rotor, or of the output, get such drives.
+/// Hosts that count 65536 per turn of the rotor or of the output get a matching drive.
 TEST(WhichDrive, GivesHostsTheEncoderThatTheyExpect) {
   std::ifstream page(LKEMU_SOURCE_DIR "/docs/which-drive.md");
   int rows = 0;
@@ -355,10 +355,9 @@ TEST(WhichDrive, GivesHostsTheEncoderThatTheyExpect) {
   EXPECT_EQ(rows, 3);
 }
 
-// --- any conversation
+// --- random conversations
 
-/// What hosts say: reads, motion, rubbish in bytes that are not used, the same again, other
-/// traffic.
+/// Random host frames: reads, motion, garbage in unused bytes, repetitions, other traffic.
 class RandomHost {
  public:
   explicit RandomHost(std::uint32_t seed) : random_(seed) {}
@@ -376,7 +375,7 @@ class RandomHost {
           frame.data[n] = static_cast<std::uint8_t>(20 + below(60));
         break;
       case 0x34:
-        frame.data[1] = static_cast<std::uint8_t>(below(2));  // a type byte of other drives
+        frame.data[1] = static_cast<std::uint8_t>(below(2));  // a type byte for other drives
         frame.data[5] = static_cast<std::uint8_t>(below(64));
         break;
       case 0x8C:
@@ -415,7 +414,7 @@ class RandomHost {
   std::mt19937 random_;
 };
 
-/// A packet to drive 1 with one of the lengths that the manuals give the command.
+/// Returns a packet to drive 1 with one of the lengths that the manuals give for the command.
 protocol::Frame random_packet(RandomHost& host) {
   const auto commands = protocol::serial_commands();
   const auto generations = static_cast<int>(protocol::kGenerationRows.size());
@@ -493,12 +492,12 @@ TEST(GuessKinds, NeverDeniesWhatADriveIs) {
         for (int k = 0; k < 400; ++k) {
           const auto frame = host.frame();
           log.send(frame, host.pause());
-          if (host.below(30) == 0) log.send(frame, 400us);  // the same again
+          if (host.below(30) == 0) log.send(frame, 400us);  // repetition
           if (host.below(30) == 0) log.send("181#9A19000000000000", 200us);
           if (host.below(100) == 0) log.apply({1, PowerCycle{300ms}});
         }
         const Keys all = log.lines();
-        const int lost = seed == 1 ? 0 : seed == 2 ? 100 : 10;  // one in so many
+        const int lost = seed == 1 ? 0 : seed == 2 ? 100 : 10;  // one in `lost` lines
         Keys lines;
         for (const std::string& line : all) {
           if (lost == 0 || host.below(lost) != 0) lines.push_back(line);
@@ -514,7 +513,7 @@ TEST(GuessKinds, NeverDeniesWhatADriveIs) {
       }
     }
   }
-  // Such conversations hold enough to tell most of them.
+  // Such conversations suffice to identify most drives.
   EXPECT_GT(told, 4 * undecided);
 }
 

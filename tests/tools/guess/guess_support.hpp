@@ -1,6 +1,6 @@
 #pragma once
 
-/// Logs of drives whose kind is known, put in as candump prints them, and what is told of them.
+/// Feeds logs of known drives, in candump's format, to the guesser and returns its output.
 
 #include <gtest/gtest.h>
 
@@ -25,13 +25,13 @@ namespace lk::test {
 
 using Json = nlohmann::json;
 
-/// A host that talks to emulated drives while candump logs both.
+/// A host with emulated drives, while candump logs the bus.
 class Logged {
  public:
   explicit Logged(const emulator::BusConfig& config) : bus_(config) {}
   explicit Logged(const emulator::ServoConfig& servo) : bus_(one(servo)) {}
 
-  /// Sends, and waits for what comes.
+  /// Sends a query and logs the frames until `wait` is over.
   void send(const protocol::Frame& query, emulator::SimTime wait = 2ms) {
     bus_.receive({bus_.time(), query});
     log_.push_back({bus_.time(), query});
@@ -42,7 +42,7 @@ class Logged {
     bus_.advance_to(bus_.time() + time);
     bus_.take_replies(log_);
   }
-  /// In the last state 2 that came.
+  /// Returns the speed in the last state 2.
   int speed_dps() const {
     for (auto one = log_.rbegin(); one != log_.rend(); ++one) {
       const auto& data = one->frame.data;
@@ -72,7 +72,7 @@ class Logged {
   std::vector<emulator::TimedFrame> log_;
 };
 
-/// The motor of a file whose label it is.
+/// Returns the motor whose file has this label.
 inline std::string motor_sold_as(const std::string& label) {
   for (const std::string& name : motor_names()) {
     if (profile(name).model == label) return name;
@@ -87,7 +87,7 @@ inline std::string guessed_text(const std::vector<std::string>& lines,
   return guesser.finish();
 }
 
-/// The objects that come out; the last is the summary.
+/// Returns the output objects; the last is the summary.
 inline std::vector<Json> guessed(const std::vector<std::string>& lines) {
   emulator::Guesser guesser({.json = true, .language = {}, .motor_of = motor_sold_as});
   for (const std::string& line : lines) guesser.take(line);
@@ -101,7 +101,7 @@ inline std::vector<Json> guessed(const std::vector<std::string>& lines) {
   return objects;
 }
 
-/// The values of a switch that are open; none: nothing is known of it.
+/// Returns the remaining values of a switch; empty if nothing is known about it.
 inline std::vector<std::string> open_values(const Json& drive, std::string_view key) {
   std::vector<std::string> values;
   for (const Json& finding : drive["findings"]) {
@@ -113,7 +113,7 @@ inline std::vector<std::string> open_values(const Json& drive, std::string_view 
   return values;
 }
 
-/// The drives that a printed command starts, read as the program reads it.
+/// Returns the drives that a printed command starts, parsed as by the program.
 inline std::vector<emulator::BusConfig> started(const std::string& command) {
   std::istringstream stream(command);
   const std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};

@@ -1,5 +1,5 @@
-// Which kind of drive speaks in a log: captures of real drives, and logs of emulated ones whose
-// kind is known.
+// Guesses the kind of a drive from a log: captures of real drives, and logs of emulated ones of
+// known kind.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ using Keys = std::vector<std::string>;
 
 // --- captures of real drives
 
-/// docs/protocol.md §10.7. 48.72 V at [2:3], and bytes 4 to 6 that are 0 in both newer layouts.
+/// docs/protocol.md §10.7: 48.72 V at [2:3], and bytes 4 to 6 that are 0 in both newer layouts.
 TEST(Guess, TellsTheLayoutOfOneCapturedState) {
   const auto drive = guessed({"  can0  141   [8]  9A 00 00 00 00 00 00 00",
                               "  can0  141   [8]  9A 24 08 13 00 00 00 00"})[0];
@@ -35,8 +35,8 @@ TEST(Guess, TellsTheLayoutOfOneCapturedState) {
   EXPECT_EQ(drive["findings"][0]["values"][1]["frames"][0]["frame"], "141#9A24081300000000");
 }
 
-/// What an MF7015 is said to answer (docs/protocol.md §10): 24.0 V as 240 at [3:4], a state of 25
-/// °C; its angle of 180.00° is 0x4650 at [4:5], where a drive of 16 bits leaves zeros.
+/// Documented replies of an MF7015 (docs/protocol.md §10): 24.0 V as 240 at [3:4], a state at 25
+/// °C. Its angle of 180.00° is 0x4650 at [4:5], where a 16-bit drive has zeros.
 TEST(Guess, NamesTheMixtureThatIsAGenerationOfItsOwn) {
   const auto out =
       guessed({"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A1900F000000000",
@@ -47,7 +47,7 @@ TEST(Guess, NamesTheMixtureThatIsAGenerationOfItsOwn) {
 }
 
 TEST(Guess, NamesTheSwitchesOfAMixtureThatIsNone) {
-  // Newer voltage, 23.88 V, and an angle of 98.10° = 0x2652 in 16 bits at [6:7].
+  // Newer voltage format, 23.88 V, with an angle of 98.10° = 0x2652 in 16 bits at [6:7].
   const auto out =
       guessed({"(1.000000) can0 142#9A00000000000000", "(1.000300) can0 142#9A1F540900000000",
                "(1.010000) can0 142#9400000000000000", "(1.010300) can0 142#9400000000005226"});
@@ -58,8 +58,8 @@ TEST(Guess, NamesTheSwitchesOfAMixtureThatIsNone) {
             Keys{"lk-emu --bus vcan0 --ids 2 --generation v235 --quirk single_turn_bits=16"});
 }
 
-/// The samples of docs/rs485.md: 48.7 V at D[2:3] is the oldest manual's; a drive with 48.72 V at
-/// D[1:2] that answers 0xC0 is of V2.36.
+/// Examples of docs/rs485.md: 48.7 V at D[2:3] is the oldest manual's format; a drive with 48.72 V
+/// at D[1:2] that answers 0xC0 is V2.36.
 TEST(Guess, TellsTheManualOfADriveOnRs485) {
   EXPECT_EQ(guessed({"(1.000000) bus rs485#3E9A0100D9",
                      "(1.000400) bus rs485#3E9A0107E02400E7010000000C"})[0]["fits"],
@@ -76,12 +76,12 @@ TEST(Guess, TellsTheManualOfADriveOnRs485) {
                             "(1.010400) rs485:/dev/ttyUSB0 rs485#3EC00107060A64001400050087"});
   EXPECT_EQ(out[0]["fits"], (Keys{"v236", "v236b"}));
   EXPECT_EQ(out[0]["quirks"], Json::object());
-  // Never the port of the log.
+  // Not the port of the log.
   EXPECT_EQ(out[1]["commands"], Keys{"lk-emu --bus rs485:/tmp/arm --ids 1 --generation v236"});
 }
 
-/// Of the log of a real MS4015 (docs/rs485.md): 58 bytes about itself, 0x42 answered with two, 0x90
-/// with six. Only V2.35 does that.
+/// From the log of a real MS4015 (docs/rs485.md): 58 bytes of product data, two bytes in reply to
+/// 0x42, six to 0x90. Only V2.35 does this.
 TEST(Guess, UsesEveryCommandOfRs485) {
   const Keys lines{"(1.000000) u rs485#3E12010051",
                    "(1.000900) u rs485#3E12013A8B4453343052370000000000000000000000000000"
@@ -107,9 +107,9 @@ TEST(Guess, UsesEveryCommandOfRs485) {
       << guessed_text(lines);
 }
 
-/// 0x92 and the field of 0x9C of a shaft that stands, 90° of the rotor further each time. docs/
-/// which-drive.md: 65536 counts are one turn of the rotor for some hosts of the MG4005, and one of
-/// the output, ten of the rotor, for others.
+/// 0x92 and the field of 0x9C at rest, 90 rotor degrees further each time. docs/which-drive.md: for
+/// some hosts of the MG4005 65536 counts are a rotor turn, for others an output turn, which is ten
+/// rotor turns.
 TEST(Guess, TellsTheTurnOfTheEncoderFieldByTheAngle) {
   for (const auto& [step, span] : {std::pair{16384, "rotor_turn"}, {1638, "output_turn"}}) {
     Keys lines;
@@ -131,25 +131,25 @@ TEST(Guess, TellsTheTurnOfTheEncoderFieldByTheAngle) {
   }
 }
 
-/// An MG4005-i10 of §10.7 in a log that has no query: only what drives say.
+/// An MG4005-i10 of §10.7 in a log without queries.
 TEST(Guess, NeedsNoQueries) {
   EXPECT_EQ(guessed({"can0  141   [8]  9A 1F 54 09 00 00 00 00"})[0]["fits"],
             (Keys{"v235", "v236", "v236b"}));
 }
 
-// --- what frames say
+// --- ambiguous frames
 
-/// 26.4 V as 264 = 0x0108 at [3:4] is 20.48 V at [2:3] with 0.01 A at [4:5] as well; 25.60 V with 1
-/// LSB of current the other way round.
+/// 26.4 V as 264 = 0x0108 at [3:4] equals 20.48 V at [2:3] with 0.01 A at [4:5]. In the other order
+/// 25.60 V come with 1 LSB of current.
 TEST(Guess, ClaimsNothingByAFrameThatCanBeEither) {
   const auto drive = guessed({"can0 141 [8] 9A 19 00 08 01 00 00 00"})[0];
   EXPECT_EQ(open_values(drive, "state_1"), (Keys{"decivolt", "centivolt_and_bus_current"}));
-  // 0.01° at [6:7] is 655.36° at [4:7].
+  // 0.01° at [6:7] equals 655.36° at [4:7].
   const auto angle = guessed({"can0 141 [8] 94 00 00 00 00 00 01 00"})[0];
   EXPECT_EQ(angle["fits"].size(), protocol::kGenerationRows.size());
 }
 
-/// A drive that is off says 0x10 in byte 6, where it has that byte.
+/// A drive that is off sends 0x10 in byte 6, if it has that byte.
 TEST(Guess, TellsBusCurrentByTheByteOfAnOffDrive) {
   const Keys lines{"(1.000000) can0 141#8000000000000000", "(1.000300) can0 141#8000000000000000",
                    "(1.010000) can0 141#9A00000000000000", "(1.010300) can0 141#9A24081300001000"};
@@ -157,13 +157,13 @@ TEST(Guess, TellsBusCurrentByTheByteOfAnOffDrive) {
 }
 
 TEST(Guess, TellsAnOutputTurnByAnAngleBeyondATurn) {
-  // 359999 = 0x57E3F: 3599.99°, the last of an i10's.
+  // 359999 = 0x57E3F: 3599.99°, the last value of an i10.
   const auto drive = guessed({"can0 141 [8] 94 00 00 00 3F 7E 05 00"})[0];
   EXPECT_EQ(open_values(drive, "single_turn_bits"), Keys{"32"});
   EXPECT_EQ(open_values(drive, "encoder_span"), Keys{"output_turn"});
 }
 
-/// Queries every 10 ms, each with its reply after 0.3 ms, but those of a command that has none.
+/// Returns queries every 10 ms, each with a reply after 0.3 ms, except for the `silent` command.
 Keys dialogue(const Keys& commands, std::string_view silent) {
   Keys lines;
   double at_s = 1;
@@ -190,7 +190,7 @@ TEST(Guess, ClaimsNothingByOneSilence) {
   EXPECT_EQ(open_values(drive, "pid_commands"), Keys{});
 }
 
-/// Nothing before: it may not have had power then. Nothing after: it may have lost it.
+/// Without earlier or later replies the drive may not have had power.
 TEST(Guess, ClaimsNothingBySilenceAtTheEnds) {
   EXPECT_EQ(open_values(guessed(dialogue({"30", "30", "30", "9C", "9C"}, "30"))[0], "pid_commands"),
             Keys{});
@@ -198,7 +198,7 @@ TEST(Guess, ClaimsNothingBySilenceAtTheEnds) {
             Keys{});
 }
 
-/// Where every third reply is lost, two are nothing.
+/// If every third reply is lost, two missing replies prove nothing.
 TEST(Guess, ClaimsNothingBySilenceOfABusThatLosesReplies) {
   Keys lines;
   for (int n = 0; n < 30; ++n) {
@@ -234,7 +234,7 @@ TEST(Guess, TellsRepliesWithIdentifiersOfTheirOwn) {
   EXPECT_EQ(open_values(guessed(lines)[0], "reply_id_base"), Keys{"0x180"});
 }
 
-/// MyActuator from V3 on replies on 0x240 + ID.
+/// MyActuator drives from V3 on reply on 0x240 + ID.
 TEST(Guess, CallsADriveThatIsNotCoveredByItsName) {
   Keys lines;
   for (int n = 0; n < 3; ++n) {
@@ -254,7 +254,7 @@ TEST(Guess, SaysThatTwoKindsSpeakWithOneId) {
   EXPECT_EQ(drive["contradictory"], Keys{"state_1"});
 }
 
-/// A rare frame that says otherwise does not overthrow a hundred.
+/// One deviating frame in a hundred does not change the result.
 TEST(Guess, IsNotLedAstrayByOneFrameInAHundred) {
   Keys lines(100, "can0 141 [8] 9A 19 00 F0 00 00 00 00");
   lines.push_back("can0 141 [8] 9A 1F 54 09 00 00 00 00");
@@ -275,15 +275,15 @@ TEST(Guess, PrintsFindingsWithTheirFrames) {
             std::string::npos);
 }
 
-// --- how to emulate them
+// --- commands that emulate the drives
 
-/// 23.88 V at [2:3] and 98.10° in 16 bits at [6:7]: v235 or v236 but for its angle.
+/// 23.88 V at [2:3] and 98.10° in 16 bits at [6:7]: v235 or v236, except for its angle.
 const Keys kMixture{"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A1F540900000000",
                     "(1.020000) can0 141#9400000000000000", "(1.020300) can0 141#9400000000005226"};
 
 TEST(GuessStarts, AreAFileWhereABusHasSeveralKinds) {
   Keys lines = kMixture;
-  // MS, by its reply to 0xA0; 3 and 4 are late-legacy, by 24.0 V at [3:4] and 180° at [4:7].
+  // 2 is MS, by its reply to 0xA0; 3 and 4 are late-legacy, by 24.0 V at [3:4] and 180° at [4:7].
   for (const char* const line :
        {"can0 142#A000000000000000", "can0 142#A019020003002108", "can0 143#9A1900F000000000",
         "can0 143#9400000050460000", "can0 144#9A1900F000000000", "can0 144#9400000050460000"}) {
@@ -320,7 +320,7 @@ TEST(GuessStarts, HaveTheSpanOfTheEncoderFieldAndAnMsMotor) {
   EXPECT_NE(guessed_text(ms).find("ms4010 is a stand-in"), std::string::npos);
 }
 
-/// What a log calls its interfaces goes into a line that is copied to a shell.
+/// Names of interfaces in a log may be hostile, and users copy the command to a shell.
 TEST(GuessStarts, HaveNamesThatAreVirtualFreeAndPlain) {
   const std::string reply = " 141 [8] 9A 19 00 F0 00 00 00 00";
   const Json summary = guessed({"can0" + reply, "vcan0" + reply, "vcan$(reboot)" + reply,
@@ -361,7 +361,7 @@ TEST(Guess, CountsFramesOfTooManyInterfacesByThemselves) {
             std::string::npos);
 }
 
-/// docs/decode.md prints what comes out for this log.
+/// docs/decode.md shows the output for this log.
 TEST(Guess, IsInTheDocumentsAsItIs) {
   std::ostringstream page;
   page << std::ifstream(LKEMU_SOURCE_DIR "/docs/decode.md").rdbuf();
@@ -375,9 +375,9 @@ TEST(Guess, IsInTheDocumentsAsItIs) {
   EXPECT_NE(page.str().find(sample), std::string::npos) << sample;
 }
 
-// --- the tables
+// --- tables
 
-/// Which command byte hangs on which switch: switched over, its answers change, and no others.
+/// Changing a switch changes the replies to its own commands only.
 TEST(GuessTraits, KnowTheSwitchBehindEveryCommand) {
   struct Case {
     Trait trait;
@@ -404,10 +404,10 @@ TEST(GuessTraits, KnowTheSwitchBehindEveryCommand) {
   }
 }
 
-/// A command that only some presets of RS-485 have tells them apart.
+/// A command that only some RS-485 presets have distinguishes them.
 TEST(GuessTraits, KnowWhatTellsThePresetsOfRs485Apart) {
   for (const auto& row : protocol::serial_commands()) {
-    if (!row.answered) continue;  // its silence says nothing
+    if (!row.answered) continue;  // its silence proves nothing
     std::set<bool> answered;
     for (const auto& generation : protocol::kGenerationRows) {
       answered.insert(
