@@ -1,4 +1,4 @@
-"""A thousand clients that do everything wrong, and one that is served all the while.
+"""A thousand misbehaving clients, while another one is served.
 
 usage: bad_clients.py LK_EMU
 """
@@ -17,7 +17,7 @@ QUERY = b"t14189A00000000000000\r"
 
 
 class Client:
-    """slcan by hand: what python-can does not do."""
+    """A raw slcan client, which can misbehave unlike python-can."""
 
     def __init__(self, port: int):
         self.socket = socket.create_connection(("127.0.0.1", port), PATIENCE_S)
@@ -27,7 +27,7 @@ class Client:
         self.socket.sendall(line)
 
     def hear(self) -> bytes:
-        """One answer with its end, \\r or \\a."""
+        """Returns one answer up to its end, \\r or \\a."""
         while True:
             for n, byte in enumerate(self.unread):
                 if byte in b"\r\a":
@@ -47,25 +47,25 @@ class Client:
 
 
 def rude(random_bytes: random.Random, client: Client) -> None:
-    """One way to be wrong."""
+    """Misbehaves in a random way."""
     way = random_bytes.randrange(6)
     if way == 0:
         client.say(random_bytes.randbytes(random_bytes.randrange(1, 5000)))
     elif way == 1:
-        client.say(b"O\r" + QUERY * 20)  # and does not read
+        client.say(b"O\r" + QUERY * 20)  # without reading
     elif way == 2:
         client.say(b"t" * 100_000)  # a line without an end
     elif way == 3:
         client.say(b"T1FFFFFFFF8" + b"00" * 8 + b"\rt1419\rt14180\rR\r\r\r\n\x00")
     elif way == 4:
-        client.say(b"O\rt1418")  # goes in the middle of a line
+        client.say(b"O\rt1418")  # disconnects in the middle of a line
     else:
-        client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")  # a reset
+        client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")  # sends a reset
 
 
 @contextlib.contextmanager
 def noise(port: int, some: bytes):
-    """A client that sends this, as fast as it goes, and reads nothing."""
+    """A client that sends these bytes as fast as possible and reads nothing."""
     ended = threading.Event()
 
     def send() -> None:
@@ -94,7 +94,7 @@ class BadClients(support.TestCase):
         return client
 
     def served(self, client: Client) -> None:
-        """It is answered, whatever others say meanwhile."""
+        """Checks that the client is answered despite other clients."""
         client.say(b"t14189200000000000000\r")
         for _ in range(100_000):
             if client.hear().startswith(b"t141892"):
@@ -146,7 +146,7 @@ class BadClients(support.TestCase):
             self.assertEqual(clients[0].ask(b"O\r"), b"\r")
             self.served(clients[0])
             clients.pop().close()
-            # There is room when the program has seen it go.
+            # A place is free when the program has noticed the disconnection.
             for _ in range(1000):
                 try:
                     if self.client().ask(b"V\r") == b"V1013\r":
@@ -160,12 +160,12 @@ class BadClients(support.TestCase):
     def test_one_that_does_not_read_loses_frames_and_slows_nobody(self):
         with emulator(*self.arguments, "--bitrate", "0") as running:
             deaf, good = self.client(), self.client()
-            # More than a segment of the loopback: a smaller window is opened again by a timer only, after minutes at worst.
+            # More than a loopback segment: only a timer reopens a smaller window, after minutes at worst.
             deaf.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 18)
             self.assertEqual(deaf.ask(b"O\r"), b"\r")
             self.assertEqual(good.ask(b"O\r"), b"\r")
             asked = 0
-            # What it does not read stands in the kernel's buffers, of a few megabytes, and in its own.
+            # Unread data fills the kernel's buffers, a few megabytes, and the program's own.
             while asked < 200_000:
                 good.say(QUERY * 500)
                 for _ in range(1000):  # z and the reply
@@ -192,7 +192,7 @@ class BadClients(support.TestCase):
             replies = collections.Counter()
             for n in range(sweeps):
                 if n + 1 < sweeps:
-                    client.say(sweep)  # the next waits already: the wire is never idle
+                    client.say(sweep)  # the next sweep is queued, so the wire is never idle
                 while replies.total() < 32 * (n + 1):
                     line = client.hear()
                     if line != b"z\r":

@@ -1,4 +1,4 @@
-"""Messages of python-can as the tests write them."""
+"""Builds python-can messages for tests and formats them as text."""
 
 import can
 

@@ -1,6 +1,6 @@
-"""Datagrams from a network that claim to be from this machine, in a network namespace with a TUN device.
+"""Network datagrams with this machine's address as forged sender, in a network namespace with a TUN device.
 
-usage: forged_sender.py LK_EMU; exit status 77 where there are no namespaces or TUN devices
+usage: forged_sender.py LK_EMU; exit status 77 without namespaces or TUN devices
 """
 
 import fcntl
@@ -15,12 +15,12 @@ import can
 
 NAMESPACE = ["unshare", "--user", "--map-root-user", "--net"]
 TUNSETIFF, IFF_TUN, IFF_NO_PI = 0x400454CA, 0x0001, 0x1000
-GROUP = "ff15:7079:7468:6f6e:6465:6d6f:6d63:6173"  # python-can's
+GROUP = "ff15:7079:7468:6f6e:6465:6d6f:6d63:6173"  # of python-can
 OWN = "fd00::1"
 
 
 def inside() -> bool:
-    """In a namespace of its own, where this program runs again."""
+    """Returns true inside the namespace; outside re-runs this program in a new one."""
     if os.environ.get("LKEMU_TEST_NAMESPACE"):
         return True
     if not os.access("/dev/net/tun", os.W_OK) or subprocess.run([*NAMESPACE, "true"], check=False).returncode != 0:
@@ -38,7 +38,7 @@ def checksum(data: bytes) -> int:
 
 
 def datagram(source: str, port: int, payload: bytes) -> bytes:
-    """An IPv6 packet to the group."""
+    """Returns an IPv6 packet to the group."""
     ends = socket.inet_pton(socket.AF_INET6, source) + socket.inet_pton(socket.AF_INET6, GROUP)
     length = 8 + len(payload)
     udp = struct.pack("!4H", 5555, port, length, 0) + payload

@@ -1,5 +1,5 @@
-"""pyserial, Debian's, as a host of lk-emu on RS-485: hosts written for real drives open the same port in
-the same way. Needs no CAN bus. Prints how many transactions a second it came to, which decides nothing.
+"""Debian's pyserial as a host of lk-emu on RS-485, opening the port like hosts of real drives. Needs no CAN bus. Prints
+transactions per second, for information only.
 
 usage: pyserial_hosts.py LK_EMU
 """
@@ -20,14 +20,14 @@ from support import PATIENCE_S, PROGRAM, TestCase, emulator
 
 
 def packet(command: int, drive: int, data: bytes = b"") -> bytes:
-    """`3E CMD ID LEN HSUM data DSUM`."""
+    """Returns `3E CMD ID LEN HSUM data DSUM`."""
     header = bytes([0x3E, command, drive, len(data)])
     frame = header + bytes([sum(header) & 0xFF])
     return frame + data + bytes([sum(data) & 0xFF]) if data else frame
 
 
 def read_packet(port: serial.Serial) -> bytes:
-    """A whole packet; b"" when none begins in time. Refuses what has a wrong sum."""
+    """Returns a whole packet; b"" if none begins in time. Refuses wrong checksums."""
     header = port.read(5)
     if len(header) < 5:
         return b""
@@ -66,7 +66,7 @@ class Rs485(TestCase):
                 self.assertEqual(ask(port, 0x88, drive), packet(0x88, drive))
                 speed = ask(port, 0xA2, drive, (36000).to_bytes(4, "little"))
                 self.assertEqual(speed[:4], bytes([0x3E, 0xA2, drive, 7]))
-            # It turns: the encoder of state 2 changes.
+            # The motor turns: the encoder value of state 2 changes.
             places = {ask(port, 0x9C, 1)[10:12] for _ in range(20)}
             self.assertGreater(len(places), 5)
             summary = running.stop()
@@ -87,14 +87,14 @@ class Rs485(TestCase):
             while len(answer) != 13 and time.monotonic() < deadline:
                 port.reset_input_buffer()
                 port.write(packet(0x9C, 1))
-                answer = port.read(13)  # spoiled as long as there is noise on the wire
+                answer = port.read(13)  # spoiled while there is noise on the wire
             self.assertEqual(answer[:4], bytes([0x3E, 0x9C, 1, 7]))
 
     def test_a_terminal_that_is_not_raw_turns_carriage_returns_into_line_feeds(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000"):
             port = self.open(1_000_000)
             attributes = termios.tcgetattr(port.fd)
-            # ID 1, gains of the angle loop 13: 0x0D arrives as 0x0A where ICRNL is left set.
+            # ID 1, gains of the angle loop 13: 0x0D arrives as 0x0A if ICRNL is set.
             gains = bytes([13, 100, 50, 40, 50, 50])
             self.assertEqual(ask(port, 0x31, 1, gains), packet(0x31, 1, gains))
             attributes[0] |= termios.ICRNL
@@ -145,7 +145,7 @@ class Rs485(TestCase):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000"):
             for _ in range(6):
                 port = os.open(self.link, os.O_RDWR | os.O_NOCTTY)
-                tty.setraw(port, termios.TCSANOW)  # as a host in C that discards nothing
+                tty.setraw(port, termios.TCSANOW)  # like a host in C that discards nothing
                 attributes = termios.tcgetattr(port)
                 attributes[4] = attributes[5] = termios.B1000000
                 termios.tcsetattr(port, termios.TCSANOW, attributes)
@@ -153,11 +153,11 @@ class Rs485(TestCase):
                 readable, _, _ = select.select([port], [], [], PATIENCE_S)
                 self.assertTrue(readable)
                 self.assertEqual(os.read(port, 4), bytes([0x3E, 0x9C, 1, 7]))
-                os.close(port)  # with nine bytes of the reply in it
+                os.close(port)  # with nine unread bytes of the reply
                 time.sleep(0.05)
 
     def open_when_free(self, baud):
-        """The program lets others in again a moment after the host has left; root is always let in."""
+        """Opens the port. The program admits the next host shortly after one has left, but root always."""
         deadline = time.monotonic() + PATIENCE_S
         while True:
             try:
@@ -216,7 +216,7 @@ class Rs485(TestCase):
             self.assertEqual(summary.count(f"{3 * cycles} queries, {3 * cycles} replies"), 4, summary)
 
     def test_a_serial_port_is_served_as_it_is(self):
-        wire, port = os.openpty()  # the port of the emulator, and what it is wired to
+        wire, port = os.openpty()  # the emulator's port, and the other end of its line
         self.addCleanup(os.close, wire)
         self.addCleanup(os.close, port)
         with emulator("--bus", "rs485:" + os.ttyname(port), "--ids", "1", "--baud", "1000000"):
@@ -244,7 +244,7 @@ class Rs485(TestCase):
                 ask(port, 0xA4, drive, (18000).to_bytes(8, "little") + (36000).to_bytes(4, "little"))
                 for _ in range(20):
                     ask(port, 0x9C, drive)
-            port.write(packet(0x9A, 1)[:2])  # a packet in pieces, and rubbish
+            port.write(packet(0x9A, 1)[:2])  # a packet in pieces, and garbage
             port.write(packet(0x9A, 1)[2:])
             self.assertEqual(len(read_packet(port)), 13)
             port.write(b"\x00\xff")
@@ -325,7 +325,7 @@ id = 1
         self.assertIn("passed", self.lk_emu("run", scenario))
         self.assertFalse(os.path.lexists(self.link), "a run makes no terminal")
 
-    # Hosts in the manner of those that are published for real drives (docs/which-drive.md).
+    # Hosts modelled on published ones for real drives (docs/which-drive.md).
 
     def test_every_fault_of_the_line_at_once_ends_nothing(self):
         robot = os.path.join(self.directory, "robot.toml")
@@ -344,7 +344,7 @@ id = 1
             port = self.open(1_000_000)
             port.timeout = 0.005
             for n in range(200):
-                port.write(packet(0x9C, 1 + n % 3))  # the third is not there
+                port.write(packet(0x9C, 1 + n % 3))  # the third drive is absent
                 port.read(30)
             self.assertIsNone(running.process.poll())
             running.stop()
@@ -362,7 +362,7 @@ id = 1
             self.assertNotEqual(sum(answer[5:11]) & 0xFF, answer[11])
             running.stop()
         self.assertIn("tty-not-raw: ICRNL is set", running.errors)
-        self.assertEqual(running.errors.count("tty-not-raw: "), 2)  # when it comes, and at the end
+        self.assertEqual(running.errors.count("tty-not-raw: "), 2)  # on opening and at the end
 
     def test_a_host_that_makes_its_port_raw_is_told_nothing(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000") as running:
@@ -380,7 +380,7 @@ id = 1
             data = port.read(13)[5:12]
             self.assertEqual(len(data), 7)
             volts = int.from_bytes(data[2:4], "little") / 10
-            self.assertTrue(20 < volts < 30, volts)  # the motor's supply is 24 V
+            self.assertTrue(20 < volts < 30, volts)  # the supply is 24 V
 
     def test_a_host_that_reads_no_replies_to_motion_talks_over_them(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "460800",
@@ -390,7 +390,7 @@ id = 1
                 port.write(packet(0xA1, 1, n.to_bytes(2, "little")))
                 port.write(packet(0xA2, 1, (100 * n).to_bytes(4, "little")))
                 port.reset_input_buffer()
-                time.sleep(0.02)  # the host's own rhythm
+                time.sleep(0.02)  # period of the host
             running.stop()
         self.assertIn("talks-over-reply: ", running.errors)
 

@@ -1,4 +1,4 @@
-"""python-can, Debian's, as a host of lk-emu on each kind of bus: the same conversations on all of them.
+"""Debian's python-can as a host of lk-emu on each kind of bus, with equal conversations.
 
 usage: python_can_hosts.py LK_EMU
 """
@@ -22,7 +22,7 @@ from support import PATIENCE_S, count, emulator, free_port
 
 
 class SlcanTcp:
-    """Where a bus of this kind is, and how a host gets on it."""
+    """A bus of this kind: its address, and a host's connection to it."""
 
     def __init__(self, case: support.TestCase):
         self.port = free_port()
@@ -54,7 +54,7 @@ class SlcanPty:
 
 
 class OthersOnly(UdpMulticastBus):
-    """Datagrams to the group come back to who sent them, before all that they lead to."""
+    """Skips own datagrams, which the group returns to the sender before all replies."""
 
     def __init__(self, *args, **kwargs):
         self.own = []
@@ -96,7 +96,7 @@ class Hosts(support.TestCase):
         bus = place.open()
 
         def close():
-            with contextlib.suppress(can.CanError):  # a terminal may have gone before
+            with contextlib.suppress(can.CanError):  # a terminal may be closed already
                 bus.shutdown()
 
         self.addCleanup(close)
@@ -128,10 +128,10 @@ class Hosts(support.TestCase):
         for place in self.on_each_kind(SHARED):
             with emulator("--bus", place.name, "--ids", "1"):
                 one, other = self.open(place), self.open(place)
-                self.ask(one, 1, 0x9A)  # both are there
+                self.ask(one, 1, 0x9A)  # both are connected
                 self.ask(other, 1, 0x9B)
                 for _ in range(2):
-                    self.hear(other)  # of the first question, and what it was answered
+                    self.hear(other)  # the first query and its reply
                 for _ in range(2):
                     self.hear(one)
                 for _ in range(50):
@@ -169,7 +169,7 @@ class Hosts(support.TestCase):
                 answers[type(place).__name__] = heard
         for kind, heard in answers.items():
             self.assertEqual(heard, answers[KINDS[0].__name__], kind)
-        # They move: the speed of motor 1 in state 2 is not always the same.
+        # The motors move: the speed of motor 1 in state 2 varies.
         speeds = {line[10:14] for line in answers[KINDS[0].__name__] if line.startswith("141#9C")}
         self.assertGreater(len(speeds), 1)
 
@@ -200,7 +200,7 @@ class SlcanAlone(support.TestCase):
         offer = re.search(r'no vcan here: try --bus slcan-tcp:(\d+) --ids 1-4, python-can: (.*?);', said)
         self.assertIsNotNone(offer, said)
         self.assertIn(f"try --bus slcan-tcp:{offer[1]} --ids 1-4", self.refused("--bus", "vcan0", "--ids", "1"))
-        port = str(free_port())  # others may be at that one
+        port = str(free_port())  # the default port may be in use
         with emulator("--bus", f"slcan-tcp:{port}", "--ids", "1-4"):
             bus = eval(f"can.Bus({offer[2].replace(offer[1], port)})")
             self.addCleanup(bus.shutdown)
@@ -238,7 +238,7 @@ class SlcanAlone(support.TestCase):
             self.assertEqual(bus.get_serial_number(PATIENCE_S), "LKEM")
 
     def test_without_acknowledgements_a_late_recv_finds_the_first_reply(self):
-        """python-can 4.1 reads all bytes that wait, and when that has taken too long looks at the first line only."""
+        """python-can 4.1 reads all pending bytes but, if that took too long, examines only the first line."""
         place = SlcanTcp(self)
         with emulator("--bus", place.name + "?acks=no", "--ids", "1"):
             bus = place.open()
@@ -291,7 +291,7 @@ class SlcanAlone(support.TestCase):
 
 class SlcanPtyAlone(support.TestCase):
     def test_a_serial_port_is_not_made_a_terminal_of(self):
-        master, port = os.openpty()  # a character device, as /dev/ttyUSB0 is
+        master, port = os.openpty()  # a character device, like /dev/ttyUSB0
         self.addCleanup(os.close, master)
         self.addCleanup(os.close, port)
         self.assertIn("is a serial port; slcan-pty makes a terminal of its own: give a path where nothing is",
@@ -322,7 +322,7 @@ class SocketcandAlone(support.TestCase):
             for line in text.split(">")[:20]:
                 self.assertRegex(line, r"^< frame 141 \d+\.\d{6} 9C (?:[0-9A-F]{2} ){7} $")
             client.sendall(b"< delete 141 >< delete 142 >< echo >")
-            while "< echo >" not in text:  # a late reply may follow it
+            while "< echo >" not in text:  # a late reply may follow
                 text += client.recv(4096).decode()
 
     def test_error_frames_are_told(self):
@@ -386,4 +386,4 @@ class UdpMulticastAlone(support.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(warnings="ignore")  # pyserial leaves its sockets to be closed by Python
+    unittest.main(warnings="ignore")  # pyserial leaves closing its sockets to Python

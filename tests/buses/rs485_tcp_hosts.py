@@ -1,4 +1,4 @@
-"""pyserial, Debian's, as a host of lk-emu on RS-485 over TCP: socket://.
+"""Debian's pyserial as a host of lk-emu on RS-485 over TCP: socket://.
 
 usage: rs485_tcp_hosts.py LK_EMU
 """
@@ -29,7 +29,7 @@ class Rs485Tcp(TestCase):
             for _ in range(3):
                 port = self.open()
                 self.assertEqual(ask(port, 0x9C, 1)[:4], bytes([0x3E, 0x9C, 1, 7]))
-                # Gains of 255: the byte with which a telnet command begins.
+                # Gains of 255: the first byte of a telnet command.
                 gains = bytes([255] * 6)
                 self.assertEqual(ask(port, 0x31, 1, gains), packet(0x31, 1, gains))
                 self.assertEqual(ask(port, 0x30, 1), packet(0x30, 1, gains))
@@ -83,7 +83,7 @@ class Rs485Tcp(TestCase):
 
 
 def keep_alive_s(port: int):
-    """When the server's end of the connection will probe its peer; None: it is not waiting to do so (proc(5), net/tcp)."""
+    """Returns when the server's keep-alive probes its peer; None if no such timer runs (proc(5), net/tcp)."""
     with open("/proc/net/tcp", encoding="ascii") as table:
         for line in table:
             fields = line.split()
@@ -93,4 +93,4 @@ def keep_alive_s(port: int):
 
 
 if __name__ == "__main__":
-    unittest.main(warnings="ignore")  # pyserial leaves its sockets to be closed by Python
+    unittest.main(warnings="ignore")  # pyserial leaves closing its sockets to Python

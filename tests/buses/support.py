@@ -1,4 +1,4 @@
-"""The program on a bus of any kind, for hosts in Python."""
+"""Runs the program on a bus of any kind, for hosts in Python."""
 
 import contextlib
 import os
@@ -30,7 +30,7 @@ class Emulator:
         assert self.ready.startswith("lk-emu ready"), self.process.communicate()
 
     def stop(self) -> str:
-        """The summary; what was logged is in `errors`."""
+        """Stops the program; returns the summary. `errors` contains the log."""
         self.process.send_signal(signal.SIGTERM)
         out, self.errors = self.process.communicate(timeout=PATIENCE_S)
         assert self.process.returncode == 0, self.errors
@@ -77,6 +77,6 @@ class TestCase(unittest.TestCase):
 
 
 def count(summary: str, what: str) -> int:
-    """The number that a line of the summary ends with; 0 where there is no such line."""
+    """Returns the number at the end of a line of the summary; 0 without such a line."""
     found = re.search(re.escape(what) + r"\s+(\d+)$", summary, re.MULTILINE)
     return int(found[1]) if found else 0

@@ -56,7 +56,7 @@ class Kubernetes(unittest.TestCase):
 
 class GitHub(unittest.TestCase):
     def setUp(self):
-        workflow = yaml.load((FILES / "github.yml").read_text("utf-8"), yaml.BaseLoader)  # `on` is a word there
+        workflow = yaml.load((FILES / "github.yml").read_text("utf-8"), yaml.BaseLoader)  # keeps the key `on` a string
         self.jobs, self.on = workflow["jobs"], workflow["on"]
 
     def test_each_job_says_where_it_runs_and_what_it_does(self):
@@ -73,7 +73,7 @@ class GitHub(unittest.TestCase):
 
     def test_the_matrix_has_each_shard_once(self):
         strategy = self.jobs["shard"]["strategy"]
-        self.assertEqual(strategy["fail-fast"], "false")  # the others are worth having, and a job can be run again
+        self.assertEqual(strategy["fail-fast"], "false")  # keep the other shards; a job can be repeated
         self.assertEqual(strategy["matrix"], {"shard": [str(number) for number in range(len(strategy["matrix"]["shard"]))]})
 
     def test_what_is_uploaded_is_what_is_downloaded(self):
@@ -88,7 +88,7 @@ class GitHub(unittest.TestCase):
 
 
 class Snakemake(unittest.TestCase):
-    """Its rules; that it runs is of tests/bare/run snakemake."""
+    """Checks the rules; tests/bare/run snakemake runs them."""
 
     def test_a_store_is_no_output(self):
         text = (FILES / "Snakefile").read_text("utf-8")

@@ -33,7 +33,7 @@ class Shards(unittest.TestCase):
         cls.addClassCleanup(directory.cleanup)
         cls.directory = pathlib.Path(directory.name)
         os.symlink(PROGRAM, cls.directory / "lk-emu")
-        # Citations are for people at terminals, and parallel keeps in the home whether one has agreed.
+        # Avoids parallel's citation notice, which it stores in the home directory.
         cls.environment = {**os.environ, "PATH": f"{cls.directory}:{os.environ['PATH']}", "HOME": directory.name}
         cls.lk_emu("campaign", str(PLAN), "--jobs", "1", "--quiet", "-o", "one.db", work=cls.directory)
         cls.whole = cls.exported(cls.directory / "one.db")
@@ -55,7 +55,7 @@ class Shards(unittest.TestCase):
         self.assertEqual(self.exported(store), self.whole)
 
     def until(self, condition, child):
-        """What the condition gives, as soon as it gives something; the test fails if the child ends before."""
+        """Returns the first true value of the condition; fails if the child ends before."""
         while not (result := condition()):
             self.assertIsNone(child.poll(), "ended before")
             time.sleep(0.01)

@@ -1,4 +1,4 @@
-// Advice about a host: where it is told, and what --strict makes of it.
+// Advice about a host: its outputs, and the effect of --strict.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ class Advice : public testing::Test {
     return more;
   }
   double simulated_s() const { return ask(socket(), "GET /clock").number("time_s"); }
-  /// Switches the drive off and asks it to move, when every part of a host would know.
+  /// Switches the drive off and commands motion, after all parts of a host could have noticed.
   void err(Host& host) const {
     EXPECT_TRUE(host.query(1, {0x80}));
     for (const double off_s = simulated_s(); simulated_s() < off_s + 0.2;) {

@@ -1,5 +1,5 @@
-// Clients of the control interface that mean no good, thousands of them at both of its entrances,
-// while a host goes on asking: each kind is refused, drives and memory notice nothing.
+// Thousands of malicious clients at both entrances of the control interface, while a host keeps
+// querying. Each kind is refused, without effect on drives or memory.
 
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -30,12 +30,12 @@ struct Doors {
 
 enum class Door : std::uint8_t { kUnix, kTcp };
 
-/// A client that says this.
+/// A client that sends this text.
 struct Kind {
   const char* name;
   Door door;
   std::string text;
-  int status;  // it is answered with; 0: with nothing, as it does not end what it says
+  int status;  // HTTP status of the answer; 0: none, since the request never ends
 };
 
 std::string get_text(const std::string& what, const std::string& headers) {
@@ -77,7 +77,7 @@ std::vector<Kind> bad_ones(const Doors& doors) {
 
 int connected(int family, const sockaddr* address, socklen_t size) {
   const int fd = ::socket(family, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const timeval patience{kPatience_ms / 1000, 0};  // a test that fails ends too
+  const timeval patience{kPatience_ms / 1000, 0};  // so that a failing test ends
   ::setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   if (::connect(fd, address, size) == 0) return fd;
   ::close(fd);
@@ -98,7 +98,7 @@ int connect_to(Door door, const Doors& doors) {
   return connected(AF_INET, reinterpret_cast<const sockaddr*>(&address), sizeof address);
 }
 
-/// All that it is answered, until the connection ends.
+/// Returns all that the client receives until the connection ends.
 std::string answer_to(const Kind& kind, const Doors& doors) {
   const int fd = connect_to(kind.door, doors);
   if (fd < 0) return "";
@@ -112,20 +112,20 @@ std::string answer_to(const Kind& kind, const Doors& doors) {
   return answer;
 }
 
-/// Of an answer; 0: there was none.
+/// Returns the status of an answer, or 0 without one.
 int status_of(const std::string& answer) {
   return answer.starts_with("HTTP/1.1 ") ? std::stoi(answer.substr(9)) : 0;
 }
 
-/// Lets go of the connections when all of them are in: whoever comes last is answered, or sent
-/// away.
+/// Closes the connections once the server has accepted all: the last client has been answered or
+/// refused.
 void let_go(std::vector<int>& held, const Doors& doors) {
   for (const Door door : {Door::kUnix, Door::kTcp}) answer_to(good_one(door, doors), doors);
   for (const int one : held) ::close(one);
   held.clear();
 }
 
-/// All kinds in turns, many at the same time, and none waits for its answer.
+/// Opens clients of all kinds in turn, many at a time, without waiting for answers.
 void attack(const std::vector<Kind>& kinds, const Doors& doors) {
   constexpr std::size_t kAtOnce = 200;
   std::vector<int> held;
@@ -140,14 +140,14 @@ void attack(const std::vector<Kind>& kinds, const Doors& doors) {
   let_go(held, doors);
 }
 
-/// From now on the kernel notes anew how much memory is resident at most (proc(5), clear_refs).
+/// Resets the kernel's peak of resident memory (proc(5), clear_refs).
 void forget_peak(pid_t pid) {
   std::ofstream file("/proc/" + std::to_string(pid) + "/clear_refs");
   file << "5" << std::flush;
   ASSERT_TRUE(file.good());
 }
 
-/// The most memory that was resident.
+/// Returns the peak of resident memory.
 std::uint64_t peak_KiB(pid_t pid) {
   const std::string status = text_of("/proc/" + std::to_string(pid) + "/status");
   const auto at = status.find("VmHWM:");
@@ -156,14 +156,14 @@ std::uint64_t peak_KiB(pid_t pid) {
 
 class BadClients : public MachineTest {
  protected:
-  /// Listens at both doors.
+  /// Returns options to listen at both entrances.
   std::vector<std::string> with_tcp() const {
     std::ofstream(path("token")) << kToken << '\n';
     std::filesystem::permissions(
         path("token"), std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
     return arguments({"--http", "127.0.0.1:0", "--http-token", path("token")});
   }
-  /// Of a program that is ready: the log has the port.
+  /// Pre: the program is ready, so its log contains the port.
   Doors doors_of(EmulatorProcess& emulator) const {
     const std::string before = "control: http://127.0.0.1:";
     if (!emulator.wait_for_log("/api/v1")) throw std::runtime_error("no port in the log");
@@ -205,9 +205,9 @@ TEST_F(BadClients, LeaveBusAndMemoryAlone) {
     peak = peak_KiB(emulator.pid());
   }
   if (!kAddressSanitizer) {
-    // Were all 128 to hold a whole body and all that may be read ahead, it would be 10 MiB.
+    // With all 128 holding a whole body and the maximal read-ahead it would be 10 MiB.
     EXPECT_LT(most_KiB[0], before_KiB + 4096);
-    // And nothing of the first thousand stays: not half a KiB of each.
+    // The first thousand leave nothing behind: less than half a KiB each.
     EXPECT_LT(most_KiB[1], most_KiB[0] + kClients / 2);
   }
   std::printf(
@@ -223,7 +223,7 @@ TEST_F(BadClients, LeaveBusAndMemoryAlone) {
   for (const char* refusal : kTold) {
     EXPECT_EQ(count_of(exit.err, std::string("refused: ") + refusal), 1) << refusal << exit.err;
   }
-  // And, at each door, that there are too many, or that half a request took too long.
+  // Also at each entrance: too many connections, or a request that took too long.
   EXPECT_LE(count_of(exit.err, "refused: "), static_cast<int>(std::size(kTold)) + 3) << exit.err;
 }
 

@@ -1,5 +1,4 @@
-// What the program says to unusable input. None of this needs a bus: input is checked before
-// anything starts.
+// Messages for unusable input. No bus is needed, since the input is checked first.
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -18,7 +17,7 @@ namespace cli_test {
 struct BadInput {
   const char* name;
   std::vector<std::string> arguments;
-  const char* message;  // starts the only line
+  const char* message;  // beginning of the only line
 };
 
 class Refused : public testing::TestWithParam<BadInput> {};
@@ -279,7 +278,7 @@ note: nowhere0 drive 12: protections off: motor_temperature
 )");
 }
 
-/// The first line of the table of drives that --check prints.
+/// Returns the first line of the drive table that --check prints.
 std::string checked_drive(const std::vector<std::string>& more) {
   std::vector<std::string> arguments{"--check", "--bus", "nowhere0", "--ids", "1"};
   arguments.insert(arguments.end(), more.begin(), more.end());
@@ -313,7 +312,7 @@ TEST(Cli, AMistakeOfAMotorFileIsItsOwn) {
   EXPECT_EQ(result.err, "lk-emu: " + motor + ":3: motor.pole_pairs: 0 is out of range (1 to 64)\n");
 }
 
-/// Shipped files by their names; a file of that name here is meant first.
+/// Names select shipped files, but a local file of that name has priority.
 TEST(Cli, ConfigurationsAndScenariosHaveNames) {
   const auto robot = EmulatorProcess({"--check", "--config", "quadruped"}).wait();
   EXPECT_EQ(robot.status, 0) << robot.err;
@@ -407,7 +406,7 @@ TEST(Cli, VersionAndHelp) {
   }
 }
 
-/// An upgrade takes away the program that runs, and puts its files where the old ones were.
+/// An upgrade removes the running program and replaces its files.
 TEST(Motors, AreFoundAfterAnUpgrade) {
   const test::TempDirectory own;
   std::filesystem::create_directories(own.path() / "bin");
@@ -415,7 +414,7 @@ TEST(Motors, AreFoundAfterAnUpgrade) {
   std::filesystem::create_directory_symlink(LKEMU_SOURCE_DIR "/configs",
                                             own.path() / "share/lk-emu");
   const std::string program = own.path("bin/lk-emu");
-  // $1 is the program; a copy of it runs instead, and is gone by then.
+  // $1 is the program; a copy of it runs instead, and is deleted by then.
   EmulatorProcess emulator({"--check", "--bus", "vcan0", "--ids", "1", "--motor", "mf7015"},
                            {"sh", "-c",
                             "cp \"$1\" " + program + " && exec 3<" + program + " && rm " + program +
@@ -425,7 +424,7 @@ TEST(Motors, AreFoundAfterAnUpgrade) {
   EXPECT_EQ(result.status, 0) << result.err;
 }
 
-/// A robot without a clock of its own begins in 1970; 56 years take a while to emulate.
+/// A robot without a battery-backed clock starts in 1970; 56 years take long to emulate.
 TEST(Log, WhoseClockWasSetIsRefusedWithItsLine) {
   const test::TempDirectory own;
   const std::string log = own.put("robot.log",
@@ -436,7 +435,7 @@ TEST(Log, WhoseClockWasSetIsRefusedWithItsLine) {
   const std::string robot = LKEMU_SOURCE_DIR "/configs/buses/gimbal.toml";
   const auto result = EmulatorProcess({"replay", "--log", log, "--config", robot}).wait();
   EXPECT_EQ(result.status, 2);
-  // 1790000000 − 3612; the hour before it is no more than an hour.
+  // 1790000000 − 3612; the hour before it is within the limit.
   EXPECT_EQ(result.err, "lk-emu: replay: " + log +
                             ":4: comes 1789996388 s after the frame before it, and no silence may "
                             "be longer than an hour: if the clock was set, cut the log there\n");

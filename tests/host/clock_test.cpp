@@ -1,4 +1,4 @@
-// Simulated time that goes by otherwise than on the wall, and lk-emu ctl, against the real program.
+// Simulated time that differs from real time, and lk-emu ctl, with the real program.
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -36,7 +36,7 @@ class WithControl : public testing::Test {
     words.insert(words.begin(), {"ctl", "--socket", socket()});
     return EmulatorProcess(words).wait();
   }
-  /// A number of what `lk-emu ctl --json` prints, by its key.
+  /// Returns a number of the output of `lk-emu ctl --json`, by its key.
   double number(const std::string& command, const std::string& key) const {
     const std::string text = ctl({"--json", command}).out;
     const auto at = text.find("\"" + key + "\":");
@@ -57,7 +57,7 @@ TEST_F(WithControl, SteppedAnswersWhenTimeMovesAndInOrder) {
   EXPECT_EQ(ctl({"advance", "0s"}).status, 0);
   EXPECT_FALSE(host.receive(0)) << "the wire takes time, and there was none";
   EXPECT_EQ(ctl({"advance", "10ms"}).status, 0);
-  // All are in the socket by now: no patience is needed.
+  // All replies are in the socket already, so no patience is needed.
   std::vector<std::pair<canid_t, int>> replies;
   while (const auto reply = host.receive(0)) replies.emplace_back(reply->can_id, reply->data[0]);
   EXPECT_EQ(replies,
@@ -77,8 +77,8 @@ TEST_F(WithControl, SteppedWithoutAWireStandsStillToo) {
   EXPECT_TRUE(host.receive(0)) << "frames take no time, and this is an instant";
 }
 
-/// More than the wire model's queue holds, and than fits into a receive buffer with the default
-/// size: the host reads as it goes.
+/// More frames than the wire model's queue and the default receive buffer hold: the host reads
+/// meanwhile.
 TEST_F(WithControl, NoFrameIsLostWhileTimeStandsStill) {
   EmulatorProcess emulator(arguments("stepped", "1000000"));
   ASSERT_TRUE(emulator.wait_ready());
@@ -87,7 +87,7 @@ TEST_F(WithControl, NoFrameIsLostWhileTimeStandsStill) {
   constexpr int kBurst = 100;
   for (int n = 0; n < kFrames; ++n) {
     host.send(0x141, n % 2 == 0 ? kReadState2 : kReadPid);
-    // Lets the program empty its socket.
+    // Gives the program time to empty its socket.
     if (n % kBurst == kBurst - 1) {
       ASSERT_GE(number("clock", "time_s"), 0);
     }
@@ -111,7 +111,7 @@ TEST_F(WithControl, TenTimesAsFastIsTenTimesAsFast) {
   const double passed_s = number("clock", "time_s") - simulated;
   const double wall_s = std::chrono::duration<double>(Clock::now() - wall).count();
   const double slipped_s = number("clock", "slipped_s");
-  // Each reading takes a process of its own, and that takes its time.
+  // Each reading starts a process, which takes time.
   EXPECT_LT(passed_s, 10 * (wall_s + 1));
   EXPECT_GT(passed_s + slipped_s, 10 * 0.4);
 }

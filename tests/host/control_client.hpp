@@ -4,18 +4,18 @@
 
 namespace lk::host {
 
-/// The answer to one request.
+/// Answer to a request.
 struct Answer {
-  int status = 0;  // of HTTP; 0: there was none
+  int status = 0;  // HTTP status; 0: no answer
   std::string body;
 
-  /// The first number behind this key; throws std::runtime_error when there is none.
+  /// Returns the first number with this key; throws std::runtime_error if there is none.
   double number(const std::string& key) const;
-  /// The sum of all numbers behind this key.
+  /// Returns the sum of all numbers with this key.
   double sum(const std::string& key) const;
 };
 
-/// Asks at the Unix socket `path`: "GET /clock", or "POST /directives" with a body.
+/// Sends a request to the Unix socket `path`: "GET /clock", or "POST /directives" with a body.
 Answer ask(const std::string& path, const std::string& request, const std::string& body = "");
 
 }  // namespace lk::host

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file A directory that stands for a disk, and what is written there.
+/// @file A directory that acts as a disk, and the files written to it.
 
 #include <filesystem>
 #include <string>
@@ -17,7 +17,7 @@ class DiskTest : public MachineTest {
     std::filesystem::create_directory(path("disk"));
   }
 
-  /// One that asks and expects.
+  /// Writes a scenario with a send and an expectation.
   std::string scenario(const std::string& duration_s) const {
     own_.put("robot.toml", "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"1-4\"\n");
     return own_.put("scenario.toml",
@@ -33,10 +33,10 @@ class DiskTest : public MachineTest {
     return names;
   }
 
-  /// The recording into the directory `recording` ends, and nothing else.
+  /// Expects that the recording into the directory `recording` ends, and the program continues.
   void expect_recording_to_end(const std::string& recording, const std::string& why,
                                std::vector<std::string> launcher = {}) {
-    // The log goes to a file: a test that talks cannot read a pipe.
+    // The log goes to a file, because this test sends frames and cannot read a pipe meanwhile.
     const std::vector<std::string> logging = {"sh", "-c", "exec \"$@\" 2>" + path("log"), "sh"};
     launcher.insert(launcher.end(), logging.begin(), logging.end());
     EmulatorProcess emulator(arguments({"--record", recording}), launcher);
@@ -53,7 +53,7 @@ class DiskTest : public MachineTest {
   }
 
  private:
-  /// Keeps a drive answering until the log says `text`; false when it does not answer.
+  /// Keeps querying a drive until the log contains `text`; returns false if it does not answer.
   bool talk_until_log(Host& host, const std::string& text) const {
     bool answered = true;
     const bool over = wait_until([&] {

@@ -1,5 +1,5 @@
-// Files that may not grow, logs that cannot be written; and what starts that fail, signals and
-// kills leave behind.
+// Files with limited size and logs that cannot be written; remains of failed starts, signals and
+// kills.
 
 #include <algorithm>
 #include <csignal>
@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 using Disk = DiskTest;
 
-/// With no file of it longer than this, as `ulimit -f` does.
+/// Limits file sizes, as `ulimit -f` does.
 std::vector<std::string> no_file_longer_than(const std::string& bytes) {
   return {"prlimit", "--fsize=" + bytes};
 }
@@ -39,7 +39,7 @@ TEST_F(Disk, ASignalLeavesNothingHalf) {
     EmulatorProcess emulator({"run", scenario("100000"), "--csv", path("disk") + "/out.csv",
                               "--candump", path("disk") + "/out.log", "--junit",
                               path("disk") + "/out.xml"});
-    // Once it runs, there is more in a file than its header.
+    // While it runs, a file contains more than its header.
     ASSERT_TRUE(wait_until([&] {
       const auto names = names_on_disk();
       return names.size() == 3 && std::ranges::any_of(names, [&](const std::string& name) {
@@ -63,7 +63,7 @@ TEST_F(Disk, ALogThatCannotBeWrittenIsMissed) {
   EXPECT_EQ(emulator.stop().status, 0);
 }
 
-// --- what is left behind
+// --- remains
 
 TEST_F(Disk, AStartThatFailsLeavesNothing) {
   for (const std::vector<std::string>& wrong :

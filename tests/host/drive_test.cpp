@@ -1,4 +1,4 @@
-// The lines about drives that the program prints at the start.
+// The lines about drives in the program's start-up output.
 
 #include <gtest/gtest.h>
 
@@ -10,17 +10,15 @@ namespace drive_test {
 
 unsigned uint16_at(const Payload& data, std::size_t at) { return data[at] + 256U * data[at + 1]; }
 
-// A host written for an MG4010 reads 0x94 as uint32 at 4–7, 0.01° of the rotor; ±2048
-// is ±33 A.
+// A host for an MG4010 reads 0x94 as uint32 at 4–7 in 0.01° of the rotor; ±2048 is ±33 A.
 TEST(Asked, AnMg4010SpeaksAsSuchDrivesWereSeenTo) {
   const auto single_turn_deg = [](Host& host) {
     const Payload data = host.query(1, {0x94}).value_or(Payload{});
     return (uint16_at(data, 4) + 65536.0 * uint16_at(data, 6)) / 100;
   };
-  const auto encoder_deg =
-      [](Host& host) {  // the field spans a turn of the output, ten of the rotor
-        return uint16_at(host.query(1, {0x90}).value_or(Payload{}), 2) * 3600.0 / 65536;
-      };
+  const auto encoder_deg = [](Host& host) {  // the field spans an output turn, ten of the rotor
+    return uint16_at(host.query(1, {0x90}).value_or(Payload{}), 2) * 3600.0 / 65536;
+  };
   const std::vector<std::string> plain = {"--bus",   own_bus(), "--ids", "1",
                                           "--motor", "mg4010",  "--rom", ":memory:"};
   const std::string note =

@@ -19,15 +19,15 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Words right before the program in every test, such as "valgrind --quiet": $LKEMU_LAUNCHER. What
-/// a test puts there itself (env, setpriv, …) stands before them, as valgrind does not follow it.
+/// Prefix of the program in every test, such as "valgrind --quiet", from $LKEMU_LAUNCHER. A test's
+/// own prefix (env, setpriv, …) comes first, since valgrind does not follow it.
 std::vector<std::string> launcher_of_all() {
   const char* const said = std::getenv("LKEMU_LAUNCHER");
   std::istringstream text(said != nullptr ? said : "");
   return {std::istream_iterator<std::string>(text), {}};
 }
 
-/// Appends what waits in `fd`; closes it at its end.
+/// Appends the available data of `fd`; closes it at its end.
 void drain(int& fd, std::string& text) {
   std::array<char, 4096> buffer;
   const ssize_t size = ::read(fd, buffer.data(), buffer.size());

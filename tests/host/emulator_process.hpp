@@ -10,31 +10,30 @@
 
 namespace lk::host {
 
-/// Time after which a test gives up on something that should have happened: long, since nobody
-/// waits for it unless the test fails.
+/// Time-out for expected events. Long, because only a failing test waits for it.
 inline constexpr int kPatience_ms = 20'000;
 
-/// The real program in a process of its own, with its output captured.
+/// The real program as a process, with captured output.
 class EmulatorProcess {
  public:
-  /// `launcher` stands before the program, e.g. {"env", "HOME=/"}; $LKEMU_LAUNCHER between the two.
+  /// `launcher` precedes the program, e.g. {"env", "HOME=/"}; $LKEMU_LAUNCHER comes in between.
   explicit EmulatorProcess(const std::vector<std::string>& arguments,
                            const std::vector<std::string>& launcher = {});
   EmulatorProcess(const EmulatorProcess&) = delete;
   EmulatorProcess& operator=(const EmulatorProcess&) = delete;
   ~EmulatorProcess();
 
-  /// Waits for "lk-emu ready"; false when the program ended or patience did.
+  /// Waits for "lk-emu ready"; returns false if the program ends or time runs out.
   bool wait_ready();
-  /// Waits until the log contains `text`, so many times.
+  /// Waits until the log contains `text` `times` times.
   bool wait_for_log(const std::string& text, int times = 1);
-  /// What it has said on stderr, as far as somebody has waited for it.
+  /// Returns the stderr output read so far.
   const std::string& log() const { return exit_.err; }
   void signal(int number) const;
   pid_t pid() const { return pid_; }
 
   struct Exit {
-    int status = -1;  // exit status; 128 + n when signal n ended it, -1 when patience did
+    int status = -1;  // exit status; 128 + n if signal n ended it, -1 on time-out
     std::string out;
     std::string err;
   };
@@ -50,17 +49,17 @@ class EmulatorProcess {
   Exit exit_;
 };
 
-/// A launcher that makes the program another user's, who has no rights but one: to go where the
-/// program lies, as only its owner may be able to.
+/// Returns a launcher that runs the program as another user without capabilities, except for access
+/// to the program's directory.
 std::vector<std::string> as_another_user();
 
-/// The lines of /proc/PID/status, such as {"CapEff", "0000000000000000"}.
+/// Returns the lines of /proc/PID/status, such as {"CapEff", "0000000000000000"}.
 std::map<std::string, std::string> process_status(pid_t pid);
 
-/// How often `what` is in `text`.
+/// Returns the number of occurrences of `what` in `text`.
 int count_of(const std::string& text, const std::string& what);
 
-/// Runs a command of the system; false unless it succeeded.
+/// Runs a shell command; returns whether it succeeded.
 bool run(const std::string& command);
 
 }  // namespace lk::host

@@ -61,8 +61,7 @@ int slcan_socket(const std::string& place) {
   return fd;
 }
 
-/// Does not fail when the program has ended: the caller then waits for an answer in vain and
-/// reports that.
+/// Ignores EPIPE: if the program has ended, the caller's wait for an answer fails.
 void say(int fd, const std::string& line) {
   if (::send(fd, line.data(), line.size(), MSG_NOSIGNAL) < 0 && errno != EPIPE &&
       errno != ECONNRESET) {
@@ -85,8 +84,7 @@ std::string line_of(const can_frame& frame) {
   return line + '\r';
 }
 
-/// Reads a line of a data frame with a standard identifier, the only frames that drives and their
-/// hosts send.
+/// Parses a data frame with a standard identifier; drives and their hosts send no other frames.
 can_frame frame_of(const std::string& line) {
   const auto number = [&line](std::size_t at, std::size_t digits) {
     return std::stoul(line.substr(at, digits), nullptr, 16);
@@ -146,7 +144,7 @@ void Host::hear_only(const std::vector<int>& ids) const {
   }
   const auto size = static_cast<socklen_t>(filters.size() * sizeof(can_filter));
   if (::setsockopt(fd_, SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), size) < 0) fail("filter");
-  // Others may have talked before the filter was there.
+  // Discards frames that arrived before the filter was set.
   for (canfd_frame early{}; ::recv(fd_, &early, sizeof early, MSG_DONTWAIT) > 0;) {
   }
 }
@@ -170,7 +168,7 @@ std::optional<can_frame> Host::receive_line(int patience_ms) {
     for (auto end = heard_.find('\r'); end != std::string::npos; end = heard_.find('\r')) {
       const std::string line = heard_.substr(0, end);
       heard_.erase(0, end + 1);
-      if (line.starts_with('t')) return frame_of(line);  // others acknowledge what it has sent
+      if (line.starts_with('t')) return frame_of(line);  // other lines are acknowledgements
     }
     const auto left =
         std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());

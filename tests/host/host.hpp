@@ -14,12 +14,11 @@ namespace lk::host {
 
 using Payload = std::array<std::uint8_t, 8>;
 
-/// A bus that no other process has, the `n`th of this one, and that needs no CAN in the kernel:
-/// slcan at an address of this machine's loopback that is this process's number.
+/// Returns the `n`th bus of this process, unique on the machine and without CAN in the kernel:
+/// slcan at a loopback address derived from the process ID.
 std::string own_bus(int n = 0);
 
-/// A host program on a bus: a socket on an interface of SocketCAN, or a client of
-/// slcan-tcp:ADDR:PORT.
+/// A host program on a bus: a SocketCAN socket, or a client of slcan-tcp:ADDR:PORT.
 class Host {
  public:
   enum class Loopback : std::uint8_t { kOn, kOff };
@@ -32,9 +31,9 @@ class Host {
   void send(canid_t id, const Payload& data) const;
   void send(const can_frame& frame) const;
   void send(const canfd_frame& frame) const;
-  /// Filters received frames: only those of these drives arrive from now on. On SocketCAN only.
+  /// Receives frames of these drives only from now on. SocketCAN only.
   void hear_only(const std::vector<int>& ids) const;
-  /// The next frame of another program; nothing when none came within the patience given.
+  /// Returns the next frame of another program; nothing if none arrives within the patience.
   std::optional<can_frame> receive(int patience_ms = kPatience_ms);
   /// Sends a query to the drive `id` and waits for the next frame, which must be the reply.
   std::optional<Payload> query(int id, const Payload& data);
@@ -44,7 +43,7 @@ class Host {
 
   int fd_ = -1;
   bool slcan_ = false;
-  std::string heard_;  // of slcan, and not read yet
+  std::string heard_;  // received slcan bytes, not yet read
 };
 
 }  // namespace lk::host

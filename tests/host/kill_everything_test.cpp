@@ -1,6 +1,5 @@
-// SIGKILL in the midst of everything: several hosts that write ROM and ask, faults that come and
-// go, a client that looks on, and a recording. Nothing acknowledged is lost, and the recording is
-// good up to its end.
+// SIGKILL during full activity: several hosts that write ROM and query, faults, a client of
+// telemetry, and a recording. No acknowledged write is lost, and the recording is valid to its end.
 
 #include <algorithm>
 #include <array>
@@ -17,10 +16,10 @@ namespace kill_everything_test {
 constexpr int kDrives = 4;
 constexpr int kKills = 12;
 constexpr std::chrono::milliseconds kLongestLife{300};
-/// The gains of a drive that nobody has written to.
+/// Gains of a drive without ROM writes.
 constexpr std::array<std::uint8_t, 6> kFactory = {100, 100, 50, 40, 50, 50};
 
-/// A host that writes to the ROM of a drive, one value after the other.
+/// A host that writes consecutive values to a drive's ROM.
 struct Writer {
   int id = 1;
   std::uint8_t next = 1;
@@ -36,9 +35,9 @@ struct Writer {
     return (acknowledged != 0 && value == acknowledged) ||
            std::ranges::find(pending, value) != pending.end();
   }
-  /// A restart found these.
+  /// Call with the gains found after a restart.
   void restart(const std::array<std::uint8_t, 6>& gains) {
-    // No write has got as far as the disk yet, and none has been acknowledged.
+    // No write has reached the disk yet, and none has been acknowledged.
     const bool untouched = acknowledged == 0 && gains == kFactory;
     if (!untouched) {
       const std::uint8_t found = gains[0];
@@ -51,7 +50,7 @@ struct Writer {
   }
 };
 
-/// What a monitor saw of each drive, in its order; and what a recording says.
+/// Frames of each drive in order, from a monitor or a recording.
 using Frames = std::map<canid_t, std::vector<std::string>>;
 
 std::string hex(const std::uint8_t* data, std::size_t size) {
@@ -85,7 +84,7 @@ class KillEverything : public MachineTest {
             "--log-level", "off"};
   }
 
-  /// Reads back what a restart found.
+  /// Reads back the state after a restart.
   void check_rom(Host& host) {
     for (Writer& writer : writers_) {
       const auto pid = host.query(writer.id, {0x30});
@@ -96,7 +95,7 @@ class KillEverything : public MachineTest {
     }
   }
 
-  /// Everything at once for a while, then the end. Gives what the drives were heard to say.
+  /// Runs everything for `span`, then kills. Returns the replies received.
   Frames live(int life, std::chrono::microseconds span) {
     EmulatorProcess emulator(everything(life));
     EXPECT_TRUE(emulator.wait_ready()) << emulator.wait().err;
@@ -131,7 +130,7 @@ class KillEverything : public MachineTest {
     }
     Frames seen;
     while (const auto frame = monitor.receive(0)) {
-      // State 2: a host leaves the temperature empty; 0x32 is seen twice, as query and as reply.
+      // State 2: a query has no temperature. 0x32 appears twice, as query and as reply.
       const bool reply = frame->data[0] == 0x9C && frame->data[1] != 0;
       if (reply) seen[frame->can_id].push_back(hex(frame->data, 8));
     }
@@ -173,8 +172,8 @@ TEST_F(KillEverything, LosesNothingThatWasAcknowledged) {
     const std::string recording = path("recording-" + std::to_string(life));
     const auto again = EmulatorProcess({"replay", recording}).wait();
     EXPECT_EQ(again.status, 0) << again.out << again.err;
-    // What was said before the kill is there in its order; a tail that was on its way to the disk
-    // may be missing (docs/record.md), and what was not heard any more may be there.
+    // Replies before the kill are recorded in their order. The last ones may be missing, since they
+    // were not yet on disk (docs/record.md), and unreceived ones may be present.
     Frames recorded = recorded_replies(recording + "/frames.log");
     for (const auto& [id, frames] : seen) {
       std::vector<std::string> said;
@@ -198,7 +197,7 @@ TEST_F(KillEverything, LosesNothingThatWasAcknowledged) {
       kKills, acknowledgements_, static_cast<unsigned long long>(heard),
       static_cast<unsigned long long>(missing));
   EXPECT_GT(acknowledgements_, kKills);
-  // The writer gathers for 10 ms, of lives of 150 ms in the middle, and has to get the processor.
+  // The writer collects for 10 ms, of runs of 150 ms on average, and must get processor time.
   EXPECT_GT(heard, 4 * missing);
 }
 

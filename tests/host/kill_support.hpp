@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Killed in the midst of ROM writes, at any instant: every write that was acknowledged is
-/// there, and what is there was written.
+/// @file Kills during ROM writes, at any instant: every acknowledged write is stored, and every
+/// stored value was written.
 
 #include <gtest/gtest.h>
 
@@ -28,17 +28,17 @@ namespace kill {
 using Clock = std::chrono::steady_clock;
 
 inline constexpr int kDrives = 3;
-inline constexpr int kMostOnDisk = 6;       // acknowledgements in one life, before the kill
-inline constexpr int kMostInMemory = 20;    // the same where a write takes no time
-inline constexpr double kLongestRest = 2;   // then, in times from one acknowledgement to the next
-inline constexpr int kPatienceMs = 60'000;  // with a write that does not end
+inline constexpr int kMostOnDisk = 6;       // acknowledgements per run before the kill
+inline constexpr int kMostInMemory = 20;    // as above, if writes take no time
+inline constexpr double kLongestRest = 2;   // kill delay, in acknowledgement intervals
+inline constexpr int kPatienceMs = 60'000;  // for a write that does not end
 inline constexpr std::uint32_t kOffsets = 16384;
 
-/// One parameter of one drive, as the host that writes it knows it.
+/// A parameter of a drive, as known to the host that writes it.
 struct Parameter {
-  std::uint32_t next = 1;             // the value to write next: never one that was there before
-  std::uint32_t acknowledged = 0;     // what stands in ROM for certain, or later
-  std::deque<std::uint32_t> pending;  // written after that
+  std::uint32_t next = 1;             // next value to write; all values are unique
+  std::uint32_t acknowledged = 0;     // stored in ROM for certain, or a later one
+  std::deque<std::uint32_t> pending;  // written after `acknowledged`
   std::uint64_t acknowledgements = 0;
 
   std::uint32_t write() {
@@ -51,7 +51,7 @@ struct Parameter {
     pending.pop_front();
     ++acknowledgements;
   }
-  /// `value` is what a restart found.
+  /// Returns whether a restart may find `value`.
   bool may_be(std::uint32_t value) const {
     return value == acknowledged || std::ranges::find(pending, value) != pending.end();
   }
@@ -61,7 +61,7 @@ struct Parameter {
   }
 };
 
-/// Three bytes of the gains tell the value, the others how many.
+/// Encodes a value in three bytes of the gains, and again in the other three.
 inline Payload write_gains(std::uint32_t value) {
   const auto byte = [value](int shift) { return static_cast<std::uint8_t>(value >> shift); };
   return {0x32, 0, byte(0), byte(8), byte(16), byte(0), byte(8), byte(16)};
@@ -89,9 +89,9 @@ class Machine {
   Machine(std::string bus, std::string directory)
       : bus_(std::move(bus)), directory_(std::move(directory)) {}
 
-  /// Power on, look at what is there, write until the power goes: after so many acknowledgements,
-  /// and `rest` times as long after them as one takes to follow another. So the power goes anywhere
-  /// in a write, however quick the machine.
+  /// Starts, checks the stored values, and writes until the kill: after this number of
+  /// acknowledgements, plus `rest` intervals between them. The kill therefore hits any phase of a
+  /// write, on any machine.
   void live(int acknowledgements_to_see, double rest) {
     EmulatorProcess emulator({"--bus", bus_, "--ids", "1-" + std::to_string(kDrives), "--rom",
                               directory_, "--log-level", "off"});
@@ -111,7 +111,7 @@ class Machine {
     for (const auto end = Clock::now() + pause; Clock::now() < end;) take_reply(host);
     emulator.signal(SIGKILL);
     EXPECT_EQ(emulator.wait().status, 128 + SIGKILL);
-    // Replies sent before the kill are acknowledgements.
+    // Replies sent before the kill count as acknowledgements.
     while (take_reply(host, 0)) {
     }
     if (std::ranges::any_of(drives_, [](const Drive& drive) {
@@ -128,9 +128,9 @@ class Machine {
     }
     return sum;
   }
-  /// Deaths with a write under way.
+  /// Returns the number of kills during a write.
   int in_the_midst() const { return in_the_midst_; }
-  /// Restarts that found a value that had not been acknowledged yet.
+  /// Returns the number of restarts that found an unacknowledged value.
   std::uint64_t found_later() const { return found_later_; }
 
  private:
@@ -148,7 +148,7 @@ class Machine {
     host.send(0x140U + static_cast<canid_t>(id), write_offset(drive(id).offset.write()));
   }
 
-  /// Every acknowledgement is followed by the next write at once.
+  /// Each acknowledgement triggers the next write.
   bool take_reply(Host& host, int patience_ms = 1) {
     const auto reply = host.receive(patience_ms);
     if (!reply) return false;
@@ -188,7 +188,7 @@ class Machine {
     EXPECT_GE(writes, parameter.acknowledgements);
     EXPECT_LT(writes, parameter.next) << "no more than were sent";
     EXPECT_LT(writes, emulator::RomParams{}.endurance) << "or nothing would be proved any more";
-    if (writes == 0) return;  // the factory's value, which no write has
+    if (writes == 0) return;  // factory value, never written
     EXPECT_EQ(on_bus, in_file);
     EXPECT_TRUE(parameter.may_be(on_bus))
         << on_bus << " is neither " << parameter.acknowledged << " nor one of "
@@ -202,11 +202,11 @@ class Machine {
   std::array<Drive, kDrives> drives_;
   int in_the_midst_ = 0;
   std::uint64_t found_later_ = 0;
-  Clock::duration writing_{};  // until the acknowledgements that were waited for
-  int seen_ = 0;               // those
+  Clock::duration writing_{};  // until the awaited acknowledgements
+  int seen_ = 0;               // their number
 };
 
-/// Kills one until so many have met a write under way.
+/// Kills runs until `kills` of them hit a write.
 inline void until_killed(int kills, const std::string& bus, const std::string& directory,
                          int most_acknowledgements, unsigned seed) {
   std::mt19937 random(seed);

@@ -1,5 +1,5 @@
-// Killed in the midst of ROM writes: on a disk, which makes for kills that wait for it, and in
-// memory, where there are many writes between two kills.
+// Kills during ROM writes: on a disk, where kills hit waiting writes, and in memory, with many
+// writes between two kills.
 
 #include <cstdlib>
 #include <filesystem>

@@ -1,4 +1,4 @@
-// A scenario on a running bus, beside a host that is none of its own.
+// A scenario on a running bus, together with an independent host.
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ std::vector<std::string> arguments(const std::string& scenario) {
 }
 
 TEST_F(LiveScenario, JudgesWhatARealHostSaysAndHears) {
-  // The host's second command makes the drive hang, that one included.
+  // The host's second command triggers the hang, and is itself not answered.
   const std::string file = put(R"(
 robot = "somewhere_else"
 duration_s = 3
@@ -72,7 +72,7 @@ state = "off"
   EXPECT_EQ(reply->data[0], 0x9A);
   host.send(0x141, {0x92});
   advance("3");
-  const auto result = emulator.wait();  // it ends with the scenario
+  const auto result = emulator.wait();  // the program ends with the scenario
   EXPECT_EQ(result.status, 0) << result.out << result.err;
   EXPECT_NE(result.out.find("live: passed"), std::string::npos) << result.out;
   EXPECT_NE(result.out.find("hang of drive 1"), std::string::npos) << result.out;

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file A directory, an emulator that is controlled in it, and hosts, for tests of what the
-/// machine may do to them.
+/// @file A directory, an emulator with a control socket in it, and hosts, for tests of machine
+/// problems.
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ class MachineTest : public testing::Test {
   }
   Answer get(const std::string& what) const { return ask(socket(), "GET " + what); }
 
-  /// Simulated time and what slipped, between two readings of the clock that it follows.
+  /// Simulated and slipped time, between two readings of the monotonic clock.
   struct Reading {
     MonoClock::time_point before, after;
     double sum_s = 0, slipped_s = 0;
@@ -51,8 +51,8 @@ class MachineTest : public testing::Test {
     reading.sum_s = answer.number("time_s") + reading.slipped_s;
     return reading;
   }
-  /// From `begin` to `end` simulated time went by as monotonic time did. Either reading may be
-  /// behind by what the emulator makes up for before time slips, 50 ms.
+  /// Checks that simulated time advanced like monotonic time. Either reading may lag by the time
+  /// that the emulator makes up for before time slips, 50 ms.
   static void expect_no_drift(const Reading& begin, const Reading& end) {
     constexpr double kMostLag_s = 0.051;
     const auto s = [](auto span) { return std::chrono::duration<double>(span).count(); };
@@ -60,13 +60,13 @@ class MachineTest : public testing::Test {
     EXPECT_LE(end.sum_s - begin.sum_s, s(end.after - begin.before) + kMostLag_s);
   }
 
-  /// Everything that is counted adds up, with `sent` frames of hosts; nothing may be on its way.
+  /// Checks that all counters add up with `sent` frames of hosts. Pre: no frame is pending.
   void expect_balanced(std::uint64_t sent) const {
     const Answer status = get("/status");
     const auto count = [&](const char* key) {
       return static_cast<std::uint64_t>(status.number(key));
     };
-    // By name, as other objects of the answer are among them.
+    // By name, since the answer has other objects with numbers.
     std::uint64_t dropped = 0;
     for (const char* cause :
          {"error_frame", "CAN_FD_frame", "remote_request", "extended_identifier",
@@ -80,7 +80,7 @@ class MachineTest : public testing::Test {
               count("sent") + count("pending") + count("lost_link_down") +
                   count("lost_queue_full") + count("lost_replies"))
         << status.body;
-    // Those for several drives, which the tests here do not send, have an answer from each.
+    // Without multi-drive commands each query has one answer.
     const Answer drives = get("/drives");
     EXPECT_EQ(drives.sum("replies"), drives.sum("queries")) << drives.body;
     EXPECT_EQ(drives.sum("queries"), status.number("queries")) << drives.body;
@@ -97,12 +97,12 @@ inline std::string text_of(const std::string& file) {
   return text.str();
 }
 
-/// A kernel of this test's own, whose clock and scheduler it may spoil.
+/// Returns whether the test has its own kernel, whose clock and scheduler it may disturb.
 inline bool in_user_mode_linux() {
   return text_of("/proc/cpuinfo").find("User Mode Linux") != std::string::npos;
 }
 
-/// Until it is so, or patience ends.
+/// Waits for the condition; returns false on time-out.
 template <class Condition>
 bool wait_until(Condition condition) {
   const auto deadline = MonoClock::now() + std::chrono::milliseconds(kPatience_ms);
@@ -112,7 +112,7 @@ bool wait_until(Condition condition) {
   return true;
 }
 
-/// Stops it, until SIGCONT; true once it has stopped.
+/// Stops the program until SIGCONT; returns true once it has stopped.
 inline bool suspend(const EmulatorProcess& emulator) {
   emulator.signal(SIGSTOP);
   return wait_until([&] {

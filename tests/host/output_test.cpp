@@ -1,4 +1,4 @@
-// What becomes of standard output that cannot be written, or that nothing reads.
+// Standard output that cannot be written, or has no reader.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 namespace lk::host {
 namespace output_test {
 
-/// Words before the program's that send its standard output elsewhere.
+/// Returns a launcher that redirects standard output.
 std::vector<std::string> with_output(const std::string& redirection) {
   return {"sh", "-c", redirection, "sh"};
 }
@@ -34,7 +34,7 @@ TEST(Output, ThatCannotBeWrittenIsNoSuccess) {
 TEST(Output, ThatNobodyWantsIsNotMissed) {
   const test::TempDirectory own;
   const std::string fifo = own.path("fifo");
-  // Whoever read has left, before anything is written.
+  // The reader has exited before any output.
   const std::string left = "mkfifo " + fifo + " && exec 3<>" + fifo + " && exec 4>" + fifo +
                            " && rm " + fifo + " && exec 3<&- && exec \"$@\" >&4 4>&-";
   for (const std::string& redirection : {left, std::string("exec \"$@\" >&-")}) {

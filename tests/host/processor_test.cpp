@@ -10,8 +10,8 @@ namespace processor_test {
 
 using Processor = MachineTest;
 
-/// A machine that is busy besides may make time slip again later: another episode, which is told
-/// of, too, but only after the end of the one before.
+/// On a busy machine time may slip again later: this is reported as another episode, after the end
+/// of the first.
 TEST_F(Processor, StoppedForSecondsItSlipsSaysSoAndAnswersWhatCame) {
   EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
@@ -19,13 +19,13 @@ TEST_F(Processor, StoppedForSecondsItSlipsSaysSoAndAnswersWhatCame) {
   const Reading begin = read_clock();
   ASSERT_TRUE(suspend(emulator));
   const auto stopped = MonoClock::now();
-  constexpr int kFrames = 500;  // well within a socket's buffer
+  constexpr int kFrames = 500;  // fits into a socket buffer
   for (int n = 0; n < kFrames; ++n) host.send(0x141U + static_cast<canid_t>(n % 4), kReadState2);
-  // A pause is the stimulus: there is nothing to wait for but time.
+  // The test needs this pause, so it waits for a fixed time.
   EXPECT_FALSE(host.receive(2000)) << "it is stopped";
   const double pause_s = std::chrono::duration<double>(MonoClock::now() - stopped).count();
   emulator.signal(SIGCONT);
-  std::map<canid_t, int> replies;  // the lowest identifier gets the wire first
+  std::map<canid_t, int> replies;  // the lowest identifier wins arbitration
   for (int n = 0; n < kFrames; ++n) {
     const auto reply = host.receive();
     ASSERT_TRUE(reply) << n;

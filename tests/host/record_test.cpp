@@ -19,7 +19,7 @@ namespace record_test {
 
 namespace fs = std::filesystem;
 
-/// Two buses.
+/// A robot with two buses.
 std::string robot() {
   return "seed = 5\n[[bus]]\ninterface = \"" + own_bus() + R"("
 [[bus.drive]]
@@ -42,8 +42,8 @@ motor = "mg4005"
 )";
 }
 
-/// Sends `windows` windows of frames as fast as it can, and waits behind each until the drive
-/// `last` has answered all that came before.
+/// Sends `windows` windows of frames as fast as possible. Waits after each until drive `last` has
+/// answered.
 void talk(const std::string& interface, int windows, int last) {
   Host host(interface);
   constexpr Payload kFrames[] = {
@@ -60,7 +60,7 @@ void talk(const std::string& interface, int windows, int last) {
       if (frame[0] == 0x32 && window % 10 != 0) frame[0] = 0x31;
       host.send(0x141 + static_cast<canid_t>(n + static_cast<std::size_t>(window)) % 3, frame);
     }
-    // A drive that is busy with its flash hears nothing: it is asked again.
+    // A drive that writes its flash ignores frames: repeat the query.
     bool answered = false;
     for (int attempt = 0; attempt < 200 && !answered; ++attempt) {
       host.send(asked, {0x9C});
@@ -92,7 +92,7 @@ class Record : public testing::Test {
   const std::string scratch_ = own_.path().string();
 };
 
-/// Two hosts on one bus and one on the other, all at once: some 4000 frames.
+/// Two hosts on one bus and one on the other at the same time: some 4000 frames.
 void talk_on_both() {
   std::thread one([] { talk(own_bus(), 120, 3); });
   std::thread two([] { talk(own_bus(), 120, 3); });
@@ -116,7 +116,7 @@ TEST_F(Record, RunsAgainIdentically) {
   EXPECT_GT(std::stoi(again.out), 3500) << again.out;
   EXPECT_GT(fs::file_size(scratch_ + "/a.csv"), 1000U);
   EXPECT_EQ(fs::file_size(scratch_ + "/again.log"), fs::file_size(directory() + "/frames.log"));
-  // Nothing but the directory is needed, and the drives start from the ROM of then.
+  // The replay needs only the directory; the drives start from the recorded ROM.
   fs::remove(scratch_ + "/robot.toml");
   fs::remove_all(scratch_ + "/rom");
   EXPECT_EQ(replay().status, 0);
@@ -155,7 +155,7 @@ TEST_F(Record, KilledItIsGoodUpToItsLastLine) {
   EXPECT_GT(std::stoi(again.out), 3000) << again.out;
 }
 
-/// A recording that has been ended, on a disk that takes nothing of it, and another one after it.
+/// A recording that has ended on a blocked disk, and another one after it.
 TEST_F(Record, ADiskThatHangsHoldsUpNothingElse) {
   const std::string fifo = scratch_ + "/disk";
   const std::string socket = scratch_ + "/s";

@@ -86,7 +86,7 @@ TEST_F(Rom, TheZeroIsInForceAfterTheRestart) {
   ASSERT_TRUE(reply);
   EXPECT_EQ((*reply)[6], written[6]);
   EXPECT_EQ((*reply)[7], written[7]);
-  // The shaft boots where it booted before, which is where zero is now, within its noise.
+  // The shaft starts at its previous angle, which is now zero, within its noise.
   const int encoder = (*reply)[2] | (*reply)[3] << 8;
   EXPECT_LT(std::min(encoder, 16384 - encoder), 20) << encoder;
 }
@@ -116,7 +116,7 @@ TEST_F(Rom, IsNotWipedByAStartThatIsRefused) {
   const std::string before = text_of(file(1));
   for (const std::vector<std::string>& refused :
        {std::vector<std::string>{"--control", directory_ + "/none/s"},
-        {"--http", "192.0.2.1:80"},  // an address of nobody (RFC 5737)
+        {"--http", "192.0.2.1:80"},  // unassigned address (RFC 5737)
         {"--record", directory_}}) {
     std::vector<std::string> all = arguments({"--wipe-rom"});
     all.insert(all.end(), refused.begin(), refused.end());
@@ -194,14 +194,14 @@ TEST_F(Rom, InMemoryItLeavesNoTrace) {
   EXPECT_EQ(Host(own_bus()).query(1, kReadPid), kFactoryPid);
 }
 
-/// The real program on a disk whose fsync waits until `SlowDisk::go_on` (slow_disk.cpp).
+/// The real program on a disk whose fsync waits for `SlowDisk::go_on` (slow_disk.cpp).
 class SlowDisk : public Rom {
  protected:
   SlowDisk() : fifo_(directory_ + "/disk") { EXPECT_TRUE(run("mkfifo " + fifo_)); }
   std::vector<std::string> launcher() const {
     return {"env", "LD_PRELOAD=" LKEMU_SLOW_DISK, "LKEMU_SLOW_DISK=" + fifo_};
   }
-  /// From now on the disk is fast.
+  /// Unblocks the disk.
   void go_on() const { std::ofstream(fifo_) << std::string(100, '.'); }
 
   std::string fifo_;
@@ -231,7 +231,7 @@ TEST_F(SlowDisk, StoppingWaitsForItAndAcknowledges) {
   ASSERT_TRUE(emulator.wait_ready());
   Host host(own_bus());
   host.send(0x141, kPidToRom);
-  // Once drive 2 has answered what came later, the write is on its way.
+  // When drive 2 has answered this later query, the write is in progress.
   ASSERT_TRUE(host.query(2, kReadState2));
   ASSERT_TRUE(emulator.wait_for_log("writing"));
   emulator.signal(SIGTERM);
@@ -250,7 +250,7 @@ TEST_F(SlowDisk, StoppingDoesNotWaitForOneThatHangs) {
   host.send(0x141, kPidToRom);
   ASSERT_TRUE(host.query(2, kReadState2));
   ASSERT_TRUE(emulator.wait_for_log("writing"));
-  const auto result = emulator.stop();  // nobody lets the disk go on
+  const auto result = emulator.stop();  // the disk stays blocked
   EXPECT_EQ(result.status, 0);
   EXPECT_NE(result.out.find("whose last ROM write is not confirmed"), std::string::npos)
       << result.out;

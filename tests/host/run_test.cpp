@@ -1,5 +1,4 @@
-// lk-emu run, through the real program: exit statuses, what it writes, what it refuses. None of
-// this needs a bus.
+// lk-emu run by the real program: exit statuses, output files, refusals. No bus is needed.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +16,7 @@ namespace run_test {
 
 namespace fs = std::filesystem;
 
-/// A directory with a robot in it, for this test alone.
+/// A private directory with a robot.
 class Run : public testing::Test {
  protected:
   Run() {
@@ -43,13 +42,13 @@ class Run : public testing::Test {
     return EmulatorProcess(arguments).wait();
   }
 
-  // Each sends a query every 10 ms.
+  // Sends a query every 10 ms.
   std::string passing() const { return scenario("passing.toml", kAsks + std::string(kAlive)); }
   std::string failing() const {
     return scenario("failing.toml", kAsks + std::string("[[expect]]\nid = 1\nstate = \"off\"\n"));
   }
   std::string invalid() const {
-    // The drive that hangs is not asked anything.
+    // The drive that hangs gets no query.
     return scenario("invalid.toml", kAsks + std::string(kAlive) +
                                         "[[event]]\nat_s = 0.5\nid = 2\nfault = \"hang\"\n");
   }

@@ -1,5 +1,5 @@
-// Loaded before libc (LD_PRELOAD), makes the disk slow: fsync waits for a byte from the FIFO that
-// LKEMU_SLOW_DISK names, and so does a write to the file that LKEMU_SLOW_FILE names.
+// Preloaded (LD_PRELOAD) to slow the disk down: fsync waits for a byte from the FIFO
+// LKEMU_SLOW_DISK, and so does a write to the file LKEMU_SLOW_FILE.
 
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -1,4 +1,4 @@
-// How the program ends, and with which rights it runs.
+// The program's end, and its privileges.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -38,7 +38,7 @@ TEST(Privileges, NoneIsLeftWhoeverStartsTheProgram) {
   EXPECT_EQ(status["NoNewPrivs"], "1");
 }
 
-/// Removing a link or a socket takes rights in its directory.
+/// Removing a link or socket needs permissions in its directory.
 TEST(Privileges, RootRemovesItsLinksAndSocketsFromAnothersDirectory) {
   if (::geteuid() != 0) GTEST_SKIP() << "only root can give a directory to another user";
   const test::TempDirectory directory;

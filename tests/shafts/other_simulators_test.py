@@ -1,9 +1,9 @@
-"""Other people's simulators at the shaft port move an arm as lk-emu-body's own MuJoCo does: within 1e-3 rad over 2 s. And a leg
-stands on the floor as high, and as heavily.
+"""Third-party simulators at the shaft port move an arm like lk-emu-body's own MuJoCo, within 1e-3 rad over 2 s. A leg
+stands on the floor with equal height and contact force.
 
-usage: other_simulators_test.py LK_EMU LK_EMU_BODY [MujocoWasm|Simbody]; status 77 where the simulator is not there.
+usage: other_simulators_test.py LK_EMU LK_EMU_BODY [MujocoWasm|Simbody]; status 77 without the simulator.
 
-MujocoWasm wants node, and @mujoco/mujoco of npm beside examples/shafts or below MUJOCO_WASM, its mujoco.js.
+MujocoWasm needs node, and npm's @mujoco/mujoco next to examples/shafts, or its mujoco.js at MUJOCO_WASM.
 """
 
 import csv
@@ -22,7 +22,7 @@ EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples/shafts"
 PATIENCE_S = 200
 SECONDS = 2
 MOST_RAD = 1e-3
-STRETCHED_M = 0.33  # the trunk of leg.xml where its slide is 0
+STRETCHED_M = 0.33  # height of leg.xml's trunk at slide 0
 
 
 def mujoco_wasm() -> "str | None":
@@ -44,7 +44,7 @@ class Arm(unittest.TestCase):
             (self.directory / f"{scenario}_of_drives.toml").write_text(text.replace(f"{robot}.toml", "two_drives.toml"))
 
     def of_body(self, scenario: str, *words: str) -> "list[list[float]]":
-        """One row for each millisecond: the signals in their order."""
+        """Returns one row per millisecond with the signals in their order."""
         file = self.directory / "body.csv"
         subprocess.run([BODY, "run", self.directory / f"{scenario}.toml", "--csv", file, "--rate", "1000", *words], check=True,
                        stdout=subprocess.DEVNULL, timeout=PATIENCE_S)
@@ -88,14 +88,14 @@ class MujocoWasm(Arm):
         self.compare(self.run_it("reach", "two_joints.xml", SECONDS, "shoulder", "elbow"))
 
     def test_stands_as_the_body_does(self) -> None:
-        # The drives' loops never rest quite: the mean of the last half second.
+        # The drives' loops never rest completely, so take the mean of the last half second.
         rows = self.run_it("crouch", "leg.xml", 3, "hip", "knee")[-500:]
         other_m = STRETCHED_M + statistics.fmean(row["height"] for row in rows)
         other_N = statistics.fmean(row["contact_N"] for row in rows)
         height_m, contact_N = map(statistics.fmean, zip(
             *self.of_body("crouch", "--signals", "body.trunk.z_m,body.contact_N")[-500:]))
         print(f"{self.id()}: {height_m:.5f} and {other_m:.5f} m high, {contact_N:.4f} and {other_N:.4f} N")
-        # Hand calculation: hip and knee at 30 and 60 degrees, two links of 0.15 m, a foot of 0.02 m.
+        # By hand: hip and knee at 30 and 60 degrees, two links of 0.15 m, a foot of 0.02 m.
         self.assertAlmostEqual(height_m, 2 * 0.15 * math.cos(math.radians(30)) + 0.02, delta=0.01)
         self.assertAlmostEqual(contact_N, 1.3 * 9.81, delta=0.05)
         self.assertAlmostEqual(other_m, height_m, delta=1e-3)

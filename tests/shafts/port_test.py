@@ -1,4 +1,4 @@
-"""The shaft port of the running program: lock step and real time, both owners, bad simulators and lost ones.
+"""The shaft port of the running program: lock step and real time, both owners, misbehaving simulators and lost ones.
 
 usage: port_test.py LK_EMU
 """
@@ -41,12 +41,12 @@ class Program:
         assert "ready" in self.process.stdout.readline(), self.process.communicate()
 
     def until_logged(self, text: str) -> None:
-        """What was read until then is no longer in what `stop` gives."""
+        """Waits for a log line; `stop` then returns only later lines."""
         while text not in self.process.stderr.readline():
             assert self.process.poll() is None
 
     def stop(self) -> str:
-        """What was logged."""
+        """Stops the program; returns its log."""
         self.process.send_signal(signal.SIGTERM)
         _, errors = self.process.communicate(timeout=PATIENCE_S)
         assert self.process.returncode == 0, errors
@@ -83,7 +83,7 @@ def program(*arguments: str, ids: str = "1-2"):
 
 
 def say(can, line: bytes, answer: bytes) -> None:
-    """To slcan, until it has answered."""
+    """Sends a line to slcan and waits for its answer."""
     can.write(line)
     heard = b""
     while answer not in heard:
@@ -98,7 +98,7 @@ def eventually(holds) -> None:
 
 
 class FreeJoint:
-    """An inertia and a torque, integrated by hand."""
+    """An inertia and a torque, integrated by formula."""
 
     def __init__(self, inertia: float, torque: float = 0.0) -> None:
         self.inertia, self.torque = inertia, torque
@@ -318,7 +318,7 @@ class Nonsense(unittest.TestCase):
         elif way == 2:
             one.sendall(accept + accept)
         elif way == 3:
-            one.sendall(accept + states + states)  # which nobody waits for
+            one.sendall(accept + states + states)  # one more than expected
         elif way == 4:
             one.sendall(accept[: dice.randrange(len(accept))])
         else:

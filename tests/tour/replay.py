@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Does everything that docs/tour.md types work as it says?
+"""Checks that all commands of docs/tour.md work as printed.
 
 usage: scripts/with-vcan tests/tour/replay.py DIRECTORY_OF_LK_EMU [--cast FILE]
 
-Types the commands of the tour into one shell, one after the other, and compares what is printed with what the tour
-prints. --cast writes what was seen as an asciicast, to be played with asciinema.
+Types the commands of the tour into one shell and compares their output with the document. --cast writes the session as
+an asciicast for asciinema.
 """
 
 import json
@@ -19,8 +19,8 @@ import time
 import session
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PATIENCE_S = 180  # of a command that prints something else; none takes as long, also on a machine that has much else to do
-END = "\x1e"  # printed when a command has ended
+PATIENCE_S = 180  # time-out for a command with wrong output; longer than any command takes on a busy machine
+END = "\x1e"  # marks the end of a command's output
 
 
 class Shell:
@@ -35,7 +35,7 @@ class Shell:
         self.out.register(self.process.stdout, selectors.EVENT_READ)
 
     def type(self, command, expected):
-        """What it prints, and what its predecessors in the background do, until that is `expected`."""
+        """Returns the output, including that of background commands, once it is `expected` or at the time-out."""
         self.process.stdin.write(f"{command}\nprintf '{END}'\n".encode())
         self.process.stdin.flush()
         printed, ended, give_up = "", False, time.monotonic() + PATIENCE_S
@@ -55,7 +55,7 @@ class Shell:
 
 
 def write_cast(path, seen):
-    """An asciicast, version 2 (docs.asciinema.org), typed at an even pace."""
+    """Writes an asciicast, version 2 (docs.asciinema.org), typed at a constant pace."""
     at, events = 0.5, []
     for command, printed in seen:
         for key in f"$ {command}\r\n":

@@ -1,14 +1,14 @@
-"""The console blocks of a document: what is typed, and what comes of it.
+"""Parses console blocks of a document: commands and their output.
 
-In a block marked ```console, a line `$ …` is typed, and the lines below it are what is printed then. `…` stands for
-anything within a line, and for any lines where it stands alone.
+In a block marked ```console, a line `$ …` is a command, and the lines below are its output. `…` matches any text within
+a line, and any lines if it is alone.
 """
 
 import re
 
 
 def commands(text):
-    """[(command, [lines])], in the order of the document."""
+    """Returns [(command, [lines])], in the order of the document."""
     found = []
     for block in re.findall(r"^```console\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
         for line in block.splitlines():
@@ -20,6 +20,6 @@ def commands(text):
 
 
 def pattern(lines):
-    """Matches what is printed, every line of it."""
+    """Returns a pattern that matches the whole output."""
     return re.compile("".join("(?:.*\n)*?" if line == "…" else
                               ".*".join(re.escape(part) for part in line.split("…")) + "\n" for line in lines))
