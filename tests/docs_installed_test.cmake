@@ -1,5 +1,4 @@
-# cmake -DROOT=DIR -DOUT=DIR -DCHECK=PROGRAM -P: the documents, laid out as an installation has them, have no link that
-# leads nowhere.
+# cmake -DROOT=DIR -DOUT=DIR -DCHECK=PROGRAM -P: checks that the documents have no dead links in an installation's layout.
 file(REMOVE_RECURSE ${OUT})
 set(documents ${OUT}/share/doc/lk-emu)
 set(data ${OUT}/share/lk-emu)

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""What a program can tell about the documents: `docs_test.py [DIR]`, DIR being the source tree, by default its own.
-`docs_test.py --links DIR` looks at links alone, for DIR is where they are installed.
+"""Checks the documents: `docs_test.py [DIR]`, where DIR is the source tree (default: its own). `docs_test.py --links
+DIR` checks only the links of installed documents in DIR.
 
-It fails if a link leads nowhere, if README.md has no link to a page of docs/, or if it is longer than MAX_README_LINES.
-Pages in Chinese that lag behind the English ones are listed, and fail nothing. They are compared in what is the same in any
-language: headings by level, code without its comments, code words, options, and in every row of a table that begins with a
-code word the keys, numbers and names.
+Fails if a link is dead, if README.md does not link to a page of docs/, or if it exceeds MAX_README_LINES. Chinese pages
+that lag behind the English ones are listed, without failure. The comparison covers language-independent parts: headings
+by level, code without comments, code words, options, and keys, numbers and names in table rows that begin with a code
+word.
 """
 import itertools
 import pathlib
@@ -21,7 +21,7 @@ LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 
 
 def split(text):
-    """The code blocks of a page, each a list of its lines without comments, and the lines that are not code."""
+    """Returns the code blocks of a page, each a list of its lines without comments, and the other lines."""
     blocks, prose, block, fence, language = [], [], None, False, ""
     for line in text.splitlines():
         opened = re.match(r"\s*```(\w*)", line)
@@ -48,7 +48,7 @@ def code_words(text):
 
 
 def rows(prose):
-    """Of each row of a table that begins with code: its key, and the set of what no translation changes."""
+    """Returns for each table row that begins with code its key, and the set of its language-independent parts."""
     found = []
     for line in prose:
         if not line.startswith("|"):
@@ -72,7 +72,7 @@ def difference(english, chinese):
 
 
 def compare_lists(what, english, chinese, say):
-    """Says where two lists first differ, in an item or in length."""
+    """Reports the first difference of two lists, in an item or in length."""
     for number, (one, other) in enumerate(itertools.zip_longest(english, chinese, fillvalue="nothing"), 1):
         if one != other:
             say(f"{what} {number}: {one} in English, {other} in Chinese")
@@ -102,7 +102,7 @@ def compare(english, chinese, say):
 
 
 def links(text):
-    """Targets of the links of a page that lead into the source tree, without what follows the #."""
+    """Returns the targets of a page's links into the source tree, without fragments."""
     prose = CODE_WORD.sub("", "\n".join(split(text)[1]))
     targets = [link.split("#")[0] for link in LINK.findall(prose) if not re.match(r"[a-z]+:", link)]
     return [target for target in targets if target]
@@ -120,7 +120,7 @@ def dead_links(root):
 
 
 def problems_of(root):
-    """What is wrong with the documents in whichever language."""
+    """Yields the problems of the documents in any language."""
     readme = root / "README.md"
     yield from dead_links(root)
     for page in sorted({*(root / "docs").glob("*.md")} - linked(readme)):
@@ -131,7 +131,7 @@ def problems_of(root):
 
 
 def lags(english, chinese):
-    """In what a page in Chinese lags behind."""
+    """Returns in what a Chinese page lags behind."""
     if not chinese.exists():
         return ["is not there"]
     found = []

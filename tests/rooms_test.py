@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Every include goes along the arrows between rooms: rooms_test.py ROOMS, as cmake/Rooms.cmake writes it."""
+"""Checks that includes only go to used rooms: rooms_test.py ROOMS, as cmake/Rooms.cmake writes it."""
 
 import pathlib
 import re
@@ -8,12 +8,12 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 INCLUDE = re.compile(r'^\s*#include "([^"]+)"', re.MULTILINE)
-# A host that has the core in its own build gets nothing else with it.
+# A host that builds the core itself gets only these.
 PURE = ("protocol", "model", "emulator/ground", "emulator/core", "emulator/config", "emulator/advice")
 
 
 def read_rooms(text: str) -> dict[str, set[str]]:
-    """The rooms, and for each of them those that it uses."""
+    """Returns the rooms, each with the rooms that it uses."""
     rooms: dict[str, set[str]] = {}
     for line in text.splitlines():
         room, uses = line.split(":")
@@ -22,7 +22,7 @@ def read_rooms(text: str) -> dict[str, set[str]]:
 
 
 def reachable(rooms: dict[str, set[str]], room: str) -> set[str]:
-    """Those that it uses, and those that they use."""
+    """Returns the rooms that it uses directly or indirectly."""
     found: set[str] = set()
     waiting = list(rooms[room])
     while waiting:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""web/vendor holds the files that its SOURCES names, bit for bit, and no others."""
+"""Checks that web/vendor has exactly the files of its SOURCES, bit for bit."""
 
 import hashlib
 import pathlib

@@ -1,6 +1,6 @@
-"""Reads MCAP files, from the specification (https://mcap.dev/spec) and nothing else: what lk-emu writes is checked with it.
+"""Reads MCAP files by the specification (https://mcap.dev/spec) alone, independent of lk-emu's writer.
 
-Everything that a reader may rely on is asserted: sums, indexes, counts, the summary."""
+Asserts everything that a reader may rely on: checksums, indexes, counts, the summary."""
 
 import struct
 import zlib
@@ -26,7 +26,7 @@ class Fields:
         return self.take(self.number("I")).decode()
 
     def table(self, *codes):
-        """An array or a map of numbers."""
+        """Reads an array or a map of numbers."""
         rows = Fields(self.take(self.number("I")))
         found = []
         while rows.at < len(rows.data):
@@ -38,7 +38,7 @@ class Fields:
 
 
 def records(data, at=0):
-    """(offset, op code, content) of whole records; what is cut off is none."""
+    """Yields (offset, op code, content) of whole records; omits a truncated one."""
     while at + 9 <= len(data):
         op, length = data[at], struct.unpack_from("<Q", data, at + 1)[0]
         if at + 9 + length > len(data):
@@ -181,5 +181,5 @@ class Mcap:
         assert dict(fields.table("H", "Q")) == per_channel
 
     def of(self, topic):
-        """[(log_time_ns, bytes)]"""
+        """Returns [(log_time_ns, bytes)] of a topic."""
         return [(log_time, data) for channel, _, log_time, data in self.messages if self.channels[channel][1] == topic]

@@ -29,7 +29,7 @@ std::string print(const char* format, ...) {
   return text.data();
 }
 
-/// A step of 1, 2 or 5 times a power of ten that fits three to seven times.
+/// Returns a step of 1, 2 or 5 times a power of ten that fits three to seven times.
 double tick_step(const Range& range) {
   const double rough = (range.high - range.low) / 4;
   const double power = std::pow(10, std::floor(std::log10(rough)));

@@ -1,4 +1,4 @@
-/// @file What hosts of real drives rely on, or had to live with.
+/// @file Behaviour that hosts of real drives rely on, or have to tolerate.
 
 #include <gtest/gtest.h>
 
@@ -28,9 +28,9 @@ emulator::ServoConfig servo_of(const std::string& motor) {
   return servo;
 }
 
-/// How a host finds the end stops of MG4005 joints: it turns into one with 0xA2, and waits until iq
-/// is above a threshold. Both hosts have been seen to work, with 0x31 before: speed Kp 30, Ki 0,
-/// 750 dps, 4.0 A; and an older one Kp 10, 1000 dps, 1.0 A.
+/// Two hosts find the end stops of MG4005 joints this way: 0xA2 towards the stop until iq exceeds a
+/// threshold. Observed settings, sent by 0x31 before: speed Kp 30, Ki 0, 750 dps, 4.0 A; an older
+/// host Kp 10, 1000 dps, 1.0 A.
 TEST(Hosts, PushesIntoAStopAsItsHostsExpect) {
   struct Calibration {
     std::uint8_t speed_kp;
@@ -52,7 +52,7 @@ TEST(Hosts, PushesIntoAStopAsItsHostsExpect) {
   }
 }
 
-/// 90 % of a step of 0xA2, ms, of a bare rotor at 24 V.
+/// Returns the time to 90 % of a step of 0xA2, ms, of a bare rotor at 24 V.
 double rise_ms(const std::string& motor, int speed_kp, double speed_dps) {
   emulator::ServoConfig servo = servo_of(motor);
   servo.rom.gains.speed_kp = static_cast<std::uint8_t>(speed_kp);
@@ -67,9 +67,8 @@ double rise_ms(const std::string& motor, int speed_kp, double speed_dps) {
   return 0;
 }
 
-/// Without the current ramp, which the vendor's tool shows as 0, a step to 1500 dps of the rotor
-/// takes no more than 3.0 ms (a ramp of 25 A/s made 30.5 of it), and what the speed Kp is shows in
-/// it.
+/// Without the current ramp (0 in the vendor's tool) a step to 1500 rotor dps takes at most 3.0 ms
+/// (with a ramp of 25 A/s it took 30.5 ms), and depends on the speed Kp.
 TEST(NoRamp, StepsAreAsQuickAsTheMotorAndTellGainsApart) {
   EXPECT_LT(rise_ms("mg4005", 50, 1500), 3.0);
   double before_ms = 1e9;
@@ -80,9 +79,9 @@ TEST(NoRamp, StepsAreAsQuickAsTheMotorAndTellGainsApart) {
   }
 }
 
-/// The reported speed of a real MS4015 is 1.0 ms behind its encoder; of the drives with 18 bits
-/// this is taken to be the same. On a ramp of 20000 dps/s, a lag of 1 ms is 20 dps, and what one
-/// sample is off by its step of 5.5 dps is a tenth of a step in the mean of a hundred.
+/// The reported speed of a real MS4015 lags its encoder by 1.0 ms; assumed equal for drives with 18
+/// bits. On a ramp of 20000 dps/s, 1 ms is 20 dps. The speed step of 5.5 dps averages to a tenth
+/// over a hundred samples.
 TEST(Telemetry, SpeedIsOneMillisecondBehindTheEncoder) {
   constexpr int kRamp_dps_s = 20'000;
   emulator::ServoConfig servo = servo_of("mg4005-14p");
@@ -100,14 +99,14 @@ TEST(Telemetry, SpeedIsOneMillisecondBehindTheEncoder) {
   EXPECT_NEAR(mean(behind_dps) / kRamp_dps_s, 1.0e-3, 0.15e-3);
 }
 
-/// A drive with an 18-bit encoder whose field spans a turn of the output, after power-up: told
-/// 0xA4 1078.44° at encoder 19631 it holds still. One that counted from the rotor's own turn would
-/// make three.
+/// A drive with an 18-bit encoder whose field spans an output turn gets 0xA4 1078.44° at encoder
+/// 19631 after power-up, and does not move. If it counted from the rotor's own turn, it would make
+/// three turns.
 TEST(Angles, HoldStillWhereTheEncoderOfTheOutputSaysTheyAre) {
   emulator::ServoConfig servo = servo_of("mg4005-14p");
   servo.generation = emulator::Generation::kLegacy;
   servo.quirks = emulator::quirks_of(emulator::Generation::kLegacy);
-  servo.boot_angle_deg = 1078.39 - 0.03;  // as far as the encoder is off there
+  servo.boot_angle_deg = 1078.39 - 0.03;  // the encoder's error there
   Host host(servo);
   host.wait(milliseconds(200));
   ASSERT_EQ(host.get<protocol::Encoder>(protocol::ReadEncoder{}).encoder_counts, 19631);
@@ -122,7 +121,7 @@ TEST(Angles, HoldStillWhereTheEncoderOfTheOutputSaysTheyAre) {
   EXPECT_LT(furthest_deg, 0.2);  // four counts of the reply, 0.055° of the rotor each
 }
 
-/// How far the output gives way that has to hold 4 Nm with 0xA4, degrees of the output.
+/// Returns the deflection of an output that must hold 4 Nm with 0xA4, in degrees of the output.
 double sag_deg(const model::GainBytes& gains) {
   emulator::ServoConfig servo = servo_of("mg5010");
   servo.rom.gains = gains;
@@ -137,9 +136,9 @@ double sag_deg(const model::GainBytes& gains) {
   return (before - host.bus.truth(1).theta_m) / 10.0 * kDegPerRad;
 }
 
-/// Twelve MG5010 whose host sends 0xA4 stand 207 mm high when told 220. Their gains are not known;
-/// what can be said is which would do that. With integrators nothing gives way; without, the
-/// angle's and the speed's Kp are one spring: τ/(N·η·k_t·K_a·K_s).
+/// A robot with twelve MG5010 and 0xA4 stands 207 mm high instead of 220. Its gains are unknown;
+/// the test shows which gains would explain this. With integrators there is no deflection. Without,
+/// angle Kp and speed Kp act as one spring: τ/(N·η·k_t·K_a·K_s).
 TEST(PositionLoop, GivesWayUnderALoadAsItsGainsSay) {
   model::GainBytes gains = profile("mg5010").factory.gains;
   EXPECT_NEAR(sag_deg(gains), 0, 0.02);
@@ -147,7 +146,7 @@ TEST(PositionLoop, GivesWayUnderALoadAsItsGainsSay) {
   const double stiff_deg = sag_deg(gains);
   EXPECT_GT(stiff_deg, 0.05);
   gains.angle_kp /= 10;
-  // Friction carries a part of the load in either case, and less than a fifth.
+  // In both cases friction carries part of the load, less than a fifth.
   EXPECT_NEAR(sag_deg(gains), 10 * stiff_deg, 0.2 * 10 * stiff_deg);
 }
 

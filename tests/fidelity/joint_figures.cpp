@@ -14,7 +14,7 @@ double zeros_at_rest(const JointLog& log) {
 }
 
 const std::vector<JointFigure> kFigures{
-    // 1 % is what a limit of 573 dps may be in a drive that counts in its own units.
+    // 1 %: possible rounding of a limit of 573 dps in the drive's own units.
     {"cruise, mean of the speed, dps",
      {-576.4, -576.4},
      5.7,
@@ -23,13 +23,13 @@ const std::vector<JointFigure> kFigures{
      {21.7, 21.7},
      0,
      [](const JointLog& log) { return deviation(cruise_speed(log)); }},
-    // The band ends 0.04 away, and that is as far as it is off today: no reason is known for what
-    // the real speed has beside its tone, which alone makes -0.97; see the share of the spectrum.
+    // The band ends 0.04 away, the present error. The real speed has unexplained parts besides its
+    // tone, which alone gives -0.97; see the share of the spectrum.
     {"cruise, lag-1 autocorrelation",
      {-0.51, -0.51},
      0.05,
      [](const JointLog& log) { return autocorrelation(cruise_speed(log)); }},
-    // The band ends 0.3 below, and that is as far as it is off today: not explained.
+    // The band ends 0.3 below, the present error: not explained.
     {"cruise, deviation of iq, LSB",
      {8.0, 8.0},
      0.5,
@@ -38,7 +38,7 @@ const std::vector<JointFigure> kFigures{
      {-0.24, -0.17},
      0,
      [](const JointLog& log) { return slope(cruise_speed(log), cruise_iq(log)); }},
-    // Both of the speed at rest depend on where in a count the shaft stands, which is by chance.
+    // Both depend on the shaft's position within a count at rest, which is random.
     {"hold, share of speed 0", {0.82, 0.85}, 0, zeros_at_rest, 1},
     {"hold, deviation of the speed, dps",
      {2.7, 3.6},

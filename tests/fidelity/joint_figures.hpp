@@ -1,8 +1,8 @@
 #pragma once
 
-/// @file What the log of three joints amounts to: sums over a log, which chance is in. The emulated
-/// moves are drawn from at random, three at a time (bootstrap); the real figure has to be where 99
-/// of 100 such logs have theirs. Where it is not, the difference is known.
+/// @file Statistics of the log of three joints, which contain chance. Emulated moves are drawn at
+/// random, three at a time (bootstrap). The real figure must be within the range of 99 of 100 such
+/// logs, plus a known difference.
 
 #include <functional>
 #include <string>
@@ -17,13 +17,13 @@ inline constexpr std::size_t kJoints = 3;
 
 struct JointFigure {
   std::string name;
-  Band real;         // one number twice, or what the joints have
-  double apart = 0;  // in the figure's unit: how much further away the band may be
+  Band real;         // one number twice, or the range over the joints
+  double apart = 0;  // tolerated distance from the band, in the figure's unit
   std::function<double(const JointLog&)> of;
-  double widest = 0.5;  // of the real figure: so far from end to end may the band be
+  double widest = 0.5;  // largest width of the band, as a share of the real figure
 };
 
-/// What is summarised of the cruise, in dps and in LSB.
+/// Samples of the cruise, in dps and in LSB.
 inline std::vector<double> cruise_speed(const JointLog& log) {
   return log.cruise(&JointSample::speed_dps);
 }

@@ -1,4 +1,4 @@
-/// @file What the log of three joints amounts to, and the same of the emulated moves.
+/// @file Statistics of the log of three joints and of the emulated moves.
 
 #include "tests/fidelity/joint_figures.hpp"
 
@@ -20,15 +20,14 @@ TEST(JointFigures, AreThoseOfTheLog) {
         << figure.name << ": " << band.low << " to " << band.high;
     EXPECT_GE(band.high + figure.apart, figure.real.low)
         << figure.name << ": " << band.low << " to " << band.high;
-    // A band that holds everything says nothing: one of half the figure tells a drive that is off
-    // by more than that.
+    // A wide band proves nothing: a width of half the figure detects larger errors.
     const double real = std::abs(figure.real.low + figure.real.high) / 2;
     EXPECT_LT(band.high - band.low, figure.widest * real)
         << figure.name << ": " << band.low << " to " << band.high;
   }
 }
 
-/// Over all moves, whatever the band: 75 to 95 % of the samples.
+/// Over all moves, without a band: 75 to 95 % of the samples.
 TEST(JointFigures, RestAsOftenAsTheLog) {
   std::size_t zero = 0;
   std::size_t all = 0;
@@ -41,8 +40,8 @@ TEST(JointFigures, RestAsOftenAsTheLog) {
   EXPECT_LE(static_cast<double>(zero), 0.95 * static_cast<double>(all));
 }
 
-/// With an arm that is fixed to the output (0.004 kg·m², assumed), sampled evenly, the texture is
-/// the log's too: several tones, of which one alone, at 28 a turn, would have −0.94.
+/// With an arm fixed to the output (0.004 kg·m², assumed) and even sampling, the texture also
+/// matches the log: several tones. The tone at 28 a turn alone would give −0.94.
 TEST(FixedArm, HasTheTextureOfTheLog) {
   double correlation = 0;
   for (std::uint64_t seed = 1; seed <= kMoves; ++seed) {
@@ -53,9 +52,9 @@ TEST(FixedArm, HasTheTextureOfTheLog) {
   EXPECT_LE(correlation, -0.4);
 }
 
-/// The spectrum over the rotor's angle. The log's speed has its peak at 28.0 a turn, with 0.41 of
-/// the variance; iq has one at 14.0 too. Of the emulated speed 0.62 to 0.69 is there: what the rest
-/// of the real one's is, is not known, and 0.25 is no more than how far off it is today.
+/// Spectrum over the rotor's angle. The log's speed has a peak at 28.0 a turn with 0.41 of the
+/// variance; iq also has one at 14.0. The emulated speed has 0.62 to 0.69 there. The rest of the
+/// real variance is unknown; 0.25 is the present error.
 TEST(JointFigures, HaveTheSpectrumOfTheLog) {
   std::vector<double> shares;
   std::vector<double> iq_14;

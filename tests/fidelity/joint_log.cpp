@@ -15,7 +15,7 @@ using std::chrono::microseconds;
 constexpr microseconds kSampling{12'000};
 constexpr double kIqLsb_A = 33.0 / 2048.0;
 
-/// The model has one spring, which is the load's here: that of the gear is a hundred times stiffer.
+/// The model has one spring, used for the load here: the gear's is a hundred times stiffer.
 void hang(const JointLoad& load, model::DriveParams& drive) {
   if (load.sprung_kg_m2 == 0) {
     drive.load.J = load.rigid_kg_m2;

@@ -1,5 +1,5 @@
-/// @file Each of the joint's moves as the log's, in time; figures over all moves are in
-/// joint_figures_test.cpp. The bounds here are the spread that such a drive may show.
+/// @file Compares each joint move with the log over time; joint_figures_test.cpp covers statistics
+/// over all moves. The bounds are the spread of such drives.
 
 #include "tests/fidelity/joint_log.hpp"
 
@@ -18,9 +18,8 @@ class Joint : public ::testing::TestWithParam<std::uint64_t> {
   const JointLog log_ = move_joint(GetParam());
 };
 
-/// The log has −64, −450 and −561 dps in three samples, 24 ms from the first to the last; a sample
-/// of 12 ms more or less. The emulated joint is at 500 dps after one of them, and waits for its
-/// load.
+/// The log has −64, −450 and −561 dps in three samples, over 24 ms; tolerance is one sample of 12
+/// ms. The emulated joint reaches 500 dps after one sample and then waits for its load.
 TEST_P(Joint, StartsLikeTheLog) {
   const auto reached_ms = [this](double dps) {
     double before = 0;
@@ -34,7 +33,7 @@ TEST_P(Joint, StartsLikeTheLog) {
   EXPECT_NEAR(reached_ms(561) - reached_ms(64), 24, 12.5);
 }
 
-/// The log overshoots to −698 dps, 22 %, and has settled by 150 ms.
+/// The log overshoots to −698 dps, 22 %, and settles within 150 ms.
 TEST_P(Joint, OvershootsLikeTheLog) {
   double most = 0;
   for (std::size_t n = 0; n < 13; ++n) most = std::max(most, -log_.samples[n].speed_dps);
@@ -43,8 +42,8 @@ TEST_P(Joint, OvershootsLikeTheLog) {
 }
 
 /// The log: mean −574 dps, standard deviation 22 dps; iq mean −14 LSB, mostly friction, deviation
-/// 8; and −0.17 to −0.24 LSB per dps between the two, to which a move of 70 samples adds the error
-/// of its fit: 5 LSB of noise over 22 dps and √70, 0.03, thrice.
+/// 8; slope −0.17 to −0.24 LSB per dps. A move of 70 samples adds three times its fit error: 5 LSB
+/// of noise over 22 dps and √70, 0.03.
 TEST_P(Joint, CruisesLikeTheLog) {
   const std::vector<double> speed_dps = log_.cruise(&JointSample::speed_dps);
   const std::vector<double> iq_lsb = log_.cruise(&JointSample::iq_lsb);
@@ -56,10 +55,10 @@ TEST_P(Joint, CruisesLikeTheLog) {
   EXPECT_LE(slope(speed_dps, iq_lsb), -0.17 + 0.09);
 }
 
-/// The log: full speed 3.9° before the target, −18 dps one sample later, when the load's spring has
-/// the rest; then ±4 counts of ringing for 170 ms, iq ±20 LSB. A third more, and a count. One
-/// sample later the emulated joint has −27 to −60 dps, and 62 is as far as it is off today: when
-/// the sample falls decides, see JointStop.
+/// The log: full speed 3.9° before the target, −18 dps one sample later, with the rest in the
+/// load's spring. Then ±4 counts of ringing for 170 ms, iq ±20 LSB. Tolerance: a third more, and a
+/// count. One sample later the emulated joint has −27 to −60 dps, depending on the sample's phase
+/// (see JointStop); 62 is the present error.
 TEST_P(Joint, StopsLikeTheLog) {
   const std::size_t stop = log_.stop_begins;
   ASSERT_LT(stop + 40, log_.samples.size());
@@ -80,8 +79,8 @@ TEST_P(Joint, StopsLikeTheLog) {
   }
 }
 
-/// The log: error ≤ 1 count; iq noise sd 3.5 to 6 LSB; speed 0 in 82 to 85 % of the samples, which
-/// depends on where in a count the shaft stands, and otherwise a few steps of about 5 dps.
+/// The log: error ≤ 1 count; iq noise sd 3.5 to 6 LSB; speed 0 in 82 to 85 % of the samples
+/// (depends on the position within a count), otherwise a few steps of about 5 dps.
 TEST_P(Joint, HoldsLikeTheLog) {
   for (std::size_t n = kTravelSamples; n < log_.samples.size(); ++n) {
     EXPECT_LE(std::abs(log_.samples[n].error_counts), 1) << "sample " << n;
@@ -99,10 +98,9 @@ TEST_P(Joint, HoldsLikeTheLog) {
 
 INSTANTIATE_TEST_SUITE_P(Seeds, Joint, ::testing::Range<std::uint64_t>(1, kMoves + 1));
 
-/// The log's iq at the start: −54, −36, −18, 2, 13, 5, 7, −20, −39, −20, −9 LSB, 12 ms apart: it
-/// swings at about 12 Hz, by 67 LSB and by 52. In the mean of the moves, as each has its own
-/// ripple, the emulated one swings by 36 and 29: no more than a half is asked for, and the rest is
-/// not explained.
+/// The log's iq at the start: −54, −36, −18, 2, 13, 5, 7, −20, −39, −20, −9 LSB, 12 ms apart: an
+/// oscillation of about 12 Hz by 67 and 52 LSB. The mean of the moves, whose ripples differ,
+/// oscillates by 36 and 29. The test requires half; the rest is not explained.
 TEST(JointStart, RingsLikeTheLog) {
   std::vector<double> iq_lsb(13, 0.0);
   for (std::uint64_t seed = 1; seed <= kMoves; ++seed) {
@@ -114,11 +112,11 @@ TEST(JointStart, RingsLikeTheLog) {
   const auto second = std::min_element(top, iq_lsb.end());
   EXPECT_GT(*top - first, 67 / 2.0);
   EXPECT_GT(*top - *second, 52 / 2.0);
-  // From the top to the next bottom, half a period: 4 samples in the log.
+  // From a maximum to the next minimum is half a period: 4 samples in the log.
   EXPECT_NEAR(static_cast<double>(second - top), 4, 1.5);
 }
 
-/// The log's −18 dps one sample after full speed: among moves that are sampled as unevenly as it.
+/// The log has −18 dps one sample after full speed: within the range of moves with its jitter.
 TEST(JointStop, IsAsSlowAsTheLogAfterOneSample) {
   std::vector<double> speed_dps;
   for (const JointLog& log : joint_moves()) {
@@ -128,8 +126,8 @@ TEST(JointStop, IsAsSlowAsTheLogAfterOneSample) {
   EXPECT_GE(quantile(speed_dps, 1), 18);
 }
 
-/// A loaded joint of the log swings at 12.0 Hz after a stop. Between crossings of the target lies
-/// half a period; one sample of 12 ms in that of 83 ms is 1.5 Hz.
+/// A loaded joint of the log oscillates at 12.0 Hz after a stop. Crossings of the target are half a
+/// period apart; one sample of 12 ms in a period of 83 ms is 1.5 Hz.
 TEST(JointStop, RingsLikeTheLog) {
   double sum_Hz = 0;
   for (std::uint64_t seed = 1; seed <= kMoves; ++seed) {

@@ -1,4 +1,4 @@
-/// @file The log of an MS4015 by RS-485, 754 exchanges.
+/// @file The log of an MS4015 on RS-485, 754 exchanges.
 
 #include <gtest/gtest.h>
 
@@ -16,9 +16,9 @@ namespace ms4015_log_test {
 
 using std::chrono::milliseconds;
 
-/// A log of an MS4015 at 19 V, speed gains 50/20: from −44 to 600 dps, on its way to 720 dps, in at
-/// most 4 ms. Its power, of the largest voltage, is 164 ‰ at most, and 94 to 120 ‰ when it cruises;
-/// the emulated one may be a fifth off the most, which the log's samples need not have met.
+/// The log of an MS4015 at 19 V, speed gains 50/20: from −44 to 600 dps on the way to 720 dps in at
+/// most 4 ms. Power relative to the largest voltage: at most 164 ‰, and 94 to 120 ‰ at cruise.
+/// Tolerance of the maximum is a fifth, since the log's samples may have missed it.
 TEST(Ms4015, ChangesItsSpeedLikeTheLog) {
   emulator::ServoConfig servo;
   servo.id = 1;
@@ -35,7 +35,7 @@ TEST(Ms4015, ChangesItsSpeedLikeTheLog) {
   host.wait(milliseconds(300));
 
   double most = 0;
-  for (int start = 0; start < 8; ++start) {  // from different places between two cogs
+  for (int start = 0; start < 8; ++start) {  // from different positions between two cogs
     host.get<protocol::State2>(protocol::Speed{.speed_dps = -44});
     host.wait(milliseconds(500 + 13 * start));
     host.get<protocol::State2>(protocol::Speed{.speed_dps = 720});
@@ -57,7 +57,7 @@ TEST(Ms4015, ChangesItsSpeedLikeTheLog) {
   }
   EXPECT_GE(mean(power), 0.094);
   EXPECT_LE(mean(power), 0.120);
-  // 26 ripples a turn, as seen; the loops' stiffness at 52 Hz is not: a fifth.
+  // 26 ripples a turn, as observed; the loops' stiffness at 52 Hz is unknown: tolerance a fifth.
   EXPECT_NEAR(deviation(speed_dps), 79, 0.2 * 79);
   EXPECT_NEAR(spectral_peak(turns, speed_dps, 5, 60), 26, 0.1);
 }

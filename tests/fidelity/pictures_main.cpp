@@ -1,4 +1,4 @@
-/// @file The pictures of docs/fidelity.md: fidelity_pictures DIRECTORY writes them there.
+/// @file fidelity_pictures DIRECTORY: writes the pictures of docs/fidelity.md to DIRECTORY.
 
 #include <algorithm>
 #include <cmath>
@@ -19,8 +19,8 @@ constexpr std::size_t kLevels = 16;
 
 // --- torque and speed
 
-/// The speed against `torque_Nm` at the output, rpm, with a cold winding, everything else as from
-/// the factory: after two seconds of 0xA2 with more speed than there is.
+/// Returns the speed in rpm against `torque_Nm` at the output, with a cold winding and factory
+/// settings: after two seconds of 0xA2 above the reachable speed.
 Points torque_and_speed(const model::test::NamedDrive& drive, double most_Nm) {
   std::vector<model::DriveInit> inits(kLevels + 1, drive.init);
   for (std::size_t n = 0; n <= kLevels; ++n) {
@@ -38,7 +38,7 @@ Points torque_and_speed(const model::test::NamedDrive& drive, double most_Nm) {
   Points points;
   for (std::size_t n = 0; n <= kLevels; ++n) {
     const double rpm = (bank.truth(n).theta_out - before_rad[n]) / 0.1 * kRpm;
-    // What it cannot carry turns it backwards.
+    // A load that is too large turns it backwards.
     if (rpm > 0) points.emplace_back(-inits[n].params.load.tau, rpm);
   }
   return points;
@@ -74,11 +74,11 @@ std::string torque_picture() {
 
 // --- the log of three joints
 
-/// The first samples of the log's start, iq in LSB, and of its stop, as speeds.
+/// First samples of the log's start, iq in LSB, and of its stop, as speeds.
 const std::vector<double> kRealStart_lsb{19, -5, -54, -36, -18, 2, 13, 5, 7, -20, -39, -20, -9};
 const std::vector<double> kRealStop_dps{-576, -18};
 
-/// 12 ms apart, the first at `begin_ms`.
+/// Returns samples 12 ms apart, the first at `begin_ms`.
 Points samples(const std::vector<double>& values, double begin_ms = 0) {
   Points points;
   for (std::size_t n = 0; n < values.size(); ++n) {
@@ -93,7 +93,7 @@ Panel start_panel() {
     panel.lines.push_back(
         {samples(log.pick(0, kRealStart_lsb.size(), &JointSample::iq_lsb)), false, false});
   }
-  // Its first sample is from before the command.
+  // The first sample precedes the command.
   panel.lines.push_back({samples(kRealStart_lsb, -12), true, false});
   return panel;
 }
@@ -109,7 +109,7 @@ Panel stop_panel() {
   return panel;
 }
 
-/// Where the emulated band and the real figure lie.
+/// Draws the emulated band and the real figure.
 Panel figure_panel(const JointFigure& figure) {
   const auto comma = figure.name.rfind(", ");
   const bool has_unit = figure.name.find(" of the speed, ") != std::string::npos ||

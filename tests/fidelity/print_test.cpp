@@ -1,4 +1,4 @@
-// Every shipped profile does what its vendor prints, and what its own numbers say.
+// Every shipped profile meets its vendor's printed figures, and its own numbers.
 #include <map>
 
 #include "tests/model/profiles.hpp"
@@ -6,7 +6,7 @@
 namespace lk::model::test {
 namespace print_test {
 
-/// No-load speed at the output, rpm, and supply voltage, as the vendors print them. MG6012-i36: not
+/// No-load speed at the output, rpm, and supply voltage, as printed by the vendors. MG6012-i36: not
 /// printed.
 const std::map<std::string, double> kPrintedNoLoadRpm{
     {"ms3506", 2100},   {"mf5010", 3050}, {"mf7015", 1895}, {"mf7015-23t", 805}, {"mf9025", 710},
@@ -21,12 +21,12 @@ TEST(Print, RunFreeAtThePrintedSpeed) {
       ControlSettings settings = group[n].init.settings;
       settings.omega_max = 1e4;
       bank.configure(n, settings);
-      // Two and a half times the torque of friction: nothing but the voltage limits the speed.
+      // Two and a half times the friction torque: only the voltage limits the speed.
       const DriveParams& d = group[n].init.params;
       if (d.control.has_current_loop) {
         bank.command(n, Torque{2.5 * d.mechanics.tau_coulomb / k_t(d.motor)});
       } else {
-        bank.command(n, Speed{1e4});  // within Max Power, which such drives run with
+        bank.command(n, Speed{1e4});  // within Max Power, which limits such drives
       }
     }
     bank.advance(ticks_in(group.front().init.params, 4.0));
@@ -43,7 +43,7 @@ TEST(Print, RunFreeAtThePrintedSpeed) {
   EXPECT_EQ(checked, kPrintedNoLoadRpm.size());
 }
 
-/// Of motors whose printed rated point is where the voltage ends: required, 3 %.
+/// Motors whose printed rated point is at the voltage limit: requirement 3 %.
 TEST(Print, TurnAtTheRatedSpeedWithTheRatedTorque) {
   for (const NamedDrive& drive : all_profiles()) {
     if (drive.name != "ms3506" && drive.name != "mh9025") continue;
@@ -60,12 +60,12 @@ TEST(Print, TurnAtTheRatedSpeedWithTheRatedTorque) {
   }
 }
 
-/// The motor's temperature as the drive reports it, an hour after power-up in air of 25 °C: real
-/// ones show 31 to 42 °C at rest.
+/// Reported motor temperature an hour after power-up at 25 °C ambient: real drives show 31 to 42 °C
+/// at rest.
 TEST(Print, AreWarmAtRest) {
   for (const NamedDrive& drive : all_profiles()) {
     DriveInit init = drive.init;
-    // An hour in two seconds: it ends where it would.
+    // Small heat capacities shorten the hour to two seconds; the end state is unchanged.
     for (double* C : {&init.params.thermal.C_winding, &init.params.thermal.C_housing,
                       &init.params.thermal.C_stage}) {
       *C *= 2.0 / 3600.0;

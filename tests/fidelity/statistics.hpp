@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What a log is summarised by, of real drives and of emulated ones alike.
+/// @file Statistics of logs, for real and emulated drives.
 
 #include <algorithm>
 #include <cmath>
@@ -22,15 +22,15 @@ inline double deviation(const std::vector<double>& x) {
   return std::sqrt(sum / static_cast<double>(x.size()));
 }
 
-/// The standard deviation from one sample to the next: an integrator that wanders within the
-/// friction is not in it.
+/// Returns the standard deviation from one sample to the next, which excludes slow drift of an
+/// integrator within the friction.
 inline double noise(const std::vector<double>& x) {
   double sum = 0;
   for (std::size_t n = 1; n < x.size(); ++n) sum += (x[n] - x[n - 1]) * (x[n] - x[n - 1]) / 2;
   return std::sqrt(sum / static_cast<double>(x.size() - 1));
 }
 
-/// From −1 to 1, with the sample `lag` before.
+/// Returns a value from −1 to 1, with the sample `lag` before.
 inline double autocorrelation(const std::vector<double>& x, std::size_t lag = 1) {
   const double m = mean(x);
   double sum = 0;
@@ -38,14 +38,14 @@ inline double autocorrelation(const std::vector<double>& x, std::size_t lag = 1)
   return sum / (static_cast<double>(x.size()) * deviation(x) * deviation(x));
 }
 
-/// dy/dx of the straight line through the samples.
+/// Returns dy/dx of the regression line through the samples.
 inline double slope(const std::vector<double>& x, const std::vector<double>& y) {
   double sum = 0;
   for (std::size_t n = 0; n < x.size(); ++n) sum += (x[n] - mean(x)) * (y[n] - mean(y));
   return sum / (static_cast<double>(x.size()) * deviation(x) * deviation(x));
 }
 
-/// Of sorted or unsorted values; `share` from 0, the least, to 1, the largest.
+/// Returns a quantile of values in any order; `share` from 0, the least, to 1, the largest.
 inline double quantile(std::vector<double> x, double share) {
   std::sort(x.begin(), x.end());
   const double place = share * static_cast<double>(x.size() - 1);
@@ -54,8 +54,8 @@ inline double quantile(std::vector<double> x, double share) {
   return part > 0 ? x[below] + part * (x[below + 1] - x[below]) : x[below];
 }
 
-/// How much of the variance of y one sine explains that has `order` periods a turn of `turns`, 0 to
-/// 1: the least-squares spectrum, for which samples need not be evenly spaced.
+/// Returns the share of the variance of y, 0 to 1, that a sine with `order` periods per turn
+/// explains: the least-squares spectrum, which allows uneven sampling.
 inline double spectral_share(const std::vector<double>& turns, const std::vector<double>& y,
                              double order) {
   const double m = mean(y);
@@ -71,7 +71,7 @@ inline double spectral_share(const std::vector<double>& turns, const std::vector
   return (ys * ys * cc - 2 * ys * yc * sc + yc * yc * ss) / (det * yy);
 }
 
-/// The order from `low` to `high` with the largest share.
+/// Returns the order from `low` to `high` with the largest share.
 inline double spectral_peak(const std::vector<double>& turns, const std::vector<double>& y,
                             double low, double high) {
   double best = low;
@@ -87,8 +87,8 @@ struct Band {
   double low = 0, high = 0;
 };
 
-/// Where the mean of `count` values lies that are drawn from `values` at random (bootstrap): 99 of
-/// 100 times within. The draws are the same in every run.
+/// Returns the range with 99 of 100 means of `count` values drawn from `values` at random
+/// (bootstrap). Deterministic.
 inline Band bootstrap_band(const std::vector<double>& values, std::size_t count) {
   std::uint64_t dice = 88172645463325252U;
   const auto draw = [&] {

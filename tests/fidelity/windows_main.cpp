@@ -1,5 +1,5 @@
-/// @file Windows of telemetry for classifiers: fidelity_windows [MOVES] prints, as CSV, ten samples
-/// of 0x9C, about 12 ms apart, of the log's own move made by emulated drives (docs/fidelity.md).
+/// @file Windows of telemetry for classifiers: fidelity_windows [MOVES] prints CSV. A window is ten
+/// samples of 0x9C, about 12 ms apart, of the log's move on emulated drives (docs/fidelity.md).
 
 #include <cstdio>
 #include <cstdlib>
@@ -20,7 +20,7 @@ void print_head() {
   std::puts(head.c_str());
 }
 
-/// Those that fit into samples `from` to `to` − 1, one after the other.
+/// Prints the consecutive windows that fit into samples `from` to `to` − 1.
 void print_windows(const char* part, std::uint64_t move, const JointLog& log, std::size_t from,
                    std::size_t to) {
   for (; from + kWindow <= to; from += kWindow) {

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Faults and conditions out of the bytes of an input, all within what configuration allows.
+/// @file Faults and conditions from the bytes of an input, within the limits of configurations.
 
 #include <algorithm>
 #include <chrono>
@@ -21,7 +21,7 @@ inline emulator::FaultValue parameter_from(const emulator::FaultParam& param, st
   return param.whole ? std::floor(value) : value;
 }
 
-/// Of the drive `id`.
+/// Returns a fault of the drive `id`.
 inline emulator::Fault fault_from(Input& input, int id) {
   using std::chrono::milliseconds;
   const emulator::FaultRow& row =
@@ -31,13 +31,13 @@ inline emulator::Fault fault_from(Input& input, int id) {
   for (std::size_t n = 0; n < row.params.size() && !row.params[n].word.empty(); ++n) {
     fault.values[n] = parameter_from(row.params[n], input.byte());
   }
-  // These ranges are for the largest motors. A small one runs out of all bounds there, which a
-  // verdict says ("no such motor").
+  // These ranges are for the largest motors. A small motor diverges there, which verdicts report
+  // ("no such motor").
   if (fault.row->word == "load_step" || fault.row->word == "kick") {
     fault.values[0] = fault.values[0].number() / 1000;
   }
   if (row.per_frame) fault.probability = input.byte() / 255.0;
-  const std::uint8_t course = input.byte();  // bit 0: lasts, bit 1: comes again, so many ms
+  const std::uint8_t course = input.byte();  // bit 0: has a duration, bit 1: repeats, the rest: ms
   const auto span = milliseconds(1 + (course >> 2U));
   if ((course & 1U) != 0 && !row.momentary()) fault.duration = span;
   if ((course & 2U) != 0 && (fault.duration || row.momentary())) {

@@ -1,6 +1,6 @@
-// A whole bus under a sequence of frames, interventions and faults. Nothing may crash, every
-// accepted query gets its reply, every frame is accounted for, and time split otherwise gives the
-// same bytes.
+// A whole bus with a sequence of frames, interventions and faults. Nothing may crash, every
+// accepted query gets its reply, all frames are accounted for, and other time slices give equal
+// bytes.
 //
 // Input: one byte of settings, one of generations when its top bit is set, then records of an
 // opcode byte and its operands; see `Player::step`.
@@ -57,7 +57,7 @@ BusConfig config_from(std::uint8_t settings, std::uint8_t generations) {
   return config;
 }
 
-/// Plays an input on a bus; a lazy one lets time pass only where it has to, or on the wire alone.
+/// Plays an input on a bus; a lazy player advances time only when needed, or only the wire.
 class Player {
  public:
   Player(const BusConfig& config, bool lazy) : bus_(config), lazy_(lazy) {}
@@ -68,7 +68,7 @@ class Player {
     }
     bus_.advance_to(now_);
     bus_.apply({kWholeBus, ClearFault{"all"}});
-    bus_.advance_to(now_ + kAfterwards);  // most of what waits
+    bus_.advance_to(now_ + kAfterwards);  // most pending events
     bus_.take_replies(replies_);
     check_accounts();
     return replies_;

@@ -1,9 +1,9 @@
-// A log of CAN or RS-485 as candump writes it, and the inputs of a recording, whatever is in them:
-// refused in one line, or read, and what is written again is read the same.
+// A CAN or RS-485 log of candump, and inputs of a recording, with any contents: refused in one
+// line, or read; written again, they read equal.
 //
-// Input: a byte of settings (bits 0..1: generation, bit 2: the lines are inputs of a recording,
-// bit 3: the log is compared with a drive, bit 4: the text is what candump printed, and decoded,
-// bits 5..6: for programs, in Chinese; bit 7: told what kind of drives speak), then the text.
+// Input: a byte of settings, then the text. Bits 0..1: generation; bit 2: inputs of a recording;
+// bit 3: compare the log with a drive; bit 4: decode as candump output; bits 5..6: JSON, Chinese;
+// bit 7: guess the kinds of drives.
 
 #include <cstddef>
 #include <string>
@@ -45,21 +45,21 @@ BusConfig bus_of(std::uint8_t settings, protocol::Framing framing) {
   return bus;
 }
 
-/// Every line says the same when it is written and read again; times are cut to microseconds.
+/// Every line is unchanged by writing and reading again; times are truncated to microseconds.
 void check_lines(const std::vector<CandumpLine>& log) {
   for (const CandumpLine& line : log) {
     const std::string text = candump_line(line.at, line.interface, line.frame, line.direction);
     const auto again = parse_candump_line(text);
     require(std::holds_alternative<CandumpLine>(again));
     CandumpLine expected = line;
-    expected.number = 0;                                                          // on its own
+    expected.number = 0;                                                          // no line number
     if (line.frame.kind == protocol::FrameKind::kRemote) expected.frame.dlc = 0;  // not written
     expected.at = std::chrono::floor<std::chrono::microseconds>(line.at);
     require(std::get<CandumpLine>(again) == expected);
   }
 }
 
-/// As `lk-emu replay --against` does it, where time does not go back.
+/// As `lk-emu replay --against`, if time does not go back.
 void compare(const std::vector<CandumpLine>& log, const BusConfig& bus) {
   std::vector<LoggedFrame> frames;
   for (const CandumpLine& line : log) {
@@ -98,8 +98,8 @@ void check_inputs(std::string_view text, const BusConfig& bus) {
   }
 }
 
-/// As `lk-emu decode` does it: every line is a frame, nothing, or counted, and what is printed is
-/// safe for a terminal.
+/// As `lk-emu decode`: every line is a frame, skipped, or counted, and the output is safe for a
+/// terminal.
 void decode(std::uint8_t settings, std::string_view text) {
   DecodeOptions options;
   options.generation = static_cast<Generation>(settings & 3U);
@@ -130,8 +130,8 @@ void decode(std::uint8_t settings, std::string_view text) {
   require(frames == summary.frames);
 }
 
-/// As `lk-emu decode --guess` does it: whatever is in the log, there is an end of what is said, it
-/// is safe for a terminal, and what is found has been seen.
+/// As `lk-emu decode --guess`: the output is bounded and safe for a terminal, and every finding was
+/// in the log.
 void guess(std::uint8_t settings, std::string_view text) {
   Guesser guesser({.json = (settings & 32U) != 0,
                    .language = (settings & 64U) != 0 ? Language::kChinese : Language::kEnglish});

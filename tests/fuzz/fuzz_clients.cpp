@@ -1,7 +1,7 @@
-// Bytes of clients: slcan, socketcand, RS-485 over TCP, and datagrams of python-can.
+// Bytes of clients: slcan, socketcand, RS-485 over TCP, and python-can datagrams.
 //
-// Input: a byte that chooses the protocol and the slices, then what the client sends. In slices and
-// at once it comes to the same; what is understood can be said again; nothing grows without bound.
+// Input: a byte that selects the protocol and the slices, then the client's bytes. Slices and a
+// single piece give equal results; parsed frames can be encoded again; nothing grows without bound.
 
 #include <algorithm>
 #include <memory>
@@ -42,7 +42,7 @@ Said say(ClientProtocol& client, std::span<const std::uint8_t> bytes, std::size_
     client.take(bytes.first(size), kNow, said.heard);
     bytes = bytes.subspan(size);
   }
-  // Only now: whatever it has set up is in force.
+  // After the input, so that its settings are in effect.
   Frame frame{.id = 0x141, .dlc = 8};
   for (const FrameKind kind : {FrameKind::kData, FrameKind::kRemote, FrameKind::kError}) {
     frame.kind = kind;
@@ -68,7 +68,7 @@ void check_protocol(std::span<const std::uint8_t> bytes, std::size_t slice, Make
   require(at_once.heard.malformed == in_slices.heard.malformed);
   require(at_once.jobs == in_slices.jobs);
   require(at_once.shown == in_slices.shown);
-  // A byte ends one line at most, and a line has one answer.
+  // A byte ends at most one line, and a line has one answer.
   require(at_once.heard.frames.size() <= bytes.size());
   require(at_once.heard.answer.size() <= 32 * bytes.size());
   for (const Frame& frame : at_once.heard.frames) check_frame(frame);
@@ -94,7 +94,7 @@ void check_datagram(std::span<const std::uint8_t> bytes) {
   require(parse_can_msgpack(can_msgpack(*frame, kNow)) == *frame);
 }
 
-/// Bytes of RS-485 arrive unchanged, however they are cut.
+/// RS-485 bytes arrive unchanged in any slices.
 void check_serial(std::span<const std::uint8_t> bytes, std::size_t slice) {
   SerialBytes client;
   FromClient heard;

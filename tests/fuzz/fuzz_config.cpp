@@ -1,6 +1,6 @@
-// A configuration, whatever its text: either one line says what is wrong with it, or its buses run.
+// A configuration with any text: it is refused in one line, or its buses run.
 //
-// Input: the text of a configuration; behind a line "---", that of the motor "custom", if any.
+// Input: the text of a configuration; after a line "---" that of the motor "custom", if any.
 
 #include <cstddef>
 #include <string>
@@ -14,11 +14,11 @@ namespace {
 
 using fuzz::require;
 
-constexpr std::size_t kMostDrives = 12;  // that run: keeps one input in the range of milliseconds
+constexpr std::size_t kMostDrives = 12;  // that run: limits an input to milliseconds
 constexpr SimTime kRun = std::chrono::milliseconds(2);
 
-/// Asks every drive, and lets what was planned for the beginning happen. A motor that cannot exist
-/// may run out of all bounds, which verdicts say, and nothing else may come of that.
+/// Queries every drive and executes the events planned for the start. An impossible motor may
+/// diverge, which verdicts report, but must have no other effect.
 void run(const BusConfig& config) {
   Bus bus(config);
   bus.advance_to(kRun / 2);
@@ -32,7 +32,7 @@ void run(const BusConfig& config) {
   bus.advance_to(kRun);
 }
 
-/// A mistake is told in one line.
+/// An error message has one line.
 void check_reason(const std::string& reason) {
   require(!reason.empty() && reason.find('\n') == std::string::npos);
 }

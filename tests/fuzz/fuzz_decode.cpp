@@ -1,8 +1,8 @@
-// One frame of either wire, whatever it is, through decode and back.
+// One arbitrary frame of either wire, decoded and encoded again.
 //
-// Input: identifier (2 bytes), flags (1: kind in bits 0..1, extended in bit 2, of RS-485 in bit 3),
-// DLC, 8 data bytes, then the dialect (3 bytes, see `format_from`), and the data of RS-485 beyond 8
-// bytes; missing bytes are 0, and 0 is `legacy`.
+// Input: identifier (2 bytes), flags (1: kind in bits 0..1, extended in bit 2, RS-485 in bit 3),
+// DLC, 8 data bytes, the dialect (3 bytes, see `format_from`), and RS-485 data beyond 8 bytes.
+// Missing bytes are 0, and 0 is `legacy`.
 
 #include <algorithm>
 #include <array>
@@ -22,7 +22,7 @@ void require(bool condition) {
   }
 }
 
-constexpr std::size_t kBytes = 15;  // all that a frame of CAN takes
+constexpr std::size_t kBytes = 15;  // maximum for a CAN frame
 using Bytes = std::array<std::uint8_t, kBytes + kMostBytes - kCanBytes>;
 
 Bytes bytes_from(const std::uint8_t* data, std::size_t size) {
@@ -33,7 +33,7 @@ Bytes bytes_from(const std::uint8_t* data, std::size_t size) {
   return bytes;
 }
 
-/// Each switch a bit, so that all mixtures occur.
+/// One bit per switch, so that all combinations occur.
 WireFormat format_from(const Bytes& bytes) {
   const unsigned bits = bytes[12] | (unsigned{bytes[13]} << 8U) | (unsigned{bytes[14]} << 16U);
   const auto on = [bits](unsigned n) { return (bits >> n & 1U) != 0; };
@@ -82,7 +82,7 @@ Frame frame_from(const Bytes& bytes) {
   return frame;
 }
 
-/// What a drive takes from its slot is a command of its own.
+/// A drive's slot of a multi-drive command is a valid command.
 void check_slots(const Query& query, const WireFormat& format) {
   for (int id = kMinId; id <= kMaxId; ++id) {
     const auto own = for_drive(id, query, format);
@@ -95,7 +95,7 @@ void check_slots(const Query& query, const WireFormat& format) {
 void check_query(const Frame& frame, const WireFormat& format) {
   const auto result = decode_query(frame, format);
   if (const auto* query = std::get_if<Query>(&result)) {
-    // What was understood, encoded again, is understood the same.
+    // A decoded query, encoded again, decodes equal.
     const Frame again = encode_query(query->id, query->command, format);
     const auto second = decode_query(again, format);
     require(std::holds_alternative<Query>(second));

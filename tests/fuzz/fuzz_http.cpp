@@ -1,9 +1,9 @@
-// What a client sends over a connection, HTTP and WebSocket frames behind an upgrade, in one piece
-// or in several. What comes back is HTTP up to an upgrade; nothing is an inner error; when the
-// client has gone, so has everything that was kept for it.
+// A client's bytes on a connection, HTTP and WebSocket frames after an upgrade, in one piece or
+// several. Answers are HTTP up to an upgrade, without internal errors; after a disconnection all
+// its memory is freed.
 //
-// Input: a byte of settings (bit 0: over TCP with a token and a known Host, bits 1..3: in so many
-// more pieces, bit 4: the client hangs up in the midst), then what is sent.
+// Input: a byte of settings (bit 0: over TCP with a token and a known Host, bits 1..3: number of
+// further pieces, bit 4: the client disconnects in the middle), then the bytes.
 
 #include <fcntl.h>
 #include <spdlog/spdlog.h>
@@ -46,7 +46,7 @@ class Connection {
   }
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
-  ~Connection() {  // NOLINT(bugprone-exception-escape): what is thrown here is a find
+  ~Connection() {  // a throw here is a finding
     if (client_ >= 0) ::close(client_);
     settle();
     require(entrance_->connections == 0 && entrance_->idle.empty());
@@ -59,10 +59,10 @@ class Connection {
       const ssize_t sent = ::send(client_, text.data(), text.size(), MSG_NOSIGNAL);
       settle();
       receive();
-      if (sent <= 0) return;  // closed, or it reads no more
+      if (sent <= 0) return;  // closed, or the server stopped reading
       text.remove_prefix(static_cast<std::size_t>(sent));
     }
-    Line& line = *t_.world.lines().front();  // telemetry has something to tell
+    Line& line = *t_.world.lines().front();  // so that telemetry has samples
     line.bring_to(line.bus().time() + std::chrono::milliseconds(2), MonoTime::max(),
                   Line::Patience::kNone);
     settle();
@@ -74,7 +74,7 @@ class Connection {
   }
   void hang_up() { ::close(std::exchange(client_, -1)); }
 
-  /// All that came back, up to an upgrade, is HTTP, and the JSON in it is that.
+  /// Checks that all answers up to an upgrade are HTTP with valid JSON.
   void check_answers() {
     receive();
     const bool asked_for_heads = sent_.find("HEAD ") != std::string::npos;
@@ -101,8 +101,7 @@ class Connection {
   }
 
  private:
-  /// An answer to HEAD gives the length of a body that does not come. No body here begins as an
-  /// answer does.
+  /// An answer to HEAD has the length of an absent body. No body here begins like an answer.
   static bool ends_with_its_head(std::string_view answers) {
     constexpr std::string_view kEnd = "\r\n\r\n";
     const std::size_t end = answers.find(kEnd);
@@ -113,8 +112,8 @@ class Connection {
   void settle() {
     t_.loop.restart();
     while (t_.loop.poll_one() > 0) {
-      if (t_.world.advancing()) shared_->api.abandon();  // days of it are no use here
-      // A clock that runs is always behind here, and the loop would never come to rest.
+      if (t_.world.advancing()) shared_->api.abandon();  // skips advances of days
+      // A running clock always lags here, so the loop would never become idle.
       if (!t_.world.clock().mode().stepped) t_.world.set_clock({.stepped = true});
     }
   }

@@ -1,8 +1,7 @@
-// What a client asks of the control interface, behind HTTP: a path and a body of JSON. Every
-// request is answered once; nothing is an inner error; a refusal leaves the bus as it was.
+// Requests to the control interface without HTTP: a path and a JSON body. Every request gets one
+// answer, without internal errors; a refusal leaves the bus unchanged.
 //
-// Input: requests one after the other, "METHOD PATH BODY" each, which a line break ends. Between
-// two of them simulated time moves by 1 ms.
+// Input: lines of requests, "METHOD PATH BODY". Simulated time advances by 1 ms between requests.
 
 #include <spdlog/spdlog.h>
 
@@ -18,7 +17,7 @@ namespace {
 
 using fuzz::require;
 
-constexpr int kMostRequests = 20;  // keeps one input in the range of milliseconds
+constexpr int kMostRequests = 20;  // limits an input to milliseconds
 
 std::string take_until(std::string_view& text, char end) {
   const std::size_t size = text.find(end);
@@ -31,7 +30,7 @@ class Clients {
  public:
   Clients() {
     t_.api.scenario = scenario_.for_clients();
-    // Not what files of this machine say.
+    // Does not read files of this machine.
     t_.api.scenario.start = [start = t_.api.scenario.start](const Json& request, bool same_user) {
       if (request.contains("file")) throw ApiError(400, "file", "none here");
       return start(request, same_user);
@@ -53,8 +52,8 @@ class Clients {
       status = response.status;
       require(!response.body.dump(-1, ' ', false, Json::error_handler_t::replace).empty());
     });
-    t_.api.abandon();  // an advance of days ends when its client goes
-    // A clock that runs is always behind here, and the loop would never come to rest.
+    t_.api.abandon();  // ends an advance of days, as a disconnection does
+    // A running clock always lags here, so the loop would never become idle.
     t_.world.set_clock({.stepped = true});
     t_.loop.poll();
     require(answers == 1 && status != 500);

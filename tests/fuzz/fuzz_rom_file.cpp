@@ -1,5 +1,5 @@
-// A ROM file, whatever is in it: refused in one line, or a drive starts with it, and what it holds,
-// written again, is read the same.
+// A ROM file with any contents: it is refused in one line, or a drive starts with it; written
+// again, it reads equal.
 //
 // Input: a byte of generation and series, then the text.
 

@@ -1,7 +1,6 @@
-// A scenario, whatever its text: refused in one line, or it runs, for itself and on a bus that runs
-// already.
+// A scenario with any text: it is refused in one line, or runs, alone and on a running bus.
 //
-// Input: the text of a scenario; behind a line "---", that of the log "log", if it plays one.
+// Input: the text of a scenario; after a line "---" that of the log "log", if it plays one.
 
 #include <cstddef>
 #include <string>
@@ -17,7 +16,7 @@ namespace {
 
 using fuzz::require;
 
-// Keep one input in the range of milliseconds.
+// Limits an input to milliseconds.
 constexpr std::size_t kMostDrives = 4;
 constexpr SimTime kRun = std::chrono::milliseconds(5);
 
@@ -47,7 +46,7 @@ ScenarioFiles files_with(const std::string& log) {
           }};
 }
 
-/// A scenario comes to a verdict whenever it is asked for one.
+/// A scenario has a verdict at any time.
 void run(const Scenario& scenario) {
   ScenarioRun one(scenario);
   const SimTime end = std::min(scenario.duration, kRun);
@@ -79,7 +78,7 @@ void attempt(const Try& what) {
   } catch (const ConfigError& problem) {
     const std::string reason = problem.what();
     require(!reason.empty() && reason.find('\n') == std::string::npos);
-  } catch (const std::invalid_argument&) {  // a bus cannot take so many faults
+  } catch (const std::invalid_argument&) {  // too many faults for a bus
   }
 }
 

@@ -1,7 +1,7 @@
-// Bytes of RS-485, packets among them, in slices, for two drives.
+// RS-485 bytes with packets among them, in slices, for two drives.
 //
-// Input: a byte of settings (`config_from`), then what happens: a byte, of which the low two bits
-// say what, and what that takes (`Player::play`).
+// Input: a byte of settings (`config_from`), then records: a byte whose low two bits select the
+// action, and its operands (`Player::play`).
 
 #include <cmath>
 #include <numeric>
@@ -18,7 +18,7 @@ namespace {
 using fuzz::Input;
 using fuzz::require;
 
-/// Writes in one run: fewer than hosts' queue has room for.
+/// Writes in one run: fewer than the hosts' queue holds.
 constexpr int kMostWrites = 100;
 
 BusConfig config_from(std::uint8_t settings) {

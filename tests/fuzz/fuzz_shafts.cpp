@@ -1,8 +1,8 @@
 // Bytes of simulators at the shaft port.
 //
-// Input: a byte for the number of joints and the slices, then what a simulator sends. In slices and
-// at once it comes to the same; what is accepted of it is given to a body and a drive on it, whose
-// numbers stay numbers.
+// Input: a byte for the number of joints and the slices, then the simulator's bytes. Slices and a
+// single piece give equal results. Accepted states go to a body with a drive, whose values stay
+// finite.
 
 #include <algorithm>
 #include <cmath>
@@ -44,7 +44,7 @@ Heard hear(std::span<const std::uint8_t> bytes, std::uint32_t joints, std::size_
   return heard;
 }
 
-/// One drive, on the first joint, under what was accepted.
+/// Runs one drive on the first joint with the accepted states.
 void turn(const lk_shafts_accept& terms, const std::vector<ShaftStates>& all) {
   if (terms.owner == LK_SHAFTS_NOT_COUPLED || terms.owner > LK_SHAFTS_DRIVE) return;
   Bus bus(test::bus_config({1}));

@@ -1,5 +1,5 @@
-// Runs a fuzz harness over files and folders of files, with any compiler: the corpus in the normal
-// run.
+// Runs a fuzz harness over files and folders of files with any compiler, for the corpus in the
+// normal test run.
 
 #include <cstdint>
 #include <cstdio>

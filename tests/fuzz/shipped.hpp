@@ -13,7 +13,7 @@
 
 namespace lk::fuzz {
 
-/// The whole of a file below configs/; empty when there is none.
+/// Returns the contents of a file below configs/; empty if it does not exist.
 inline const std::string& shipped_text(const std::string& file) {
   static std::map<std::string, std::string> known;
   const auto found = known.find(file);
@@ -23,7 +23,7 @@ inline const std::string& shipped_text(const std::string& file) {
   return known[file] = std::string(std::istreambuf_iterator<char>(stream), {});
 }
 
-/// A name as a file has one: what leads elsewhere has no place in a harness.
+/// Returns whether the name is a plain file name; a harness must not follow paths.
 inline bool plain_name(const std::string& name) {
   return !name.empty() && name.size() < 40 &&
          name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_") == std::string::npos;
@@ -43,7 +43,7 @@ inline emulator::Profile shipped_profile(const std::string& name) {
              : known.emplace(name, parse_profile(shipped_motor(name), shipped_motor)).first->second;
 }
 
-/// What a text of several parts is made of, which a line of "---" separates.
+/// Removes and returns the first part of a text, up to a line "---".
 inline std::string take_part(std::string& rest) {
   const std::size_t end = rest.find("\n---\n");
   std::string part = rest.substr(0, end);

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What the harnesses share.
+/// @file Shared helpers of the harnesses.
 
 #include <cstdint>
 #include <cstdio>
@@ -9,14 +9,14 @@
 
 namespace lk::fuzz {
 
-/// `line`: of the caller, for whoever looks at a find. (Clang 14 has no std::source_location.)
+/// `line`: of the caller, for the analysis of a finding. (Clang 14 has no std::source_location.)
 inline void require(bool condition, int line = __builtin_LINE()) {
   if (condition) return;
   std::fprintf(stderr, "line %d of the harness: does not hold\n", line);
   std::abort();
 }
 
-/// The bytes of an input, taken one after the other; behind their end come zeros.
+/// Reads the bytes of an input in order; after its end come zeros.
 class Input {
  public:
   explicit Input(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Looks into the package lk-emu-body, and lets its program run in a root where lk-emu is installed: of deb_test.sh.
+# Checks the package lk-emu-body and runs its program in a root with lk-emu installed; part of deb_test.sh.
 # usage: deb_body.sh DEB ROOT SCRATCH, where DEB is installed in ROOT
 set -euo pipefail
 deb=$1 root=$2 scratch=$3
@@ -24,13 +24,13 @@ for file in usr/bin/lk-emu-body usr/share/man/man1/lk-emu-body.1.gz usr/share/ba
   usr/share/doc/lk-emu-body/changelog.gz usr/share/doc/lk-emu-body/lk-emu-body.spdx.json usr/share/doc/lk-emu-body/licenses/three.js; do
   grep -q " \./$file\( -> .*\)\?\$" "$scratch/files" || fail "$file is not in the package"
 done
-# Files of lk-emu are lk-emu's.
+# Files of lk-emu belong to that package only.
 ! grep ' \./usr/share/lk-emu/' "$scratch/files" || fail "these belong to lk-emu"
 ! grep -v ' \./usr/\| \./$' "$scratch/files" || fail "these are outside /usr"
 ! grep -v 'root/root' "$scratch/files" || fail "these do not belong to root"
 ! grep -v '^-rw-r--r--\|^-rwxr-xr-x\|^drwxr-xr-x\|^lrwxrwxrwx' "$scratch/files" || fail "odd permissions"
 
-# Where lk-emu is, all of it is found.
+# Finds all files if lk-emu is installed.
 program=$root/usr/bin/lk-emu-body
 [[ $("$program" --version) == "lk-emu $version" ]] || fail "another version"
 python3 -B "$(dirname "$0")/hardening_test.py" "$program" 2>"$scratch/log" || fail "$(<"$scratch/log")"
@@ -41,11 +41,11 @@ bash -c "source '$root/usr/share/bash-completion/completions/lk-emu-body'; compl
   fail "bash does not complete it"
 grep -q '^#compdef .*\blk-emu-body\b' "$root/usr/share/zsh/vendor-completions/_lk-emu" || fail "zsh does not complete it"
 
-# The demo, by way of lk-emu, with a host from the package.
+# The demo, started by lk-emu, with a host of the package.
 mkfifo "$scratch/said"
 PATH=/usr/bin:$PATH "$root/usr/bin/lk-emu" demo arm --no-browser >"$scratch/said" 2>&1 &
 exec 3<"$scratch/said"
 read -r said <&3 || fail "the demo says nothing"
 [[ $said == *http://127.0.0.1:*/* ]] || fail "the demo says: $said"
-kill $! # SIGTERM: what a script runs in the background gets no SIGINT
+kill $! # SIGTERM, because background processes of a script ignore SIGINT
 wait $! || fail "the demo ended with status $?"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the Debian packages, looks into them, installs them into a root of their own, upgrades and purges them.
+# Makes the Debian packages, checks their contents, installs them into a private root, upgrades and purges them.
 # usage: deb_test.sh BUILD_DIRECTORY SCRATCH
 set -euo pipefail
 build=$1 scratch=$2
@@ -10,7 +10,7 @@ fail() {
   exit 1
 }
 
-# quietly COMMAND...: its output is shown when it fails.
+# quietly COMMAND...: shows the output only on failure.
 quietly() {
   "$@" >"$scratch/log" 2>&1 || {
     cat "$scratch/log" >&2
@@ -20,16 +20,16 @@ quietly() {
 
 rm -rf "$scratch"
 mkdir -p "$scratch"
-umask 077 # of somebody careful: packages are readable all the same
+umask 077 # a strict umask must not affect the packages
 quietly cpack --config "$build/CPackConfig.cmake" -B "$scratch"
 umask 022
 shopt -s nullglob
 debs=("$scratch"/lk-emu_*.deb "$scratch"/lk-emu-dev_*.deb)
 ((${#debs[@]} == 2)) || fail "packages: ${debs[*]}"
 deb=${debs[0]} dev=${debs[1]}
-bodies=("$scratch"/lk-emu-body_*.deb) # where there is MuJoCo
+bodies=("$scratch"/lk-emu-body_*.deb) # only with MuJoCo
 
-# What it says of itself.
+# Control fields.
 for field in Depends Maintainer Section Description Installed-Size; do
   [[ -n $(dpkg-deb -f "$deb" "$field") ]] || fail "no $field"
 done
@@ -40,7 +40,7 @@ for library in jinja2 matplotlib numpy regex scipy; do
 done
 [[ $(dpkg-deb -f "$deb" Architecture) == "$(dpkg --print-architecture)" ]] || fail "architecture"
 
-# What is in it, and that everybody may read it.
+# Contents, readable by all users.
 dpkg-deb -c "$deb" >"$scratch/files"
 for file in usr/bin/lk-emu usr/lib/systemd/system/lk-emu@.service usr/share/man/man1/lk-emu.1.gz \
   usr/share/bash-completion/completions/lk-emu usr/share/zsh/vendor-completions/_lk-emu \
@@ -62,18 +62,17 @@ grep -q 'liblk_core\.a$' "$scratch/files" || fail "no library"
 grep -q 'usr/share/lk-emu/examples/robot/CMakeLists.txt$' "$scratch/files" || fail "no example"
 grep -q 'usr/share/doc/lk-emu-dev/lk-emu-dev.spdx.json$' "$scratch/files" || fail "no list of what is inside"
 
-# Installed by dpkg itself, with a database of its own. What the packages depend on is on this machine: the
-# program runs here.
+# Installed by dpkg with a private database. The dependencies are on this machine, since the program runs here.
 mkdir -p "$root/var/lib/dpkg/info" "$root/var/lib/dpkg/updates"
 : >"$root/var/lib/dpkg/status"
 in_root() {
   local run=()
   ((EUID == 0)) || run=(fakeroot)
-  # All of it, even in an image that leaves documents out.
+  # Includes all files, even if an image excludes documents.
   quietly "${run[@]}" dpkg --root="$root" --log=/dev/null --force-script-chrootless,depends,not-root \
     --path-include='/*' "$@"
 }
-# installed PACKAGE: "ii VERSION".
+# installed PACKAGE: prints "ii VERSION".
 installed() { dpkg-query --admindir="$root/var/lib/dpkg" -W -f '${db:Status-Abbrev}${Version}' "$1"; }
 in_root --install "$deb" "$dev"
 [[ $(installed lk-emu) == "ii $(dpkg-deb -f "$deb" Version)" ]] || fail "not installed"
@@ -90,13 +89,13 @@ for file in "$(dirname "$0")"/../../scripts/lib/*vcan*.py; do
   cmp -s "$file" "$root/usr/share/lk-emu/with-vcan/lib/${file##*/}" || fail "with-vcan lacks ${file##*/}"
 done
 zcat "$root/usr/share/man/man1/lk-emu.1.gz" | grep '^\.SH OPTIONS' >/dev/null || fail "the manual page has no options"
-# Where Debian's Python looks, with the program of its own.
+# Debian's Python finds the package, which finds its own program.
 found=$(env -u LKEMU -u PYTHONPATH PYTHONDONTWRITEBYTECODE=1 python3 -S -c "
 import sys; sys.path.insert(0, '$root/usr/lib/python3/dist-packages')
 import lkemu.program; print(lkemu.program.find_program())") || fail "import does not find lkemu"
 [[ $found == "$program" ]] || fail "lkemu finds another program: $found"
 "$(dirname "$0")/../docs_test.py" --links "$root/usr/share/doc/lk-emu" || fail "its documents have links that lead nowhere"
-# The dissector lies where tshark looks for plugins, and it takes it from such a place.
+# The dissector is in tshark's plugin directory, and loads from there.
 plugin=$(tshark -G folders 2>/dev/null | sed -n 's/^Global Lua Plugins:[[:space:]]*//p')/lk-motor.lua
 [[ -e $root$plugin ]] || fail "no dissector in $plugin"
 mkdir -p "$scratch/home/.local/lib/wireshark/plugins"
@@ -104,10 +103,10 @@ cp "$root$plugin" "$scratch/home/.local/lib/wireshark/plugins"
 HOME=$scratch/home tshark -G fields 2>&1 | grep -P '\tlk\.motor\.iq\t' >/dev/null || fail "tshark does not take the dissector"
 unit=$root/usr/lib/systemd/system/lk-emu@.service
 
-# The unit: nothing to complain of, and little exposed: see docs/service.md for the figure.
+# The unit: no complaints, and a low exposure; docs/service.md has the figure.
 mkdir -p "$root/etc/lk-emu"
 cp "$root/usr/share/lk-emu/buses/bench.toml" "$root/etc/lk-emu/arm.toml"
-for target in basic multi-user network shutdown sysinit; do # those of systemd are elsewhere
+for target in basic multi-user network shutdown sysinit; do # systemd's own targets are not in this root
   printf '[Unit]\nDescription=%s\n' "$target" >"$root/usr/lib/systemd/system/$target.target"
 done
 said=$(systemd-analyze verify --man=no --root="$root" lk-emu@arm.service 2>&1) || fail "unit: $said"
@@ -122,12 +121,11 @@ for body in "${bodies[@]}"; do
   [[ ! -e $root/usr/bin/lk-emu-body && -e $program ]] || fail "purging lk-emu-body took too little or too much"
 done
 
-# Before the program goes, what runs is stopped: where systemd runs, which something stands in for here. An upgrade lets
-# it run on.
+# Removing the package stops running services if systemd runs (replaced by stubs here). An upgrade does not stop them.
 dpkg-deb -e "$deb" "$scratch/control"
 mkdir "$scratch/systemd"
 for name in deb-systemd-invoke systemctl; do
-  # shellcheck disable=SC2016 # it is the script's to expand
+  # the stub expands it
   printf '#!/bin/sh\necho "${0##*/} $*" >>"%s"\n' "$scratch/asked" >"$scratch/systemd/$name"
   chmod +x "$scratch/systemd/$name"
 done
@@ -139,11 +137,11 @@ before_it_goes remove
 [[ -e $scratch/asked && $(<"$scratch/asked") == "deb-systemd-invoke stop lk-emu@*.service" ]] ||
   fail "services run on when it is removed"
 
-# An upgrade keeps ROM and what is enabled; removing it too; purging it leaves nothing at all.
+# Upgrade and removal keep ROM and enabled services; purging removes all.
 rom=$root/var/lib/private/lk-emu/arm/vcan0-1.toml
 mkdir -p "${rom%/*}"
 : >"$rom"
-wants=$root/etc/systemd/system/multi-user.target.wants # as `systemctl enable` does it
+wants=$root/etc/systemd/system/multi-user.target.wants # as `systemctl enable` does
 mkdir -p "$wants"
 ln -s /usr/lib/systemd/system/lk-emu@.service "$wants/lk-emu@arm.service"
 ln -s /usr/lib/systemd/system/other.service "$wants/other.service"

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The program, shared or static and with its symbols, has what cmake/Hardening.cmake asks for.
+"""The program, shared or static, with its symbols, has the features of cmake/Hardening.cmake.
 
 usage: hardening_test.py LK_EMU
 """
@@ -21,7 +21,7 @@ def read(*command):
 
 class Hardening(unittest.TestCase):
     def assert_calls(self, function):
-        """A shared program imports what it calls; in a static one it is told by the calls."""
+        """Checks the imports of a shared program, or the calls in a static one."""
         if "INTERP" in read("readelf", "-lW"):
             self.assertRegex(read("readelf", "--dyn-syms", "-W"), rf" \w*{function}\w*@")
         else:
@@ -48,7 +48,7 @@ class Hardening(unittest.TestCase):
 
     @unittest.skipUnless(platform.machine() == "x86_64", "of other processors")
     def test_jumps_have_landing_places(self):
-        # The note that says so is lost where the C library's start files have none.
+        # If the C library's start files lack the note, the linker omits it, so count instructions.
         self.assertGreater(read("objdump", "-d").count("endbr64"), 1000)
 
 

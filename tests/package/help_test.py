@@ -18,12 +18,12 @@ CONFIGS = os.path.join(ROOT, "configs")
 
 
 def delivered(folder):
-    """The names of the TOML files in a folder of configs/."""
+    """Returns the names of the TOML files in a folder of configs/."""
     return {name[:-5] for name in os.listdir(os.path.join(CONFIGS, folder)) if name.endswith(".toml")}
 
 
 def output(*command, **kwargs):
-    """Both output streams of a command, which must succeed."""
+    """Returns both output streams of a command, which must succeed."""
     ran = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=120, **kwargs)
     assert ran.returncode == 0, (command, ran.returncode, ran.stdout)
     return ran.stdout
@@ -40,7 +40,7 @@ def read_help(path):
     words = []
     for title in ("Subcommands:", "Other commands,"):
         block = re.search(rf"^{title}.*\n((?:  .*\n)+)", text, re.MULTILINE)
-        # Those below inherit the end of the text.
+        # Subcommands inherit the end of the text.
         if block and not (path and title.startswith("Other")):
             words += re.findall(r"^  (\S+)", block[1], re.MULTILINE)
     return options, words

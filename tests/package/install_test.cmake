@@ -7,7 +7,7 @@ file(RENAME ${SCRATCH}/first ${SCRATCH}/moved)
 
 set(program ${SCRATCH}/moved/bin/lk-emu)
 execute_process(COMMAND ${program} --version WORKING_DIRECTORY / OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
-# An unknown motor makes it list those that it finds.
+# An unknown motor makes it list the motors found.
 execute_process(COMMAND ${program} --bus vcan0 --ids 1 --motor none WORKING_DIRECTORY /
   ERROR_VARIABLE message RESULT_VARIABLE status)
 if(NOT status EQUAL 2 OR NOT message MATCHES "there are: .*mf7015, .*mg4005, .*ms3506")

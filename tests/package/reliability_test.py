@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Every test that docs/reliability.md names exists.
+"""Checks that every test named in docs/reliability.md exists.
 
 usage: reliability_test.py SOURCES
 """
@@ -18,7 +18,7 @@ def text_of(pattern):
 def main():
     page = (SOURCES / "docs/reliability.md").read_text(encoding="utf-8")
     code, lists = text_of("*.cpp"), text_of("CMakeLists.txt")
-    # GoogleTest's cases, and what ctest runs as one.
+    # GoogleTest cases, and tests of CTest.
     there = {f"{suite}.{case}" for suite, case in re.findall(r"^TEST(?:_F|_P)?\((\w+),\s*(\w+)\)", code, re.MULTILINE)}
     there |= set(re.findall(r"add_test\(NAME ([\w.]+)", lists))
     there |= {f"fuzz_corpus_{name}" for name in re.findall(r"lk_fuzz_harness\((\w+)", lists)}

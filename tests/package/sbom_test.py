@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The lists in SPDX of what is inside the packages: well formed, and all that the compiler and the linker took is in them.
+"""Checks the SPDX lists of the packages: well formed, and complete for all parts that compiler and linker used.
 
 usage: sbom_test.py BUILD_DIRECTORY       (a build by Ninja, on a distribution with dpkg)
 """
@@ -33,14 +33,14 @@ def inputs(target):
 
 
 def headers(target):
-    """Those of the system that went into a target, as the compiler noted them."""
+    """Returns the system headers of a target, as recorded by the compiler."""
     objects = [name for name in inputs(target) if name.endswith(".o")]
     noted = run("ninja", "-t", "deps", *objects)
     return {line.strip() for line in noted.splitlines() if line.startswith("    /usr/")}
 
 
 def linked(target):
-    """Files of the system that the linker takes parts of; shared libraries stay outside."""
+    """Returns the system files of which the linker takes parts, without shared libraries."""
     command = run("ninja", "-t", "commands", target).splitlines()[-1]
     with tempfile.TemporaryDirectory() as scratch:
         words = shlex.split(command.split("&&")[1])
@@ -51,7 +51,7 @@ def linked(target):
 
 
 def debian_packages(files):
-    """Of these files."""
+    """Returns the Debian packages of these files."""
     said = run("dpkg-query", "-S", *sorted({os.path.realpath(name) for name in files}))
     return {line.split(":")[0] for line in said.splitlines()}
 
@@ -62,7 +62,7 @@ def document(package):
 
 
 def purl_of(entry):
-    """Package and version that an entry names, of Debian or its like; None for others."""
+    """Returns package and version of an entry for Debian or its derivatives; None for others."""
     for reference in entry.get("externalRefs", ()):
         found = re.fullmatch(r"pkg:deb/[a-z]+/([^@]+)@([^?]+)\?arch=[a-z0-9]+", reference["referenceLocator"])
         if found:
@@ -71,12 +71,12 @@ def purl_of(entry):
 
 
 def listed(package):
-    """The distribution's packages in the list."""
+    """Returns the distribution's packages in the list."""
     return {purl[0] for purl in map(purl_of, document(package)["packages"]) if purl}
 
 
 class Form(unittest.TestCase):
-    """What SPDX 2.3 requires (its clauses 6, 7 and 11, and the JSON schema)."""
+    """Requirements of SPDX 2.3 (its clauses 6, 7 and 11, and the JSON schema)."""
 
     def each(self):
         for package in PACKAGES:
@@ -135,7 +135,7 @@ class Form(unittest.TestCase):
         web = os.path.join(os.path.dirname(__file__), "..", "..", "web", "vendor")
         found = {entry["packageFileName"]: entry for entry in document("lk-emu")["packages"] if "checksums" in entry}
         scripts = [name for name in os.listdir(web) if name.endswith(".js")]
-        # One file of each stands for all of them: tests/vendor_test.py.
+        # One file represents each library: tests/vendor_test.py.
         self.assertEqual(sorted(name.split(".")[0] for name in found), sorted({name.split(".")[0] for name in scripts}))
         for name, entry in found.items():
             self.assertEqual(run("sha256sum", os.path.join(os.path.abspath(web), name)).split()[0],

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The program as its systemd unit starts it: nobody in particular, without any capability, told of by NOTIFY_SOCKET.
+"""Runs the program as its systemd unit does: as an unprivileged user without capabilities, with NOTIFY_SOCKET.
 
 usage: service_host.py LK_EMU UNIT CONFIGS
 """
@@ -21,7 +21,7 @@ CONFIG = f'[[bus]]\ninterface = "{BUS}"\n[[bus.drive]]\nids = "1-4"\n'
 
 
 def as_nobody():
-    """Where only one user is mapped, as in a user namespace, it is that one: without capabilities all the same."""
+    """Returns a launcher for an unprivileged user, or this one where no other is mapped, without capabilities."""
     launcher = ["setpriv", "--bounding-set=-all", "--inh-caps=-all", "--ambient-caps=-all", "--no-new-privs"]
     other = ["--reuid", str(NOBODY), "--regid", str(NOBODY), "--clear-groups"]
     if subprocess.run(["setpriv", *other, "true"], stderr=subprocess.DEVNULL, check=False).returncode == 0:
@@ -30,7 +30,7 @@ def as_nobody():
 
 
 def command_of(unit, directory):
-    """ExecStart, for an instance called arm whose directories are all below one."""
+    """Returns ExecStart for an instance named arm, with all its directories below `directory`."""
     with open(unit, encoding="utf-8") as file:
         line = re.search(r"^ExecStart=(.+)$", file.read(), re.MULTILINE)[1]
     for what, by in {"%S": f"{directory}/state", "%t": f"{directory}/run", "%i": "arm", "/etc/": f"{directory}/etc/",
@@ -44,13 +44,13 @@ def ask(data):
     with socket.create_connection(PLACE, PATIENCE_S) as bus, bus.makefile("rb") as lines:
         bus.sendall(b"O\rt1418" + data.hex().upper().encode() + b"\r")
         said = b""
-        while not said.endswith(b"\r") or b"t1418" not in said:  # opened and taken are acknowledged before
+        while not said.endswith(b"\r") or b"t1418" not in said:  # the acknowledgements come first
             said += lines.read(1)
     return bytes.fromhex(said[said.index(b"t1418") + 5:-1].decode())
 
 
 def check(program, unit, configs, directory):
-    # Copied, since nobody in particular may not be let in where the program was built.
+    # A copy, since the unprivileged user may lack access to the build directory.
     command = command_of(unit, directory)
     command[0] = shutil.copy(program, os.path.join(os.makedirs(f"{directory}/bin") or f"{directory}/bin", "lk-emu"))
     shutil.copytree(configs, f"{directory}/share/lk-emu")
@@ -63,7 +63,7 @@ def check(program, unit, configs, directory):
         os.chmod(f"{directory}/{name}/lk-emu/arm", 0o700)
         os.chown(f"{directory}/{name}/lk-emu/arm", user, user)
 
-    # Readable by others, as it looks when systemd lets the service in with an access control list.
+    # Readable by others, as with systemd's access control list.
     os.makedirs(f"{directory}/credentials")
     with open(f"{directory}/credentials/token", "w", encoding="utf-8") as file:
         file.write("0123456789abcdef\n")
@@ -83,7 +83,7 @@ def check(program, unit, configs, directory):
             assert int(status[capabilities], 16) == 0, (capabilities, status[capabilities])
         assert status["NoNewPrivs"] == "1" and status["Uid"].split() == [str(user)] * 4, status["Uid"]
         assert ask(bytes([0x9A, 0, 0, 0, 0, 0, 0, 0]))[0] == 0x9A
-        # 0x91 writes an encoder offset to ROM, and is acknowledged when that is on the disk.
+        # 0x91 writes an encoder offset to ROM, and is acknowledged once it is on disk.
         assert ask(bytes([0x91, 0, 0, 0, 0, 0, 0x34, 0x12]))[0] == 0x91
         rom = f"{directory}/state/lk-emu/arm/{BUS}-1.toml"
         assert "encoder_offset = 4660" in open(rom, encoding="utf-8").read()

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Run by the systemd of systemd_test.sh: starts the service, and looks at what comes of it.
+# Run by the systemd of systemd_test.sh: starts the service and checks its behaviour.
 set -uo pipefail
 service=lk-emu@bench
 socket=/run/lk-emu/bench/control.sock
@@ -18,7 +18,7 @@ fail() {
 
 property() { systemctl show -p "$1" --value "$2"; }
 
-# ask HEX…: what drive 2 answers.
+# ask HEX…: prints the answer of drive 2.
 ask() {
   python3 - "$@" <<'P'
 import socket, struct, sys
@@ -31,19 +31,19 @@ with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as bus:
 P
 }
 
-# Started means that it answers.
+# The service counts as started when it answers.
 systemctl start $service || fail "does not start"
 [[ $(property StatusText $service) == "ready vcan0:1-5" ]] || fail "status: $(property StatusText $service)"
 [[ $(ask 9A00000000000000) == 9a* ]] || fail "no answer"
 
-# As nobody in particular, without any right.
+# It runs as an unprivileged user without capabilities.
 status=/proc/$(property MainPID $service)/status
 grep -q $'^Uid:\t[1-9]' "$status" || fail "it is root"
 ! grep '^Cap[A-Za-z]*:.*[1-9a-f]' "$status" || fail "it has capabilities"
 grep -q $'^NoNewPrivs:\t1' "$status" || fail "it may get privileges"
 grep -q $'^Seccomp:\t2' "$status" || fail "it may call what it likes"
 
-# ROM is kept, through a kill, after which it is there again.
+# ROM is kept through a kill, after which the service restarts.
 [[ $(ask 9100000000003412) == 91* ]] || fail "no acknowledgement"
 grep -q '^encoder_offset = 4660$' /var/lib/private/lk-emu/bench/vcan0-2.toml || fail "ROM is not kept"
 systemctl kill -s KILL $service
@@ -54,7 +54,7 @@ done
 [[ $(ask 9000000000000000) == 90*3412 ]] || fail "another encoder offset after the kill"
 lk-emu ctl --socket $socket record /var/lib/lk-emu/bench/run >/dev/null || fail "no recording"
 
-# Over TCP and recorded, as docs/service.md has it; with its token only, and each run for itself.
+# Over TCP and recorded, as in docs/service.md: needs its token, and each run is separate.
 echo 0123456789abcdef0123 >/etc/lk-emu/token
 chmod 600 /etc/lk-emu/token
 mkdir -p /run/systemd/system/$service.service.d
@@ -81,7 +81,7 @@ request = urllib.request.Request(url, headers={"Authorization": "Bearer 01234567
 assert b'"vcan0"' in urllib.request.urlopen(request, timeout=60).read()
 P
 
-# An upgrade lets it run on; removing the package stops it, in good order.
+# An upgrade keeps it running; removing the package stops it cleanly.
 sh /out/prerm upgrade 99
 [[ $(property ActiveState $service) == active ]] || fail "an upgrade stops it"
 sh /out/prerm remove
@@ -89,7 +89,7 @@ sh /out/prerm remove
 [[ $(property Result $service) == success ]] || fail "stopped: $(property Result $service)"
 [[ ! -e $socket ]] || fail "the socket is left behind"
 
-# What cannot be used is not tried again.
+# Invalid configurations are not retried.
 ! systemctl start lk-emu@bad 2>/dev/null || fail "starts with a mistake"
 [[ $(property ExecMainStatus lk-emu@bad) == 2 && $(property NRestarts lk-emu@bad) == 0 ]] || fail "a mistake is tried again"
 ! systemctl start lk-emu@none 2>/dev/null || fail "starts without a file"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The service under a systemd of its own: process 1 of a PID namespace in user-mode Linux, on a root that it can keep.
-# Nothing of this machine is touched. Status 77 where there is no user-mode Linux: elsewhere cgroups are the machine's.
+# Runs the service under its own systemd: process 1 of a PID namespace in user-mode Linux, with a persistent root. Changes
+# nothing on this machine. Status 77 without user-mode Linux: elsewhere cgroups are the machine's.
 # usage: systemd_test.sh BUILD_DIRECTORY SCRATCH
 set -euo pipefail
 here=$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")
@@ -12,7 +12,7 @@ outside() {
     exit 77
   }
   rm -rf "$scratch"
-  umask 022 # the service is somebody else
+  umask 022 # the service runs as another user
   mkdir -p "$scratch/out"
   cmake --install "$build" --component program --prefix "$scratch/local" >/dev/null
   cp "$here/systemd_proof.sh" "$here/../../docs/service.md" "$here/../../packaging/debian/prerm" "$scratch/out"
@@ -23,7 +23,7 @@ outside() {
   rm -rf "$scratch"
 }
 
-# A root of /usr as it is, and little else; the program is in /usr/local.
+# A root with this machine's /usr and little else; the program is in /usr/local.
 inside() {
   local scratch=$1 root=/run/root name
   mkdir "$root"
@@ -33,7 +33,7 @@ inside() {
   mount --bind /usr usr
   mount --bind "$scratch/local" usr/local
   mount --bind "$scratch/out" out
-  # In a container's image packages may not start or stop anything (deb-systemd-invoke).
+  # In a container image packages may not start or stop services (deb-systemd-invoke).
   [[ ! -e usr/sbin/policy-rc.d ]] || mount --bind /dev/null usr/sbin/policy-rc.d
   for name in bin sbin lib lib64; do
     [[ ! -L /$name ]] || ln -s "usr/$name" "$name"
@@ -45,7 +45,7 @@ inside() {
   printf '%s\n' '[Service]' 'Type=oneshot' 'ExecStart=bash /out/systemd_proof.sh' 'StandardOutput=file:/out/log' \
     'StandardError=inherit' >etc/systemd/system/proof.service
   printf '%s\n' '[Unit]' 'Requires=basic.target proof.service' >etc/systemd/system/proof.target
-  # None of these matters to the service, and each takes its time here.
+  # The service needs none of these, and each takes time.
   for name in systemd-{tmpfiles-setup,tmpfiles-setup-dev,sysctl,update-utmp,binfmt,journal-flush,random-seed}.service \
     modprobe@{configfs,drm,efi_pstore,fuse,loop,dm_mod}.service dev-{hugepages,mqueue}.mount; do
     ln -s /dev/null "etc/systemd/system/$name"
@@ -59,7 +59,7 @@ inside() {
   mount -t cgroup2 cgroup2 sys/fs/cgroup
   pivot_root . old
   umount -l /old
-  mount --make-rshared / # what is mounted for a service comes from a namespace below
+  mount --make-rshared / # so that mounts for services propagate to the namespaces below
   exec env -i container=test /lib/systemd/systemd --unit=proof.target --show-status=0 --log-target=kmsg </dev/null >/out/systemd.log 2>&1
 }
 

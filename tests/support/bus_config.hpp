@@ -11,7 +11,7 @@
 
 namespace lk::test {
 
-/// A drive without noise; it boots at 45°, which is 2048 of 16384 counts.
+/// Returns a drive without noise; it boots at 45°, which is 2048 of 16384 counts.
 inline emulator::ServoConfig servo_config(int id) {
   emulator::ServoConfig config;
   config.id = id;
@@ -24,15 +24,15 @@ inline emulator::ServoConfig servo_config(int id) {
   return config;
 }
 
-/// What one count of its 14-bit encoder is of the reported speed, in 27 periods of 8 kHz; rounded
-/// up.
+/// Effect of one count of the 14-bit encoder on the reported speed, over 27 periods of 8 kHz;
+/// rounded up.
 inline constexpr double kSpeedStep_dps = 7;
 
 // LSB of iq from v235 on, by series.
 inline constexpr double kMgLsb_A = 66.0 / 4096;
 inline constexpr double kMfLsb_A = 33.0 / 4096;
 
-/// The same drive with the firmware of `generation`, of a series.
+/// Returns such a drive with the firmware of `generation`, of a series.
 inline emulator::ServoConfig drive(emulator::Generation generation,
                                    emulator::Series series = emulator::Series::kMg, int id = 1) {
   emulator::ServoConfig config = servo_config(id);
@@ -54,7 +54,7 @@ inline emulator::BusConfig bus_config(std::initializer_list<int> ids, std::int64
   return config;
 }
 
-/// A drive whose link is empty 0.45 s after its supply is gone, and that boots in 50 ms.
+/// Returns a drive whose link is empty 0.45 s after its supply is cut, and that boots in 50 ms.
 inline emulator::ServoConfig powered_drive(int id = 1) {
   emulator::ServoConfig config = servo_config(id);
   config.profile.drive.supply.i_logic = 0.04;

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Faults by the words of the table, for tests.
+/// @file Faults by the names of the table, for tests.
 
 #include <algorithm>
 #include <initializer_list>
@@ -14,7 +14,7 @@
 
 namespace lk::test {
 
-/// A fault of the kind `word`; the parameters that `values` leaves out are as the table has them.
+/// Returns a fault of the kind `word`; missing parameters get the table's defaults.
 inline emulator::Fault fault_of(std::string_view word,
                                 std::initializer_list<emulator::FaultValue> values = {},
                                 std::vector<int> ids = {}) {

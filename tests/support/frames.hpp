@@ -13,7 +13,7 @@
 
 namespace lk::protocol {
 
-// Found by GoogleTest when a comparison fails.
+// GoogleTest calls this when a comparison fails.
 inline void PrintTo(const Frame& frame, std::ostream* out) {
   char text[32];
   std::snprintf(text, sizeof text, frame.extended ? "%08X#" : "%03X#", frame.id);
@@ -31,8 +31,8 @@ inline void PrintTo(const Frame& frame, std::ostream* out) {
 
 namespace lk::test {
 
-/// The frame that `cansend` would send. Spaces and dots between the bytes are allowed; an
-/// identifier of eight digits is an extended one; "R" after '#' is a remote request.
+/// Parses a frame as `cansend` does. Spaces and dots between bytes are allowed; an identifier of
+/// eight digits is extended; "R" after '#' is a remote request.
 inline protocol::Frame frame(std::string_view text) {
   const auto hash = text.find('#');
   if (hash == std::string_view::npos) {

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Golden traces: candump logs ("candump -L -x"), what hosts sent (T) and what has to come
-/// back (R). The replies were written by hand from docs/protocol.md; `canplayer` replays the files.
+/// @file Golden traces: candump logs ("candump -L -x") with host frames (T) and expected replies
+/// (R). The replies were written by hand from docs/protocol.md; `canplayer` replays the files.
 
 #include <chrono>
 #include <cmath>
@@ -22,7 +22,7 @@ struct GoldenTrace {
   std::vector<emulator::TimedFrame> expected;
 };
 
-/// "(0.010000) vcan0 141#9A00000000000000 T"
+/// Reads a file with lines such as "(0.010000) vcan0 141#9A00000000000000 T".
 inline GoldenTrace golden_trace(const std::string& name) {
   std::ifstream file(std::string(LKEMU_SOURCE_DIR) + "/tests/golden/" + name);
   if (!file) throw std::runtime_error("no " + name);
@@ -42,8 +42,8 @@ inline GoldenTrace golden_trace(const std::string& name) {
   return trace;
 }
 
-/// Of "resting_drive.log": a drive with ID 1 that stands at 45° at 25 °C on 24 V, on a bus without
-/// a bit rate, and that 0x80 switches off until 0x88.
+/// Returns the bus of "resting_drive.log": drive ID 1 at 45°, 25 °C and 24 V, without a bit rate.
+/// 0x80 switches it off until 0x88.
 inline emulator::BusConfig resting_drive() {
   emulator::BusConfig config = bus_config({1});
   config.servos[0].quirks.off_needs_run = true;

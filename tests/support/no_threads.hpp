@@ -6,8 +6,8 @@
 
 namespace lk::test {
 
-/// While this lives no thread can be made, as on a machine that has run out of them: each would get
-/// a stack that is larger than any address space.
+/// While it exists no thread can be created, as on a machine out of threads: each would need a
+/// stack larger than the address space.
 class NoThreads {
  public:
   NoThreads() {

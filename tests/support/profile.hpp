@@ -13,7 +13,7 @@
 
 namespace lk::test {
 
-/// Names of all files in configs/motors, sorted.
+/// Returns the names of all files in configs/motors, sorted.
 inline std::vector<std::string> motor_names() {
   std::vector<std::string> names;
   for (const auto& file : std::filesystem::directory_iterator(LKEMU_SOURCE_DIR "/configs/motors")) {
@@ -23,7 +23,7 @@ inline std::vector<std::string> motor_names() {
   return names;
 }
 
-/// The file configs/motors/<name>.toml.
+/// Reads the file configs/motors/<name>.toml.
 inline emulator::MotorFile motor_file(const std::string& name) {
   const std::string file = std::string(LKEMU_SOURCE_DIR) + "/configs/motors/" + name + ".toml";
   std::ostringstream text;

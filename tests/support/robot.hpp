@@ -22,7 +22,7 @@ inline std::string text_of_robot(const std::string& name) {
   return text.str();
 }
 
-/// The buses of configs/buses/`name`.toml.
+/// Reads the buses of configs/buses/`name`.toml.
 inline std::vector<emulator::BusConfig> robot(const std::string& name) {
   return emulator::parse_config(text_of_robot(name), robot_file(name), {}, profile);
 }

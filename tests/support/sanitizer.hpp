@@ -1,8 +1,8 @@
 #pragma once
 
-#if defined(__SANITIZE_ADDRESS__)  // GCC's way of saying it
+#if defined(__SANITIZE_ADDRESS__)  // GCC
 #define LKEMU_ADDRESS_SANITIZER true
-#elif defined(__has_feature)  // Clang's
+#elif defined(__has_feature)  // Clang
 #define LKEMU_ADDRESS_SANITIZER __has_feature(address_sanitizer)
 #else
 #define LKEMU_ADDRESS_SANITIZER false
@@ -10,8 +10,8 @@
 
 namespace lk {
 
-/// This build is ten to twenty times as slow, keeps what was freed, and opens pipes of its own:
-/// UBSan, to see whether an object is where a call says it is.
+/// Such builds are ten to twenty times as slow and keep freed memory. UBSan also opens pipes, to
+/// check whether an object exists.
 inline constexpr bool kAddressSanitizer = LKEMU_ADDRESS_SANITIZER;
 
 }  // namespace lk

@@ -16,7 +16,7 @@ namespace lk::test {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// "3E 9A 01 00 D9"; "(14 x 00)" is fourteen of them.
+/// Parses "3E 9A 01 00 D9"; "(14 x 00)" means fourteen bytes.
 inline Bytes bytes(std::string_view text) {
   Bytes result;
   for (std::size_t at = 0; at < text.size();) {
@@ -50,10 +50,10 @@ inline std::string hex(std::span<const std::uint8_t> bytes) {
 inline std::string hex(const protocol::Frame& frame) {
   return hex(protocol::wire_bytes(frame).view());
 }
-/// The same digits, however they were written.
+/// Normalises hexadecimal digits.
 inline std::string hex(std::string_view text) { return hex(bytes(text)); }
 
-/// The packet that the bytes are; they must be one.
+/// Returns the bytes as a packet. Pre: they are one.
 inline protocol::Frame packet(std::string_view text) {
   const Bytes all = bytes(text);
   const auto found = protocol::packet_at(all);

@@ -13,7 +13,7 @@
 
 namespace lk::test {
 
-/// A drive of a generation as it is on RS-485, which answers after 150 µs, always.
+/// Returns an RS-485 drive of a generation that always answers after 150 µs.
 inline emulator::ServoConfig serial_drive(emulator::Generation generation, int id = 1,
                                           emulator::Series series = emulator::Series::kMf) {
   emulator::ServoConfig config = drive(generation, series, id);
@@ -36,21 +36,21 @@ class SerialHost {
   explicit SerialHost(const emulator::BusConfig& config) : bus(config) {}
   explicit SerialHost(const emulator::ServoConfig& drive) : bus(serial_bus({drive})) {}
 
-  /// Bytes written at once at `at`.
+  /// Writes bytes at once at `at`.
   void write(emulator::SimTime at, std::span<const std::uint8_t> written) {
     bus.advance_to(at);
     std::vector<protocol::Frame> frames;
     protocol::append_frames(written, frames);
     for (const protocol::Frame& frame : frames) bus.receive({at, frame});
   }
-  /// What has come back since the last call, when `until` is there.
+  /// Advances to `until`; returns the frames received since the last call.
   std::vector<emulator::TimedFrame> read_until(emulator::SimTime until) {
     bus.advance_to(until);
     std::vector<emulator::TimedFrame> replies;
     bus.take_replies(replies);
     return replies;
   }
-  /// All bytes that come back within 20 ms, as text.
+  /// Returns all bytes received within 20 ms, as text.
   std::string ask(std::string_view query) {
     write(bus.time(), bytes(query));
     std::string text;

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Samples of a range, for tests that take long with all of it.
+/// @file Samples of a range, for tests whose full range takes long.
 
 #include <cstdlib>
 #include <initializer_list>
@@ -8,14 +8,14 @@
 
 namespace lk::test {
 
-/// LKEMU_ALL_VALUES=1 in the environment: whole sweeps and full durations, as before a release.
+/// Returns whether LKEMU_ALL_VALUES=1 is set: whole sweeps and full durations, as before a release.
 inline bool all_values() {
   const char* const value = std::getenv("LKEMU_ALL_VALUES");  // NOLINT(concurrency-mt-unsafe)
   return value != nullptr && value[0] == '1';
 }
 
-/// Integers from `lowest` to `highest`, both included, in rising order: every seventh, and those up
-/// to 2 away from either end, zero and the `edges`. With `all_values()`: each of them.
+/// Returns integers from `lowest` to `highest`, inclusive, ascending: every seventh, zero, the
+/// `edges`, and those up to 2 from either end. With `all_values()`: all of them.
 inline std::vector<int> sweep(int lowest, int highest, std::initializer_list<int> edges = {}) {
   const auto is_near = [](int value, int edge) { return value >= edge - 2 && value <= edge + 2; };
   const bool all = all_values();

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file A directory of a test's own. Names that are the same in every run meet those of another
-/// run on the same machine, another user's for one.
+/// @file Temporary directories of tests. Fixed names would clash with other runs on the machine,
+/// perhaps of another user.
 
 #include <gtest/gtest.h>
 #include <stdlib.h>  // NOLINT(modernize-deprecated-headers): mkdtemp is POSIX
@@ -15,7 +15,7 @@
 
 namespace lk::test {
 
-/// A directory of the test's own, gone after it. Its name is short enough for a socket in it.
+/// A private directory, removed at the end. Its name is short enough for a socket in it.
 class TempDirectory {
  public:
   TempDirectory() {
@@ -26,19 +26,19 @@ class TempDirectory {
   TempDirectory(const TempDirectory&) = delete;
   TempDirectory& operator=(const TempDirectory&) = delete;
   ~TempDirectory() {
-    std::error_code ignored;  // whoever still writes there is not one of the next test's business
+    std::error_code ignored;  // a process may still write there
     std::filesystem::remove_all(path_, ignored);
   }
 
   const std::filesystem::path& path() const { return path_; }
-  /// The path of the file or directory `name` in it.
+  /// Returns the path of the file or directory `name` in it.
   std::string path(const std::string& name) const { return (path_ / name).string(); }
   std::string text_of(const std::string& name) const {
     std::stringstream text;
     text << std::ifstream(path_ / name).rdbuf();
     return text.str();
   }
-  /// Writes `text` to the file `name`, and gives its path.
+  /// Writes `text` to the file `name` and returns its path.
   std::string put(const std::string& name, const std::string& text) const {
     std::ofstream(path_ / name, std::ios::binary) << text;
     return path(name);

@@ -26,7 +26,7 @@ class Host {
 
   void wait(emulator::SimTime duration) { bus.advance_to(bus.time() + duration); }
 
-  /// What comes back within `window`.
+  /// Sends a query; returns the frames received within `window`.
   std::vector<protocol::Frame> talk(const protocol::Frame& query, emulator::SimTime window = 0ns) {
     bus.receive({bus.time(), query});
     wait(window);
@@ -39,7 +39,7 @@ class Host {
     return frames;
   }
 
-  /// The one reply to a query, on a bus where frames take no time.
+  /// Returns the only reply to a query, on a bus where frames take no time.
   protocol::Frame ask(const protocol::Frame& query) {
     const auto replies = talk(query);
     EXPECT_EQ(replies.size(), 1U) << ::testing::PrintToString(query);
@@ -47,7 +47,7 @@ class Host {
   }
   protocol::Frame ask(std::string_view query) { return ask(frame(query)); }
 
-  /// The decoded reply to a command for the drive `id`.
+  /// Returns the decoded reply to a command for the drive `id`.
   template <class Expected>
   Expected get(const protocol::Command& command, int id = 1) {
     const auto& format = bus.servo(id).format();

@@ -1,4 +1,4 @@
-// The program on its interfaces: what it ignores, interfaces that come and go, several buses.
+// The program on its interfaces: ignored frames, interfaces that come and go, several buses.
 
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -26,7 +26,7 @@ namespace bus_test {
 
 using namespace std::chrono_literals;
 
-/// A vcan of the test's own, so that its coming and going disturbs nobody.
+/// A private vcan, so that adding and removing it affects no other test.
 class OwnInterface {
  public:
   explicit OwnInterface(std::string name) : name_(std::move(name)) {
@@ -79,7 +79,7 @@ TEST(BadFrames, AreCountedByCauseAndNotAnswered) {
   fd.data[0] = 0x9C;
   host.send(fd);
   host.send(0x280, {});
-  // Had one of them been answered, that reply would come before this one.
+  // A reply to one of them would arrive before this one.
   const auto reply = host.query(2, kReadState2);
   ASSERT_TRUE(reply);
 
@@ -129,8 +129,8 @@ TEST(Buses, ManyQueriesAtOnceAreAllAnsweredOnce) {
       {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-32", "--bitrate", "0"});
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vcan0");
-  // Without a bit rate, queries that waited while the program was held up arrive at one instant.
-  // They must fit into the queue of each drive.
+  // Without a bit rate, queries that waited while the program was delayed arrive at one instant,
+  // and must fit into each drive's queue.
   constexpr int kRounds = 20, kAtOnce = 100;
   const auto drive = [](int n) { return 0x141U + static_cast<canid_t>(n % 32); };
   for (int round = 0; round < kRounds; ++round) {
@@ -146,14 +146,14 @@ TEST(Buses, ManyQueriesAtOnceAreAllAnsweredOnce) {
       << result.out;
 }
 
-// As root. The receive buffer takes a capability, which the program gives up at its start.
+// As root. The receive buffer needs a capability, which the program drops after its start.
 TEST(Buses, ABurstWaitsInTheReceiveBufferWhileTheProgramIsHeldUp) {
   EmulatorProcess emulator(
       {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-2", "--bitrate", "0"});
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vcan0");
   emulator.signal(SIGSTOP);
-  constexpr int kQueries = 3000;  // about four times as many as the system's limit holds
+  constexpr int kQueries = 3000;  // about four times the system's default limit
   for (int n = 0; n < kQueries; ++n) host.send(0x141, kReadState2);
   emulator.signal(SIGCONT);
   host.send(0x142, kReadState2);
@@ -247,7 +247,7 @@ TEST(Buses, EightHostsAtOnceAreAllAnsweredAndNeverEarly) {
   for (auto& host : hosts) {
     for (const Exchange& exchange : host.get()) {
       ASSERT_TRUE(exchange.answered);
-      // The drive's own reply time; simulated time goes in whole microseconds.
+      // The drive's own reply time; simulated time has whole microseconds.
       EXPECT_GE(exchange.took, exchange.on_wire + 100us - 1us);
       all_on_wire += exchange.on_wire;
     }
@@ -384,7 +384,7 @@ TEST(CreateBus, MakesTheInterfaceAndBringsItUp) {
   EXPECT_TRUE(run("ip link del vcanmade"));
 }
 
-/// Whoever finds a mistake in it finds nobody of importance.
+/// A vulnerability then gives an attacker no capabilities.
 TEST(CreateBus, KeepsNoCapabilityOnceTheBusIsThere) {
   EmulatorProcess emulator({"--rom", ":memory:", "--control", "none", "--bus", "vcanmade", "--ids",
                             "1", "--create-bus"});

@@ -1,5 +1,5 @@
-// can-utils beside the program: cansend, candump, and slcand, which makes an interface of a
-// terminal.
+// can-utils with the program: cansend, candump, and slcand, which turns a terminal into an
+// interface.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ TEST(CanUtils, CansendAsksAndCandumpsLinesAreDecoded) {
                          {"sh", "-c", "candump -n 8 -t z vcan0 | exec \"$@\"", "sh"});
   ASSERT_TRUE(wait_until([before] { return candumps() == before + 1; }));
   Host host("vcan0");
-  std::string all;  // that were said, in their order
+  std::string all;  // all queries in order
   for (const char* query : {"141#9A00000000000000", "142#9200000000000000", "141#8800000000000000",
                             "142#A200000028230000"}) {
     ASSERT_TRUE(run(std::string("cansend vcan0 ") + query));
@@ -60,7 +60,7 @@ TEST(CanUtils, SlcandMakesAnInterfaceOfATerminal) {
   const std::string terminal = own.path("ttyACM0");
   EmulatorProcess emulator({"--bus", "slcan-pty:" + terminal, "--ids", "1-4", "--rom", ":memory:"});
   ASSERT_TRUE(emulator.wait_ready());
-  // It goes on by itself, also without the terminal.
+  // It becomes a daemon and needs no terminal.
   ASSERT_TRUE(run("slcand -o -s8 $(readlink " + terminal + ") canutils0"));
   ASSERT_TRUE(wait_until([] { return std::filesystem::exists("/sys/class/net/canutils0"); }));
   ASSERT_TRUE(run("ip link set canutils0 up"));

@@ -1,5 +1,4 @@
-// Disks that are full or may not be written, for everything that is written: each is mounted by the
-// test, which is root in a machine of its own.
+// Full and read-only disks, for all written files. The test mounts them as root in its own machine.
 
 #include <algorithm>
 
@@ -19,7 +18,7 @@ class Disk : public DiskTest {
   Disk() : DiskTest("vcan0") {}
   ~Disk() override { run("umount " + path("disk") + " 2>/dev/null"); }
 
-  /// A disk of its own with so much on it.
+  /// Mounts a private disk with these options.
   void disk(const std::string& options) const {
     ASSERT_TRUE(run("mount -t tmpfs -o mode=755," + options + " none " + path("disk")));
   }
@@ -69,7 +68,7 @@ TEST_F(Disk, AVerdictThatCannotBeWrittenIsSaidAndPrintedAllTheSame) {
 TEST_F(Disk, RomThatMayNotBeWrittenAnyMoreIsNotAcknowledged) {
   disk("size=1m,mode=777");
   fs::permissions(path(""), fs::perms(0755));
-  // Nobody is stopped by permissions who is root.
+  // Permissions do not stop root.
   EmulatorProcess emulator(with_rom(), as_another_user());
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vcan0");
@@ -113,7 +112,7 @@ TEST_F(Disk, AFullOneAcknowledgesNoWriteToRomAndTheDriveGoesOn) {
   EXPECT_EQ(Host("vcan0").query(1, kReadPid), kPid) << "the last that was acknowledged";
 }
 
-// What a remount may not do to a program that keeps a file open for writing, its lock.
+// A remount is not possible while the program keeps its lock file open for writing.
 TEST_F(Disk, UnderARunningOneTheDiskCannotBeMadeReadOnly) {
   disk("size=1m");
   EmulatorProcess emulator(

@@ -1,6 +1,5 @@
-// A flood of frames of all kinds, as fast as the kernel takes them, while a host goes on asking:
-// what it asks is answered, or counted as lost, and the program is as it was before when the flood
-// is over.
+// Frames of all kinds at the kernel's maximal rate, while a host keeps querying: its queries are
+// answered or counted as lost, and the program is in its earlier state after the flood.
 
 #include <gtest/gtest.h>
 #include <linux/can/raw.h>
@@ -30,12 +29,12 @@ namespace flood_test {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr canid_t kAsked = 0x142;  // the flood leaves this drive alone
+constexpr canid_t kAsked = 0x142;  // the flood does not address this drive
 constexpr int kQueries = 300;
 
-// --- the flood
+// --- flood
 
-/// Any frame: of any kind, with any identifier, length and data; half of them commands to drive 1.
+/// Returns a frame of any kind, identifier, length and data; half of them are commands to drive 1.
 canfd_frame any_frame(std::mt19937& random) {
   canfd_frame frame{};
   for (auto& byte : frame.data) byte = static_cast<std::uint8_t>(random());
@@ -49,7 +48,7 @@ canfd_frame any_frame(std::mt19937& random) {
       frame.can_id |= CAN_RTR_FLAG;
       break;
     case 2:
-      frame.can_id |= CAN_ERR_FLAG | 1;  // the kernel delivers error frames of class 0 to no socket
+      frame.can_id |= CAN_ERR_FLAG | 1;  // the kernel delivers no error frames of class 0
       break;
     case 3:
       frame.can_id = 0x280;
@@ -63,7 +62,7 @@ canfd_frame any_frame(std::mt19937& random) {
   return frame;
 }
 
-/// Sends until it is told to stop.
+/// Sends until stopped.
 class Flood {
  public:
   explicit Flood(const std::string& interface)
@@ -75,7 +74,7 @@ class Flood {
   Flood& operator=(const Flood&) = delete;
   ~Flood() { stop(); }
 
-  /// How many frames there were.
+  /// Stops; returns the number of frames sent.
   std::uint64_t stop() {
     over_ = true;
     if (thread_.joinable()) thread_.join();
@@ -96,7 +95,7 @@ class Flood {
         host_.send(classic);
       }
       ++sent_;
-    } catch (const std::system_error&) {  // the queue is full, or the interface knows no CAN FD
+    } catch (const std::system_error&) {  // the queue is full, or the interface lacks CAN FD
     }
   }
 
@@ -106,7 +105,7 @@ class Flood {
   std::thread thread_;
 };
 
-/// A host that hears one drive only, so that its own socket does not run over.
+/// A host that receives one drive only, so that its socket does not overflow.
 class Asker {
  public:
   Asker() : fd_(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW)) {
@@ -130,7 +129,7 @@ class Asker {
     }
     ++asked;
   }
-  /// Takes in one answer, if it comes in so long.
+  /// Receives one answer within `patience_ms`; returns whether it came.
   bool hear(int patience_ms) {
     pollfd readable{fd_, POLLIN, 0};
     if (::poll(&readable, 1, patience_ms) < 1) return false;
@@ -160,7 +159,7 @@ int connect_to(const std::string& path) {
   return -1;
 }
 
-/// What a GET is answered with; empty: nothing.
+/// Returns the answer to a GET; empty if there is none.
 std::string ask_control(const std::string& path, const std::string& what) {
   const int fd = connect_to(path);
   const std::string request =
@@ -175,14 +174,14 @@ std::string ask_control(const std::string& path, const std::string& what) {
   return answer;
 }
 
-/// The number of a key in JSON that has it once.
+/// Returns the number of a key. Pre: the JSON has the key once.
 std::uint64_t number(const std::string& text, const std::string& key) {
   const auto at = text.find("\"" + key + "\":");
   EXPECT_NE(at, std::string::npos) << key << " in " << text;
   return at == std::string::npos ? 0 : std::stoull(text.substr(at + key.size() + 3));
 }
 
-/// Of all numbers in the object "dropped".
+/// Returns the sum of the numbers in the object "dropped".
 std::uint64_t dropped(const std::string& text) {
   const auto begin = text.find("\"dropped\":{");
   const auto end = text.find('}', begin);
@@ -193,7 +192,7 @@ std::uint64_t dropped(const std::string& text) {
   return sum;
 }
 
-// --- the tests
+// --- tests
 
 class Flooded : public testing::Test {
  protected:
@@ -203,7 +202,7 @@ class Flooded : public testing::Test {
             bitrate, "--bus",    "vcan0",     "--ids",  "1-2"};
   }
   std::string status() const { return ask_control(socket(), "/status"); }
-  /// Asks until the program has nothing to catch up with.
+  /// Queries until the program has no backlog.
   std::string status_when_quiet(Asker& asker) const {
     std::string before;
     std::string now = status();
@@ -237,12 +236,12 @@ void Flooded::flood(const std::string& bitrate) {
     answers_ms.push_back(std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
   }
   const std::uint64_t sent = flood.stop();
-  while (asker.hear(200)) {  // what is still under way
+  while (asker.hear(200)) {  // pending answers
   }
   const std::string quiet = status_when_quiet(asker);
   const std::uint64_t kernel = number(quiet, "kernel_drops");
-  // What the drive took it has answered; what did not come so far is among those that somebody
-  // counted, for a reason that a full queue is.
+  // The drive has answered all received queries; the others are counted as dropped, for reasons
+  // such as a full queue.
   const std::uint64_t taken = number(ask_control(socket(), "/drives/vcan0/2"), "queries");
   EXPECT_GT(taken, 0U);
   EXPECT_EQ(asker.answered, taken);
@@ -253,7 +252,7 @@ void Flooded::flood(const std::string& bitrate) {
   }
   EXPECT_EQ(number(quiet, "drive_without_power") + number(quiet, "injected_fault"), 0U);
   EXPECT_EQ(number(quiet, "queries") + dropped(quiet), number(quiet, "frames"));
-  if (bitrate != "0") {  // without a wire, the kernel keeps from it what is for no drive
+  if (bitrate != "0") {  // without a wire, the kernel filters frames for absent drives
     EXPECT_EQ(number(quiet, "frames") + kernel, sent + asker.asked);
   }
   EXPECT_GT(sent, asker.asked);

@@ -1,4 +1,4 @@
-// Killed in the midst of ROM writes on SocketCAN; tests/host has ten times as many kills.
+// Kills during ROM writes on SocketCAN; tests/host has ten times as many.
 
 #include "tests/host/kill_support.hpp"
 

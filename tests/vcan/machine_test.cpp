@@ -1,5 +1,5 @@
-// What the machine does to a running emulator: interfaces renamed and descriptors used up, clocks
-// set, the processor taken away.
+// Effects of the machine on a running emulator: renamed interfaces, exhausted descriptors, changed
+// clocks, a busy processor.
 
 #include <sched.h>
 #include <sys/resource.h>
@@ -31,7 +31,7 @@ class WatchedInterface : public MachineTest {
     ASSERT_TRUE(run("ip link set " + from + " down && ip link set " + from + " name " + to +
                     " && ip link set " + to + " up"));
   }
-  /// To all four drives, more than one at a time for each. Gives how many.
+  /// Sends queries to all four drives, several at a time; returns their number.
   static std::uint64_t send_queries() {
     constexpr std::uint64_t kQueries = 50;
     Host host("vcanold");
@@ -41,7 +41,7 @@ class WatchedInterface : public MachineTest {
   bool says(const std::string& what) const {
     return get("/status").body.find(what) != std::string::npos;
   }
-  /// So many frames have been taken in, or lost by the kernel, and nothing is on its way any more.
+  /// Returns whether this number of frames was received or lost by the kernel, with none pending.
   bool has_dealt_with(std::uint64_t frames) const {
     const Answer status = get("/status");
     return status.number("frames") + status.number("kernel_drops") >= static_cast<double>(frames) &&
@@ -59,7 +59,7 @@ TEST_F(WatchedInterface, RenamedItIsAnotherOne) {
   {
     Host stranger("vcannew");
     stranger.send(0x141, kReadState2);
-    ASSERT_EQ(get("/status").status, 200);  // it has had its turn since
+    ASSERT_EQ(get("/status").status, 200);  // the program has run since
     EXPECT_FALSE(stranger.receive(0)) << "nobody expects drives there";
   }
   make("vcanold");
@@ -80,7 +80,7 @@ TEST_F(WatchedInterface, RenamedBackItGoesOn) {
   EXPECT_EQ(count_of(emulator.stop().err, "is called vcannew now"), 1);
 }
 
-/// Nothing reports that there is room again: it has to look by itself.
+/// No event reports a free descriptor, so the program must poll.
 TEST_F(WatchedInterface, IsOpenedAsSoonAsThereIsADescriptorForIt) {
   make("vcanold");
   EmulatorProcess emulator(arguments());
@@ -88,7 +88,7 @@ TEST_F(WatchedInterface, IsOpenedAsSoonAsThereIsADescriptorForIt) {
   ASSERT_TRUE(run("ip link del vcanold"));
   ASSERT_TRUE(emulator.wait_for_log("vcanold is gone"));
   rlimit before{};
-  const rlimit none{3, 1024};  // fewer than it has
+  const rlimit none{3, 1024};  // fewer than it has open
   ASSERT_EQ(::prlimit(emulator.pid(), RLIMIT_NOFILE, &none, &before), 0);
   make("vcanold");
   EXPECT_TRUE(emulator.wait_for_log("vcanold: cannot open: "));
@@ -120,7 +120,7 @@ TEST_F(WatchedInterface, IsOpenedAsSoonAsTheKernelWatchesItsSocket) {
   EXPECT_EQ(count_of(result.err, "cannot open"), 1) << result.err;
 }
 
-/// Stopped, it cannot answer before the interface is down; its socket keeps what came before that.
+/// While stopped it cannot answer before the interface is down; its socket keeps earlier frames.
 TEST_F(WatchedInterface, WhatItLosesWhileItIsDownIsCounted) {
   make("vcanold");
   EmulatorProcess emulator(arguments());
@@ -130,7 +130,7 @@ TEST_F(WatchedInterface, WhatItLosesWhileItIsDownIsCounted) {
   for (int round = 0; round < kRounds; ++round) {
     ASSERT_TRUE(suspend(emulator));
     sent += send_queries();
-    // It finds out before it answers, or by its first answer: none can leave.
+    // It notices before its first answer or by it, so no answer can leave.
     ASSERT_TRUE(run("ip link set vcanold down"));
     emulator.signal(SIGCONT);
     ASSERT_TRUE(wait_until([&] { return says("\"up\":false") && has_dealt_with(sent); }))
@@ -147,7 +147,7 @@ TEST_F(WatchedInterface, WhatItLosesWhileItIsDownIsCounted) {
   expect_balanced(sent + 1);
 }
 
-/// Whichever of them are lost.
+/// The balance holds for any lost frames.
 TEST_F(WatchedInterface, GoingDownInTheMidstOfRepliesItStaysBalanced) {
   make("vcanold");
   EmulatorProcess emulator(arguments());
@@ -168,7 +168,7 @@ TEST_F(WatchedInterface, GoingDownInTheMidstOfRepliesItStaysBalanced) {
 
 // --- clocks
 
-/// The wall clock, put where it was in the end.
+/// The wall clock, restored at the end.
 class WallClock {
  public:
   WallClock() : mono_(MonoClock::now()) { ::gettimeofday(&before_, nullptr); }
@@ -206,7 +206,7 @@ TEST_F(Clocks, AWallClockThatIsSetMovesNothing) {
   const Reading begin = read_clock();
   std::uint64_t sent = 0;
   for (const double step_s : {7200.0, -7200.0, 0.3, -0.3, -86400.0, 86400.0, 0.04, -0.04}) {
-    // Some before the step that are read behind it, some after it.
+    // Some frames arrive before the step and are read after it, some arrive after it.
     for (int n = 0; n < 20; ++n, ++sent) host.send(0x141, kReadState2);
     WallClock::step(step_s);
     for (int n = 0; n < 20; ++n, ++sent) host.send(0x142, kReadState2);
@@ -224,7 +224,7 @@ TEST_F(Clocks, AWallClockThatIsSetMovesNothing) {
 
 class Processor : public Clocks {};
 
-/// Takes the only processor away for so long, and more than the priority of others can claim.
+/// Occupies the only processor for `span`, with real-time priority.
 void hog_processor(std::chrono::milliseconds span) {
   const pid_t child = ::fork();
   if (child == 0) {
@@ -267,12 +267,12 @@ TEST_F(Processor, TakenAwayTimeSlipsAndNothingIsLost) {
 TEST_F(Processor, SharedWithManyThatGoFirstItStaysConsistent) {
   EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
-  constexpr int kPriority = -5;  // each has three times the emulator's share
+  constexpr int kPriority = -5;  // each gets three times the emulator's share
   std::vector<pid_t> busy;
   for (int n = 0; n < 4; ++n) {
     const pid_t child = ::fork();
     if (child == 0) {
-      // Without the right to go first they are as many all the same.
+      // Without permission for this priority the number of processes suffices.
       static_cast<void>(::setpriority(PRIO_PROCESS, 0, kPriority));
       for (;;) {
       }

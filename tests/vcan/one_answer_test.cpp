@@ -1,4 +1,4 @@
-// One answer for each ID on a bus: of several programs, and of real drives.
+// One answer for each ID on a bus, with several programs and with real drives.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -70,7 +70,7 @@ TEST_F(OneAnswer, AnotherUsersProgramCountsAsWell) {
   expect_refused(on("vcan0", "5"), refusal("vcan0", 5, theirs));
 }
 
-/// Each would write what the other one's replies seem to command.
+/// Each would store the writes that the other's replies resemble.
 TEST_F(OneAnswer, RomOfItsOwnMakesNoOtherDrive) {
   std::vector<std::string> arguments = on("vcan0", "3");
   arguments[1] = path("rom");
@@ -103,7 +103,7 @@ TEST_F(OneAnswer, AnInterfaceHasOneNameAmongAll) {
   EXPECT_TRUE(run("ip link property del dev vcan1 altname thesecondbus"));
 }
 
-/// A program follows its interface by name, and keeps the place while it waits for that.
+/// A program follows its interface by name, and keeps its ID locks while it waits.
 TEST_F(OneAnswer, ThePlaceIsKeptForTheName) {
   ASSERT_TRUE(run("ip link add onebus type vcan && ip link set onebus up"));
   EmulatorProcess first(on("onebus", "3"));
@@ -126,7 +126,7 @@ TEST_F(OneAnswer, WhatIsMadeAtTheStartIsTakenToo) {
   expect_refused(arguments, refusal("onebus", 3, first));
 }
 
-/// The classic way to lose a motor, and how it is found again.
+/// A common way to lose a motor, and how to find it again.
 TEST_F(OneAnswer, AnIdWrittenOverTheBusIsWhereTheDriveIsUntilRomIsWiped) {
   const std::string robot = own_.put("robot.toml",
                                      "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\n"
@@ -141,10 +141,10 @@ TEST_F(OneAnswer, AnIdWrittenOverTheBusIsWhereTheDriveIsUntilRomIsWiped) {
     EXPECT_EQ(host.query(1, {0x44, 0x05, 0xFA}), (Payload{0x44, 0x05, 0x01}));
     host.send(0x141, Payload{0x07});
     ASSERT_TRUE(emulator.wait_for_log("drive 1 answers at ID 9"));
-    host.send(0x141, Payload{0x88});  // silence: the next frame is the reply to the next query
+    host.send(0x141, Payload{0x88});  // no reply: the next frame is the reply to the next query
     EXPECT_EQ(host.query(9, {0x88}), Payload{0x88});
     expect_refused(on("vcan0", "9"), refusal("vcan0", 9, emulator));
-    // The ID that it has left is free.
+    // Its former ID is free.
     EmulatorProcess beside(on("vcan0", "1"));
     EXPECT_TRUE(beside.wait_ready());
   }
@@ -170,7 +170,7 @@ TEST_F(OneAnswer, AnIdWrittenOverTheBusIsWhereTheDriveIsUntilRomIsWiped) {
   EXPECT_EQ(host.query(1, {0x88}), Payload{0x88});
 }
 
-/// Where no lock reaches, and one query is answered for ever.
+/// Locks do not reach this bus, and every query gets a second answer.
 TEST_F(OneAnswer, AnotherDriveElsewhereIsToldByAdvice) {
   ASSERT_TRUE(run("ip link add enda type vxcan peer name endb && ip link set enda up"));
   const std::string move_in =
@@ -186,7 +186,7 @@ TEST_F(OneAnswer, AnotherDriveElsewhereIsToldByAdvice) {
   EXPECT_TRUE(here.wait_for_log("enda:3: duplicate-id: 25 °C where a query has 0"));
 }
 
-/// A CAN interface that is not virtual, and what would be its adapter: slcan on a pseudo-terminal.
+/// A CAN interface that is not virtual, with its adapter: slcan on a pseudo-terminal.
 class RealBus : public OneAnswer {
  protected:
   void SetUp() override {
@@ -211,7 +211,7 @@ class RealBus : public OneAnswer {
     ::close(line_);
     ::close(adapter_);
   }
-  /// What the interface sends, in the adapter's words, up to the end of a frame.
+  /// Returns the interface's output in slcan, up to the end of a frame.
   std::string adapter_reads() const {
     std::string text;
     pollfd ready{adapter_, POLLIN, 0};

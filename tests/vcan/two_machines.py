@@ -1,4 +1,4 @@
-"""Two with-vcan at a time: neither takes the other's control socket for one of a program that has died.
+"""Two with-vcan at a time: neither takes the other's control socket for that of a dead program.
 
     two_machines.py WITH_VCAN LK_EMU
 """
@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 WITH_VCAN, LK_EMU = sys.argv[1:]
-# Words for a shell inside: it says when the drives are up, and goes on when it is told to.
+# Shell script for the inside: reports when the drives are up, and continues on request.
 RUN = """
 for n in 1 2 3 4 5 6 7 8; do : & wait $!; done  # process numbers that the other machine does not have
 mkfifo "$0"; "$LK_EMU" --rom :memory: --bus vcan0 --ids 1 >"$0" & exec 3<"$0"; rm "$0"

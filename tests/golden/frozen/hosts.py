@@ -1,4 +1,4 @@
-"""A host for each transport of lk-emu, by the standard library alone."""
+"""A host for each transport of lk-emu, with the standard library alone."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Frame = tuple[int, bytes, bool, bool]  # identifier, data, extended, remote
 
 
 def parse_frame(text: str) -> Frame:
-    """"142#9A", "142#R8" or "12345678#9A", as cansend has it."""
+    """Parses "142#9A", "142#R8" or "12345678#9A", as cansend does."""
     identifier, data = text.split("#")
     remote = data.startswith("R")
     content = bytes(int(data[1:] or "0")) if remote else bytes.fromhex(data)
@@ -42,7 +42,7 @@ def connected(port: int) -> int:
 
 
 def opened(path: pathlib.Path) -> int:
-    """A terminal in raw mode at 1 Mbit/s."""
+    """Opens a terminal in raw mode at 1 Mbit/s."""
     terminal = os.open(path, os.O_RDWR | os.O_NOCTTY)
     tty.setraw(terminal)
     settings = termios.tcgetattr(terminal)

@@ -15,7 +15,7 @@ STEP_MS = 5  # time for each query and its reply
 
 
 def can_frame(line: str) -> str:
-    """The frame for a line of can.session, as cansend has it."""
+    """Returns the frame for a line of can.session, in cansend's format."""
     if "#" in line:
         return line
     drive, *data = line.split()
@@ -23,7 +23,7 @@ def can_frame(line: str) -> str:
 
 
 def rs485_packet(line: str) -> str:
-    """The bytes for a line of rs485.session, in hexadecimal."""
+    """Returns the bytes for a line of rs485.session, in hexadecimal."""
     drive, *words = line.split()
     if drive == "raw":
         return words[0]

@@ -41,7 +41,7 @@ def values_of(answer: Any) -> Any:
 
 
 def json_text(answer: Any) -> str:
-    """One value per line, for diff."""
+    """Returns one value per line, for diff."""
     return json.dumps(values_of(answer), indent=0, sort_keys=True, ensure_ascii=False) + "\n"
 
 
@@ -52,7 +52,7 @@ def json_lines_text(text: str) -> str:
 
 
 def csv_text(text: str) -> str:
-    """The CSV text without columns of wording."""
+    """Returns the CSV text without columns of wording."""
     rows = list(csv.reader(io.StringIO(text)))
     if not rows:
         return ""
@@ -66,7 +66,7 @@ def renamed(text: str, bus: str) -> str:
 
 
 def frame_lines(log: str) -> list[str]:
-    """Lines of a candump log without the interface name."""
+    """Returns lines of a candump log without the interface name."""
     return [re.sub(r"^(\(\S+\)) \S+ ", r"\1 ", line) for line in log.splitlines()]
 
 
