@@ -1,4 +1,4 @@
-"""A running lk-emu whose buses are slcan over TCP, and a host on them."""
+"""A running lk-emu with slcan buses over TCP, and a host on them."""
 
 import math
 import random
@@ -10,7 +10,7 @@ import time
 
 PATIENCE_S = 0.5  # for a reply; a drive answers within milliseconds
 PERIOD_S = 0.01
-PORTS = range(20000, 32768)  # below those of outgoing connections, so a port stays free while lk-emu restarts
+PORTS = range(20000, 32768)  # below the ports of outgoing connections, so a port stays free while lk-emu restarts
 
 
 def free_ports(count):
@@ -41,7 +41,7 @@ class Host:
         self.socket.sendall(b"t%03X%d%s\r" % (identifier, len(data), data.hex().upper().encode()))
 
     def receive(self, identifier, command):
-        """Data of the next frame with this identifier and this first byte; None if there is none in time."""
+        """Returns the data of the next frame with this identifier and first byte; None on time-out."""
         start = b"t%03X" % identifier
         deadline = time.monotonic() + PATIENCE_S
         while True:
@@ -62,7 +62,7 @@ class Host:
             self.unread += chunk
 
     def discard(self):
-        """Reads whatever has arrived."""
+        """Reads and discards all received data."""
         self.unread = b""
         self.socket.setblocking(False)
         try:
@@ -81,7 +81,7 @@ def position_command(angle_deg, max_speed_dps):
 
 
 class Mover(threading.Thread):
-    """Sends positions to drives every 10 ms, sines to odd ones and steps to even ones, and state requests in between."""
+    """Sends positions to drives every 10 ms, sines to odd ones and steps to even ones, and state queries in between."""
 
     def __init__(self, port, drives):
         super().__init__(daemon=True)
@@ -108,7 +108,7 @@ class Mover(threading.Thread):
 
 
 class Bench:
-    """lk-emu with one bus for each text in `ids`; None leaves its drives to a configuration in `options`."""
+    """lk-emu with one bus per text in `ids`; None takes the drives from a configuration in `options`."""
 
     def __init__(self, program, ids, *options, ports=None):
         self.http, *free = free_ports(1 + len(ids))
@@ -134,7 +134,7 @@ class Bench:
     close = stop
 
     def move(self, *drives):
-        """Keeps these drives of the first bus moving from now on, and no others."""
+        """Moves exactly these drives of the first bus from now on."""
         if self.mover:
             self.mover.end()
             self.mover = None
@@ -143,7 +143,7 @@ class Bench:
             self.mover.start()
 
     def send(self, identifier, data, bus=0):
-        """Data of the reply, which repeats identifier and command, on the bus with this index; None if there is none."""
+        """Returns the data of the reply with equal identifier and command on this bus; None without one."""
         host = Host(self.ports[bus])
         try:
             host.send(identifier, data)
@@ -152,11 +152,11 @@ class Bench:
             host.close()
 
     def ask(self, drive, *data, bus=0):
-        """DATA[0..7] of the reply; None if there is none."""
+        """Returns DATA[0..7] of the reply; None without one."""
         return self.send(0x140 + drive, bytes(data).ljust(8, b"\0"), bus)
 
     def read(self, drive, command):
-        """As `ask`; repeats what is not answered, since a busy machine may be late."""
+        """As `ask`, but repeats unanswered queries, since a busy machine may be late."""
         for _ in range(10):
             if data := self.ask(drive, command):
                 return data
@@ -166,16 +166,16 @@ class Bench:
         return self.ask(drive, *position_command(angle_deg, max_speed_dps))
 
     def angle_gain(self, drive, kp):
-        """0x31 with the other gains as delivered; two and a half times the delivered 100 makes a step overshoot."""
+        """Sends 0x31 with the other gains as delivered; 2.5 times the delivered 100 makes a step overshoot."""
         return self.ask(drive, 0x31, 0, kp, 100, 50, 40, 50, 50)
 
     def angle_deg(self, drive):
-        """0x92: 56 bits, signed, 0.01 degrees."""
+        """Returns the angle of 0x92: 56 bits, signed, 0.01 degrees."""
         data = self.read(drive, 0x92)
         return int.from_bytes(data[1:8], "little", signed=True) / 100
 
     def voltage_V(self, drive):
-        """0x9A of the oldest generation: DATA[3..4], 0.1 V."""
+        """Returns the voltage of 0x9A, oldest generation: DATA[3..4], 0.1 V."""
         return int.from_bytes(self.read(drive, 0x9A)[3:5], "little") / 10
 
     def memory_kB(self):

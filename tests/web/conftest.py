@@ -1,5 +1,5 @@
-"""LKEMU says which program; without Chromium, its driver and Selenium there is nothing to test with
-(Debian: chromium, chromium-driver, python3-selenium, python3-pil)."""
+"""LKEMU names the program. Without Chromium, its driver and Selenium no test runs (Debian: chromium, chromium-driver,
+python3-selenium, python3-pil)."""
 
 import importlib.util
 import os
@@ -45,7 +45,7 @@ def main_page(bench, browser):
 
 @pytest.fixture
 def page(bench, main_page, request, tmp_path):
-    """Complaints of the browser are those of this test; a failure leaves a picture of the page."""
+    """The page; collects the browser's complaints for this test, and saves a picture on failure."""
     if not main_page.is_open():
         main_page.open()
     main_page.complaints()

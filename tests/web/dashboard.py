@@ -10,11 +10,11 @@ from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
-PATIENCE_S = 40  # of a machine that may be busy; nothing passes by waiting
+PATIENCE_S = 40  # for a busy machine; only failing tests wait this long
 
 
 class Browser:
-    """Chromium, which shows one page at a time."""
+    """Chromium, with one page at a time."""
 
     def __init__(self):
         options = webdriver.ChromeOptions()
@@ -28,7 +28,7 @@ class Browser:
         self.page = None
 
     def leave(self):
-        """Ends the page that is shown, with what it stored and what the browser said of it."""
+        """Closes the current page, with its storage and the browser's messages about it."""
         if self.page is None:
             return
         self.driver.get("about:blank")
@@ -46,10 +46,10 @@ class Browser:
 
 
 class Page:
-    """What a person sees and clicks."""
+    """The page as users see and click it."""
 
     def __init__(self, browser, port, size=(1440, 900), query="", before=""):
-        """`before` is a script that runs before those of the page."""
+        """`before` is a script that runs before the page's own."""
         self.browser = browser
         self.origin = f"http://127.0.0.1:{port}"
         self.address = f"{self.origin}/{query}"
@@ -66,7 +66,7 @@ class Page:
         return self.browser.page is self
 
     def open(self):
-        """Loads the page again, in place of the one that is shown."""
+        """Loads the page again in place of the current one."""
         self.browser.leave()
         self.browser.page = self
         self.resize(self.size)
@@ -81,12 +81,12 @@ class Page:
             self.browser.leave()
 
     def resize(self, size):
-        """The window's frame would take its share."""
+        """Sets the size of the page, not that of the window with its frame."""
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
             "width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False})
 
     def be_at_rest(self):
-        """What a failed test left: a traffic view that filters, a scope that stands."""
+        """Resets the state that a failed test may leave: filters of the traffic view, a paused scope."""
         self.run("""
           const traffic = document.querySelector('#view-traffic');
           for (const field of traffic.querySelectorAll('input')) {
@@ -101,17 +101,17 @@ class Page:
           document.querySelector('.notes').replaceChildren();""")
 
     def until(self, holds):
-        """What is not there yet, or is just being replaced, is looked for again."""
+        """Waits until `holds`; retries while elements are missing or being replaced."""
         missing = (NoSuchElementException, StaleElementReferenceException)
         return WebDriverWait(self.driver, PATIENCE_S, 0.05, missing).until(lambda _: holds())
 
     def drawn(self):
-        """The page has been laid out, and what watches its sizes has followed."""
+        """Waits until the page is laid out and its size observers have run."""
         self.driver.execute_async_script(
             "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
     def draws(self, frames=20):
-        """How many drawings the page asks for in each of so many animation frames."""
+        """Returns how many draws the page requests in each of `frames` animation frames."""
         return self.driver.execute_async_script("""
           const [frames, done] = arguments;
           const plain = window.requestAnimationFrame;
@@ -144,7 +144,7 @@ class Page:
         return self.run("return document.querySelector(arguments[0])?.textContent ?? ''", css)
 
     def button(self, within, name):
-        """By what is on it, or by what a screen reader calls it."""
+        """Returns a button by its text or its label for screen readers."""
         found = [b for b in self.all(f"{within} button")
                  if name in (b.text, b.get_attribute("aria-label"))]
         if not found:
@@ -157,7 +157,7 @@ class Page:
         button.click()
 
     def mouse(self, what, element, shift_px=0, count=1):
-        """Pressed, Released or Moved at the middle of `element`, or beside it: a hand that may rest meanwhile."""
+        """Sends Pressed, Released or Moved at or beside the middle of `element`; pauses in between are possible."""
         box = self.run("return arguments[0].getBoundingClientRect().toJSON()", element)
         self.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {
             "type": f"mouse{what}", "x": box["x"] + box["width"] / 2 + shift_px, "y": box["y"] + box["height"] / 2,
@@ -172,16 +172,16 @@ class Page:
         field.send_keys(str(value))
 
     def for_drives(self, *drives):
-        """The bench acts on these."""
+        """Selects these drives for the bench."""
         self.for_drives_in("none", *(f"drive {drive}" for drive in drives))
 
     def for_drives_in(self, *names):
-        """Of buttons, in the language of the page."""
+        """Clicks buttons by name, in the language of the page."""
         for name in names:
             self.click("#view-bench", name)
 
     def field(self, drive, name):
-        """A number of a drive's card; NaN before there is one."""
+        """Returns a number of a drive's card; NaN if there is none yet."""
         number = self.run("""
           for (const row of document.querySelectorAll(`[data-drive$="/${arguments[0]}"] .fields div`)) {
             if (row.querySelector('dt').textContent === arguments[1]) {
@@ -191,13 +191,13 @@ class Page:
         return math.nan if number is None else number
 
     def dial_deg(self, drive, part="shaft"):
-        """NaN before it is drawn for the first time."""
+        """Returns the angle of a part of the dial; NaN before it is drawn."""
         turn = self.run("""return document.querySelector(
           `[data-drive$="/${arguments[0]}"] .dial .${arguments[1]}`).style.transform""", drive, part)
         return float(turn[len("rotate("):-len("deg)")]) if turn else math.nan
 
     def reported(self, drive):
-        """A drive of the first bus, as the control interface reports it."""
+        """Returns a drive of the first bus, as the control interface reports it."""
         return self.run("""return fetch('/api/v1/drives').then((answer) => answer.json())
           .then(([{bus}]) => fetch(`/api/v1/drives/${encodeURIComponent(bus)}/${arguments[0]}`)).then((answer) => answer.json())""", drive)
 
@@ -208,7 +208,7 @@ class Page:
         return self.text(f'[data-drive$="/{drive}"] .errors')
 
     def scope(self, expression):
-        """Of what the scope keeps; `s` is its inspect()."""
+        """Evaluates an expression on the scope's state; `s` is its inspect()."""
         return self.driver.execute_async_script(
             "const done = arguments[0]; import('/scope.js').then(({inspect}) => {"
             f"const s = inspect(); done({expression});}})")
@@ -220,7 +220,7 @@ class Page:
         return {one["name"]: one["value"] for one in metrics}
 
     def complaints(self):
-        """What the browser found wrong with the page."""
+        """Returns the browser's errors for the page."""
         return [entry["message"] for entry in self.driver.get_log("browser")
                 if entry["level"] == "SEVERE"]
 
@@ -231,10 +231,10 @@ class Page:
 
 
 def settle(page, holds):
-    """The page, or the drive, gets there."""
+    """Waits until `holds`."""
     page.until(holds)
 
 
 def nap(seconds):
-    """Time that has to go by, where it is time that is measured."""
+    """Sleeps, for tests that measure time."""
     time.sleep(seconds)

@@ -1,8 +1,7 @@
-"""What a picture of the dashboard costs the browser: python3 measure.py LK-EMU [DRIVES [SECONDS]]
+"""Measures the browser's cost per frame of the dashboard: python3 measure.py LK-EMU [DRIVES [SECONDS]]
 
-Milliseconds of the page's own thread for each animation frame, by what they were spent on. Frames a second are those of
-this machine, which draws without a GPU here; milliseconds of script are what the page can do about it: 16.7 are a frame
-at 60 Hz."""
+Prints milliseconds of the page's own thread per animation frame, by purpose. Frames per second depend on this machine,
+which draws without a GPU. The page itself can only reduce script time: a frame at 60 Hz has 16.7 ms."""
 
 import pathlib
 import sys
@@ -31,7 +30,8 @@ def measure(page, seconds):
 
 
 def measure_robot(browser, bench, drives, report):
-    """Of as many joints and contacts as there are drives, up to 12; what of its script is not three.js and WebGL is told apart."""
+    """Measures a robot with one joint and contact per drive, up to 12; reports its own script time apart from three.js
+    and WebGL."""
     joints = min(12, drives)
     stub = (pathlib.Path(__file__).resolve().parent / "robot_stub.js").read_text()
     page = Page(browser, bench.http, before=f"window.robotLegs = {joints}; window.robotBus = '{bench.bus}';" + stub)
@@ -53,11 +53,11 @@ def main():
     bench = Bench(program, [f"1-{drives}"], "--http-write")
     browser = Browser()
     page = Page(browser, bench.http)
-    page.driver.execute_cdp_cmd("Performance.enable", {"timeDomain": "threadTicks"})  # of a processor, not of the wall
+    page.driver.execute_cdp_cmd("Performance.enable", {"timeDomain": "threadTicks"})  # processor time, not real time
     bench.move(*range(1, drives + 1))
 
     def report(what, page=page):
-        nap(6)  # for the picture to fill
+        nap(6)  # to fill the plot
         rate_Hz, costs = measure(page, seconds)
         print(f"{what:42} {rate_Hz:5.1f} frames/s, ms each: "
               + ", ".join(f"{name} {cost:.2f}" for name, cost in costs.items()), flush=True)
@@ -68,7 +68,7 @@ def main():
         report("scope, 1 drive, 4 signals")
         page.click(".scope-controls", "FFT")
         page.choose('.scope-controls [aria-label="trigger"] [aria-label="trigger"]', "normal")
-        page.fill('.scope-controls [aria-label="trigger"] [aria-label="level"]', "1e9\t")  # for the picture to move
+        page.fill('.scope-controls [aria-label="trigger"] [aria-label="level"]', "1e9\t")  # so that the plot moves
         report("the same, spectra and a trigger that waits")
         page.click(".scope-controls", "FFT")
         page.choose('.scope-controls [aria-label="trigger"] [aria-label="trigger"]', "off")

@@ -1,7 +1,7 @@
-"""The pictures of robots in README.md and docs/: python3 robot_pictures.py LK-EMU-BODY [DIRECTORY]
+"""Makes the pictures of robots in README.md and docs/: python3 robot_pictures.py LK-EMU-BODY [DIRECTORY]
 
-Hosts of python/examples move them with a stepped clock, which stands while a picture is taken: so each of them shows one instant,
-however long the browser takes to draw it. Wants python3-pil, with WebP, which GIF and APNG would be three times as large as."""
+Hosts of python/examples move the robots with a stepped clock, which stands while a picture is taken: each picture shows
+one instant, at any drawing speed. Needs python3-pil with WebP; GIF and APNG would be three times as large."""
 
 import io
 import os
@@ -22,7 +22,7 @@ import quadruped_walk  # noqa: E402
 from lk_joints import Joints, Rounds, bus_and_time  # noqa: E402
 
 SIZE = (1440, 790)
-HEADER_PX = 88  # of the page, which is left out: it tells of the clock
+HEADER_PX = 88  # header with the clock, cropped
 SCALE = 0.69  # of the moving picture: 990 pixels wide
 QUALITY, METHOD = 40, 4
 MOST_BYTES = 1_500_000
@@ -31,16 +31,16 @@ WALK_S, WALK_M_S = 4.5, 0.3
 
 
 def last_instant(page):
-    """That the robot's panel has drawn, in seconds."""
+    """Returns the instant that the robot's panel has drawn, in seconds."""
     return page.driver.execute_async_script(
         "const done = arguments[0]; import('/robot.js').then(({inspectRobot}) => done(inspectRobot().time_s ?? -1))")
 
 
 class Stage:
-    """A robot with its host's bus and time, and its dashboard. `sleep` takes a frame whenever FRAME_S have gone by since `film`."""
+    """A robot with its host's bus and clock, and its dashboard. After `film`, `sleep` takes a frame every FRAME_S."""
 
     def __init__(self, program, robot, keys):
-        """`keys` bring the camera where the robot is seen best."""
+        """`keys` move the camera to the best view of the robot."""
         http, port = free_ports(2)
         self.emulator = lkemu.Emulator(bus=f"slcan-tcp:{port}", config=robot, program=program, clock="stepped",
                                        arguments=["--http", f"127.0.0.1:{http}", "--http-write"]).start()
@@ -64,7 +64,7 @@ class Stage:
             self.frames.append(picture.resize([round(SCALE * length) for length in picture.size], Image.Resampling.LANCZOS))
 
     def picture(self):
-        """Of this instant, without the page's header."""
+        """Returns a picture of this instant without the page's header."""
         self.page.until(lambda: last_instant(self.page) > self.now() - 0.02)
         self.page.drawn()
         return Image.open(io.BytesIO(self.page.driver.get_screenshot_as_png())).convert("RGB").crop((0, HEADER_PX, *SIZE))
@@ -75,7 +75,7 @@ class Stage:
         return self.picture().crop([round(edge) for edge in (left, top, left + box["width"], top + box["height"])])
 
     def joints(self, joints):
-        """Of the robot, when its drives have booted."""
+        """Returns the robot's joints once its drives have booted."""
         self.sleep(quadruped_walk.BOOT_S)
         return Joints(self.bus, joints, self.now, self.sleep)
 
@@ -92,7 +92,7 @@ class Stage:
 
 
 def walking_dog(program):
-    """It stands up from where it lies, and walks."""
+    """The dog stands up and walks."""
     with Stage(program, "quadruped_on_the_ground", "+") as stage:
         dog = stage.joints(quadruped.joints())
         dog.start()
@@ -103,14 +103,14 @@ def walking_dog(program):
 
 
 def dog_on_three_legs(program):
-    """A knee has no power any more."""
+    """One knee drive loses power."""
     with Stage(program, "quadruped_on_the_ground", "+") as stage:
         dog = stage.joints(quadruped.joints())
         dog.start()
         quadruped.stand_up(dog, stage.rounds())
         stage.page.click("#robot", "errors")
         stage.emulator.drives[6].power.off()
-        quadruped_walk.stand(dog, stage.rounds(), 0.18)  # the host gives up when it has not answered for a fifth of a second
+        quadruped_walk.stand(dog, stage.rounds(), 0.18)  # the host gives up after a fifth of a second without replies
         return stage.panel()
 
 

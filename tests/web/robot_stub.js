@@ -1,5 +1,5 @@
-// A robot for a page whose program has none: a trunk on two legs, or on window.robotLegs, as GET /body and its stream tell
-// of it. What the page pushes is kept in window.pushes; window.robot.height_m is where the trunk is, window.robot.forward_m how far it came.
+// A robot for a page whose program has none, with the interface of GET /body and its stream: two legs, or window.robotLegs.
+// window.pushes collects pushes; window.robot.height_m and window.robot.forward_m position the trunk.
 
 // window.robot.step_m: a step of the floor, from x = 0.5 on.
 window.robot = {height_m: 0.5, forward_m: 0, swing: 0.3, contacts: true, step_m: 0, shape_changes: 0, opened: 0, closed: 0, time_s: 0, rate_Hz: 60};
@@ -30,7 +30,7 @@ function poses() {
   })];
 }
 
-/// Beside the feet, where they can be seen, each with its share of the weight.
+/// Next to the feet, where they are visible, each with its share of the weight.
 const contacts = () => (window.robot.contacts ? legs.map(({x, y}) => [window.robot.forward_m + x, 2 * y, 0, 0, 0, 98 / legs.length]) : []);
 
 const step = () => (window.robot.step_m > 0 ? [

@@ -1,6 +1,6 @@
-"""The pictures of docs/dashboard.md and README.md: python3 screenshots.py LK-EMU [DIRECTORY]
+"""Makes the pictures of docs/dashboard.md and README.md: python3 screenshots.py LK-EMU [DIRECTORY]
 
-Wants python3-pil, which makes them small, and a font with Chinese characters (fonts-wqy-microhei)."""
+Needs python3-pil to shrink them, and a font with Chinese characters (fonts-wqy-microhei)."""
 
 import io
 import pathlib
@@ -32,7 +32,7 @@ def inject_fault(page, drive, kind, **parameters):
 
 
 def place_of(page, time_s):
-    """In the uppermost plot: element, offsets from its middle."""
+    """Returns a place in the uppermost plot: element and offsets from its middle."""
     view = page.scope("s.view")
     over = page.one(".u-over")
     share = (time_s - view["from_s"]) / (view["to_s"] - view["from_s"])
@@ -40,12 +40,12 @@ def place_of(page, time_s):
 
 
 def put_cursor(page, time_s):
-    """By a click, as a person does."""
+    """Clicks as a user does."""
     ActionChains(page.driver).move_to_element_with_offset(*place_of(page, time_s)).click().perform()
 
 
 def step(page, bench):
-    """A step of drive 1, its beginning and its peak under the cursors."""
+    """Makes a step of drive 1, with cursors at its beginning and its peak."""
     bench.move()
     bench.angle_gain(1, 250)
     bench.position(1, 0)
@@ -56,7 +56,7 @@ def step(page, bench):
     last_s = "s.captures[0].samples.last_s"
     before = page.scope(last_s)
     bench.position(1, 120)
-    page.until(lambda: page.scope(last_s) > before + 2)  # of simulated time, which may be slow
+    page.until(lambda: page.scope(last_s) > before + 2)  # simulated time, which may be slow
     began, peak = page.scope("""(() => {
       const {capture, column} = s.traces.find((one) => one.signal === 'angle_deg');
       const ref = s.traces.find((one) => one.signal === 'angle_ref_deg').column;
@@ -83,12 +83,12 @@ def main():
     program = sys.argv[1]
     directory = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else PICTURES
     directory.mkdir(parents=True, exist_ok=True)
-    bench = Bench(program, ["1-8"], "--http-write", ports=[29536])  # the one of the documents, for it is seen
+    bench = Bench(program, ["1-8"], "--http-write", ports=[29536])  # the port of the documents, since it is visible
     browser = Browser()
     page = Page(browser, bench.http, SIZE)
 
     def shoot(name):
-        nap(1)  # for numbers and pictures to be those of now
+        nap(1)  # so that numbers and plots are current
         page.run("document.querySelector('.notes').replaceChildren()")
         picture = Image.open(io.BytesIO(page.driver.get_screenshot_as_png())).convert("RGB")
         picture.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(directory / f"{name}.png", optimize=True)
@@ -106,7 +106,7 @@ def main():
         bench.move()
         for drive, command in [(1, 0x92), (2, 0x9C), (4, 0x9A), (1, 0x7E), (5, 0x9D), (4, 0x9C), (6, 0x30)]:
             bench.ask(drive, command)
-        bench.send(0x143, b"\x9c")  # one byte: there is advice about it
+        bench.send(0x143, b"\x9c")  # one byte causes advice
         nap(1)
         page.click("#view-traffic", "Pause")
         shoot("traffic")

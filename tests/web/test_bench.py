@@ -1,4 +1,4 @@
-"""The bench: nothing is cut, nothing lies over what is to be clicked, and nothing is said of drives that are not chosen."""
+"""The bench: no text is cut, clickable elements are not covered, and unselected drives are not shown."""
 
 import pytest
 from dashboard import settle
@@ -16,7 +16,7 @@ def sized(page, request):
 
 
 def test_no_label_is_cut(sized):
-    """Neither a label nor what stands in an empty field, whatever the fault."""
+    """Checks labels and placeholders for every fault."""
     cut = sized.run("""
       const pen = document.createElement('canvas').getContext('2d');
       const select = document.querySelector('#fault-kind');
@@ -55,13 +55,13 @@ def run_jammed_joint(page):
 
 
 def stop_scenario(page):
-    """Unless it is over already."""
+    """Ends a scenario that still runs."""
     page.run("return fetch('/api/v1/scenario', {method: 'DELETE'}).then((answer) => answer.status)")
     settle(page, lambda: not page.button("#view-bench", "Stop scenario").is_enabled())
 
 
 def test_a_scenario_has_room_and_its_neighbours_stay_full(sized):
-    """The table next to its controls, or below them; no panel is taller than half again what is in it."""
+    """The table is next to its controls or below them; panels are at most 1.5 times as tall as their contents."""
     run_jammed_joint(sized)
     try:
         table, panel, empty = sized.run("""
@@ -77,7 +77,7 @@ def test_a_scenario_has_room_and_its_neighbours_stay_full(sized):
 
 
 def test_a_scenario_for_another_robot_says_so(page):
-    """jammed_joint is of robots/joint.toml: one MG8016. Here are MF7015."""
+    """jammed_joint is made for robots/joint.toml with one MG8016; the drives here are MF7015."""
     page.go("bench")
     run_jammed_joint(page)
     try:
@@ -122,7 +122,7 @@ def test_without_a_drive_there_are_no_values(page):
             assert page.text(says) == "No drive is chosen."
         assert page.one('[aria-label="supply, V"]').get_attribute("value") == ""
         assert page.one('[data-key="J_g_cm2"]').get_attribute("value") == ""
-        page.one("#view-bench .dial").send_keys("\ue012")  # left
+        page.one("#view-bench .dial").send_keys("\ue012")  # left arrow
         settle(page, lambda: "choose a drive first" in [note.text for note in page.all(".note")])
     finally:
         page.for_drives(1)

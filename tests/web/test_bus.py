@@ -1,4 +1,4 @@
-"""The bus at a glance: what is wrong is seen, what is not known is not shown, and the screen is used."""
+"""The bus view: problems are visible, unknown values are hidden, and the screen is used well."""
 
 import pytest
 from conftest import PROGRAM
@@ -18,7 +18,7 @@ def border(page, drive):
 
 
 def colour(page, name):
-    """Of the style sheet, as the browser says it of an element."""
+    """Returns a colour of the style sheet in the browser's computed form."""
     return page.run("""const node = document.body.appendChild(document.createElement('i'));
       node.style.color = `var(${arguments[0]})`;
       const said = getComputedStyle(node).color;
@@ -64,7 +64,7 @@ def test_an_error_makes_a_card_red(healed):
 
 
 def test_replies_are_those_that_left(healed, bench):
-    """A silent drive hears, obeys and counts its replies."""
+    """A silent drive receives, obeys and counts its replies."""
     page = healed
     assert page.run(TELL, {"id": 3, "fault": "silent"}) == 200
     bench.move(1, 3)

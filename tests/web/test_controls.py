@@ -1,4 +1,4 @@
-"""What a person does at the bench: it happens on the bus, and what cannot be is said."""
+"""Actions at the bench take effect on the bus; impossible ones are reported."""
 
 import pytest
 from dashboard import settle
@@ -33,7 +33,7 @@ def test_power_and_supply(page, bench):
 
 
 def test_the_bench_shows_what_applies_now(page, bench):
-    """Whoever it was that changed it."""
+    """Shows changes from any source."""
     page.go("bench")
     page.for_drives(3)
     supply = '[aria-label="supply, V"]'
@@ -54,7 +54,7 @@ def test_the_bench_shows_what_applies_now(page, bench):
 def test_the_shaft_is_turned_with_the_mouse(page, bench):
     page.go("bench")
     page.for_drives(2)
-    bench.ask(2, 0x80)  # a free shaft stays where it is put
+    bench.ask(2, 0x80)  # a free shaft stays where it is turned
     before = bench.angle_deg(2)
     dial = page.one("#view-bench .dial")
     page.run("arguments[0].scrollIntoView({block: 'center'})", dial)
@@ -64,7 +64,7 @@ def test_the_shaft_is_turned_with_the_mouse(page, bench):
     # From 12 o'clock to 3 o'clock, clockwise.
     hand.move_by_offset(int(far * 0.7), int(far * 0.3)).move_by_offset(int(far) - int(far * 0.7), int(far) - int(far * 0.3))
     hand.release().perform()
-    # Whole pixels: the hand is 2 degrees off at most.
+    # Whole pixels: the hand is at most 2 degrees off.
     settle(page, lambda: abs(bench.angle_deg(2) - before - 90) < 4)
     dial.send_keys(Keys.ARROW_LEFT)
     settle(page, lambda: abs(bench.angle_deg(2) - before - 89) < 4)
@@ -77,7 +77,7 @@ def test_a_scenario_is_started_and_judged(page, bench):
     settle(page, lambda: page.all(jammed))
     page.choose("#scenario", page.one(jammed).get_attribute("value"))
     page.click("#view-bench", "Start scenario")
-    # What stands there may be of a run before it.
+    # An earlier run may have left its text.
     settle(page, lambda: "running" in page.text("#scenario-state"))
     settle(page, lambda: "running" not in page.text("#scenario-state"))
     assert "jammed joint" in page.text("#scenario-state")
@@ -114,7 +114,7 @@ def test_each_drive_keeps_its_load_but_for_what_was_edited(page):
     assert third["J_g_cm2"] == pytest.approx(3)
     assert third["theta_max_deg"] > 1e6, "no stop came with the other drive's"
     page.fill('[data-key="theta_max_deg"]', 500)
-    page.fill('[data-key="theta_max_deg"]', "")  # an end stop may be taken away
+    page.fill('[data-key="theta_max_deg"]', "")  # removes an end stop
     page.click("#view-bench", "Set load")
     settle(page, lambda: load_of(page, 2)["theta_max_deg"] > 1e6)
     page.fill('[data-key="J_g_cm2"]', "")
@@ -153,7 +153,7 @@ def test_a_button_that_was_pressed_keeps_the_focus(page):
 def test_a_scenario_that_says_nothing_tells_why(page, tmp_path):
     page.go("bench")
     own = tmp_path / "own.toml"
-    # Nobody says anything to drive 4, so that it hangs makes no difference (docs/scenarios.md).
+    # Drive 4 gets no frames, so its hang has no effect (docs/scenarios.md).
     own.write_text('about = "nothing"\nduration_s = 0.3\n[[event]]\nat_s = 0.1\nid = 4\nfault = { kind = "hang", name = "unheard", for_s = 0.1 }\n'
                    '[[expect]]\nid = 1\nerror = "stall"\nset = false\nfrom_s = 0\nto_s = 0.1\n')
     page.one("#view-bench input[type=file]").send_keys(str(own))

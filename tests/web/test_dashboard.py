@@ -1,5 +1,5 @@
-"""The dashboard in a real browser, before a real emulator: what it shows is what the
-drives say on the wire, and what is clicked happens there."""
+"""The dashboard in a real browser with a real emulator: it shows the drives' values on the wire, and clicks take effect
+there."""
 
 import math
 import os
@@ -11,7 +11,7 @@ from dashboard import nap, settle
 def test_cards_show_what_the_drives_say(page, bench):
     page.go("bus")
     assert len(page.all(".card")) == 4
-    # 0x9A: temperature in whole °C, voltage in 0.1 V; noise of the sensors is below that.
+    # 0x9A: temperature in whole °C, voltage in 0.1 V; sensor noise is smaller.
     for drive in (1, 4):
         settle(page, lambda drive=drive: page.field(drive, "motor") == pytest.approx(bench.read(drive, 0x9A)[1], abs=1))
         settle(page, lambda drive=drive: page.field(drive, "bus") == pytest.approx(bench.voltage_V(drive), abs=0.15))
@@ -23,7 +23,7 @@ def test_the_dial_stands_where_the_shaft_does(page, bench):
     page.go("bus")
     bench.ask(1, 0x88)
     bench.position(1, 90)
-    # A drive without gear: the multi-turn angle is that of the shaft, from the encoder's zero.
+    # A drive without gear: the multi-turn angle is the shaft's, relative to the encoder's zero.
     settle(page, lambda: abs(bench.angle_deg(1) - 90) < 0.5)
     settle(page, lambda: abs((page.dial_deg(1) - page.dial_deg(1, "zero") - 90 + 180) % 360 - 180) < 2)
 
@@ -34,7 +34,7 @@ def test_the_dial_shows_a_target_while_there_is_one(page, bench):
     bench.ask(1, 0x88)
     bench.position(1, 45)
     settle(page, lambda: not aimless() and abs(page.dial_deg(1, "target") - page.dial_deg(1, "zero") - 45) % 360 < 1)
-    bench.ask(1, 0xA2, 0, 0, 0, 0)  # a speed of 0 is no target
+    bench.ask(1, 0xA2, 0, 0, 0, 0)  # a speed of 0 is not a target
     settle(page, aimless)
 
 
@@ -77,7 +77,7 @@ def test_a_fault_takes_its_parameters(page, bench):
 
 
 def measured_V(page, drive):
-    """While time stands, and nobody answers on the bus."""
+    """Returns the voltage while time stands and the bus is silent."""
     return page.reported(drive)["signals"]["voltage_V"]
 
 
@@ -162,7 +162,7 @@ def test_the_scope_sees_a_step_with_its_overshoot(page, bench):
     assert seen["ref"] == pytest.approx(120, abs=0.05)
     assert abs(seen["start"]) < 1
     assert 125 < seen["most"] < 180, "past the target by more than any noise"
-    # The picture has the same peak, whatever it leaves out.
+    # The plot has this peak too, although it omits samples.
     drawn = page.scope("""(() => {
       const trace = s.traces.find((one) => one.signal === 'angle_deg');
       const [, values] = trace.capture.samples.view(s.view.from_s, s.view.to_s, 50, [trace.column]);
@@ -232,12 +232,12 @@ def test_a_lost_connection_says_so_and_comes_back(page, bench):
     assert "No answer" in page.text("#lost")
     bench.start()
     settle(page, lambda: not page.one("#lost").is_displayed())
-    settle(page, lambda: not math.isnan(page.dial_deg(1)))  # the cards are new ones
+    settle(page, lambda: not math.isnan(page.dial_deg(1)))  # the cards were rebuilt
     before = page.dial_deg(1)
     bench.ask(1, 0x88)
     bench.position(1, bench.angle_deg(1) + 120)
     settle(page, lambda: abs(page.dial_deg(1) - before) > 30)
-    page.complaints()  # of what was not there meanwhile
+    page.complaints()  # discards errors of the disconnection
 
 
 def restart(page, bench):
@@ -256,12 +256,12 @@ def test_the_scope_goes_on_with_a_program_that_began_anew(page, bench):
     assert drawn == [1] * len(drawn)
     seen = page.scope("s.captures[0].samples.last_s")
     settle(page, lambda: page.scope("s.captures[0].samples.last_s") > seen)
-    page.complaints()  # of what was not there meanwhile
+    page.complaints()  # discards errors of the disconnection
 
 
 def test_the_traffic_goes_on_with_a_program_that_began_anew(page, bench):
     def frame_is_seen():
-        bench.ask(4, 0x9C)  # again and again: nobody tells when the stream is open
+        bench.ask(4, 0x9C)  # repeated: no event reports that the stream is open
         return "read state 2" in page.text("#view-traffic tbody")
 
     page.go("traffic")
@@ -272,7 +272,7 @@ def test_the_traffic_goes_on_with_a_program_that_began_anew(page, bench):
     settle(page, frame_is_seen)
     drawn = page.draws()
     assert drawn == [1] * len(drawn)
-    page.complaints()  # of what was not there meanwhile
+    page.complaints()  # discards errors of the disconnection
 
 
 @pytest.mark.parametrize("view", ["bus", "scope", "traffic", "bench"])
@@ -308,7 +308,7 @@ def test_every_control_has_a_name(page, bench):
 
 
 def test_streaming_does_not_grow(page, bench):
-    """Long runs: LKEMU_SOAK_S=3600; pytest -s shows the figures as they come."""
+    """Long runs: LKEMU_SOAK_S=3600; pytest -s prints the figures during the run."""
     soak_s = float(os.environ.get("LKEMU_SOAK_S", "12"))
     bench.move(1, 2, 3, 4)
     page.go("traffic")
@@ -328,8 +328,8 @@ def test_streaming_does_not_grow(page, bench):
         print(f"{len(seen) - 1} of 12:", {key: round(value, 1) for key, value in seen[-1].items()}, flush=True)
     bench.move()
     before, after = seen[0], seen[-1]
-    # The traffic view keeps 60,000 frames at most, about 25 MB, which a short run is still filling; the scope's
-    # memory is taken at once.
+    # The traffic view keeps at most 60,000 frames, about 25 MB, which a short run does not fill. The scope allocates
+    # its memory at once.
     assert after["heap_MB"] - before["heap_MB"] < (10 if soak_s > 600 else 40)
     assert after["emulator_MB"] - before["emulator_MB"] < 5
     assert after["nodes"] <= before["nodes"] + 2000

@@ -1,4 +1,4 @@
-"""The page in Chinese. What is not translated is shown in English, and listed here."""
+"""The page in Chinese. Untranslated texts appear in English, and are listed here."""
 
 import pathlib
 import re
@@ -43,7 +43,7 @@ def test_every_word_that_is_used_is_there_and_the_other_way_round(page):
     html = (ROOT / "web/index.html").read_text()
     used = set(re.findall(r"\bt\('(\w+)'", sources)) | set(re.findall(r'data-t(?:-label)?="(\w+)"', html))
     assert used - set(english) == set()
-    # Keys are also made, `set_${name}`, kept in tables, or are words of the program.
+    # Keys may also be composed (`set_${name}`), stored in tables, or names of the program.
     beginnings = tuple(re.findall(r"\bt\(`(\w+_)\$\{", sources))
     others = set(re.findall(r"'(\w+)'", sources)) | {"stopped"}
     assert {key for key in english if not key.startswith(beginnings)} - used - others == set()
@@ -75,7 +75,7 @@ def test_the_page_is_chinese(chinese, bench):
         chinese.go(view)
         chinese.until(lambda view=view: chinese.text(f"#view-{view}"))
         text = chinese.one(f"#view-{view}").text
-        for names in chinese.all(f"#view-{view} select"):  # of files and of faults: as in ctl
+        for names in chinese.all(f"#view-{view} select"):  # names of files and faults, as in ctl
             text = text.replace(names.text, "")
         for text_of_word in behind:
             text = text.replace(text_of_word, "")
@@ -95,7 +95,7 @@ def test_the_page_is_chinese(chinese, bench):
     chinese.go("traffic")
 
     def frame_is_seen():
-        bench.ask(4, 0x9C)  # again and again: nobody tells when the stream is open
+        bench.ask(4, 0x9C)  # repeated: no event reports that the stream is open
         return "读取状态 2" in chinese.text("#view-traffic tbody")
 
     chinese.until(frame_is_seen)
@@ -118,7 +118,7 @@ def test_the_switch_leads_to_the_other_language_and_back(chinese):
 
 
 def test_the_language_that_the_program_was_given_is_that_of_the_page(browser):
-    """Of a browser that asks for English, until somebody chooses."""
+    """For a browser that requests English, until the user chooses."""
     bench = Bench(PROGRAM, ["1"], "--lang", "zh")
     page = Page(browser, bench.http)
     try:

@@ -1,4 +1,4 @@
-"""The page as such: whom it talks to, the keyboard, sizes of screens, advice."""
+"""The page as a whole: its connections, keyboard, screen sizes, advice."""
 
 import socket
 
@@ -38,7 +38,7 @@ def test_advice_is_shown_and_rows_are_marked(advised, bench):
     advised.until(lambda: "frames" in advised.text("#traffic-info"))
     bench.ask(2, 0x9D)
     bench.ask(2, 0x9A)
-    advised.until(lambda: len(advised.all("#view-traffic tr.advised")) == 2)  # a query, a reply
+    advised.until(lambda: len(advised.all("#view-traffic tr.advised")) == 2)  # a query and its reply
     advised.until(lambda: len(advised.all("#view-traffic tbody tr")) >= 4)
     box = advised.one("#view-traffic input[type=checkbox]")
     box.click()
@@ -46,7 +46,7 @@ def test_advice_is_shown_and_rows_are_marked(advised, bench):
 
 
 def test_no_other_host_can_be_asked(page):
-    """Whatever a script did: the policy of the page keeps it from leaving."""
+    """The policy of the page blocks connections elsewhere, whatever a script does."""
     with socket.create_server(("127.0.0.1", 0)) as elsewhere:
         elsewhere.settimeout(0.5)
         port = elsewhere.getsockname()[1]
@@ -62,7 +62,7 @@ def test_no_other_host_can_be_asked(page):
         assert sorted(outcome) == ["connect-src", "img-src"]
         with pytest.raises(TimeoutError):
             elsewhere.accept()
-    page.complaints()  # about just that
+    page.complaints()  # discards the errors of this attempt
 
 
 def test_the_scope_obeys_the_keyboard(page, bench):
@@ -87,7 +87,7 @@ def test_the_scope_obeys_the_keyboard(page, bench):
 
 
 def test_the_keyboard_reaches_everything(page):
-    """Tab goes through all that can be used, in the order of the page, and shows where it is."""
+    """Tab visits all controls in the order of the page, with a visible focus."""
     page.go("bus")
     page.run("document.activeElement.blur(); window.scrollTo(0, 0)")
     reached = []
@@ -135,7 +135,7 @@ def test_it_fits_on_the_screen(page, size):
         page.resize((1440, 900))
 
 
-# What the program is said to be: `news` has, for looks to come, its pid from then on and how often /drives has no answer.
+# Simulates a changing program: `news` sets its pid for later polls, and how many requests of /drives fail.
 UNSTEADY = """
   const plainFetch = window.fetch;
   window.news = [];
@@ -164,7 +164,7 @@ def unsteady(bench, browser):
 
 
 def test_a_missing_answer_at_the_beginning_is_asked_for_again(unsteady):
-    """Or there would be no cards, for which Page waits."""
+    """Otherwise there would be no cards, for which Page waits."""
     assert unsteady.run("return window.missing") == 0
     assert len(unsteady.all(".card")) == 4
 
@@ -189,5 +189,5 @@ def test_panels_of_programs_that_are_gone_are_forgotten(unsteady):
     follow([-2, -3])
     before = nodes()
     follow(range(-11, -3))
-    # Each bench that is kept counts, and its texts too. The last ones go when their timers find out.
+    # Each leaked bench has nodes, including text nodes. The last benches are freed by timers.
     unsteady.until(lambda: nodes() - before < bench)

@@ -1,4 +1,4 @@
-"""Without --http-write the page looks and does not touch: here at as many drives as a bus takes."""
+"""Without --http-write the page is read-only; tested with the maximal number of drives on a bus."""
 
 import pytest
 from bench import Bench
@@ -68,7 +68,7 @@ def test_the_scope_shows_32_drives(page, bench):
     page.click(".scope-controls", "all drives")
     page.until(lambda: page.scope("s.traces.length") == 32 * 4)
     page.until(lambda: page.scope("s.captures[0].samples.length > 1000"))
-    # Every picture is drawn of as many points as its width needs, and of all drives.
+    # Every plot has as many points as its width needs, for all drives.
     shown = page.scope("""s.traces.map((one) => {
       const [times, values] = one.capture.samples.view(s.view.from_s, s.view.to_s, 160, [one.column]);
       return times.length === values.length && times.length > 0 && times.length <= 2 * 162;

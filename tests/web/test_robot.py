@@ -1,5 +1,5 @@
-"""The robot on the dashboard. Its program has none: robot_stub.js tells of one in its place, over the same interface.
-WebGL is drawn by the processor here, so pictures and their order are tested, not speed."""
+"""The robot on the dashboard, with robot_stub.js instead of a program with a body, over the same interface. The
+processor draws WebGL here, so the tests check pictures and their order, not speed."""
 
 import io
 import pathlib
@@ -17,7 +17,7 @@ NO_WEBGL = "HTMLCanvasElement.prototype.getContext = () => null;"
 
 
 def stub(bench):
-    """A script for the page. The processor draws, so poses come less often than a robot sends them."""
+    """Returns a script for the page. The processor draws, so poses come less often than from a robot."""
     return f"window.robotBus = '{bench.bus}';" + STUB + "window.robot.rate_Hz = 10;"
 
 
@@ -33,7 +33,7 @@ class Robot:
             f"const r = inspectRobot(); done({expression});}})")
 
     def stand(self, **how):
-        """As it is told, from the next pose on, and drawn."""
+        """Sets the robot's state from the next pose on; waits until it is drawn."""
         self.page.driver.execute_async_script("""
           const [how, done] = arguments;
           Object.assign(window.robot, how);
@@ -48,7 +48,7 @@ class Robot:
         return Image.open(io.BytesIO(self.page.one("#robot canvas").screenshot_as_png)).convert("RGB")
 
     def place(self, point):
-        """Of a point of the world: pixels of the picture."""
+        """Returns the pixels of a world point in the picture."""
         x, y, _ = self.inspect(f"r.project({list(point)})")
         box = self.page.one("#robot canvas").size
         return (x + 1) / 2 * box["width"], (1 - y) / 2 * box["height"]
@@ -57,7 +57,7 @@ class Robot:
         return self.picture().getpixel(tuple(round(at) for at in self.place(point)))
 
     def hand(self, point):
-        """A mouse that has come to a point of the world."""
+        """Moves the mouse to a world point."""
         canvas = self.page.one("#robot canvas")
         x, y = self.place(point)
         return ActionChains(self.page.driver, duration=30).move_to_element_with_offset(
@@ -77,14 +77,14 @@ def open_robot(bench, browser):
 
 @pytest.fixture
 def robot(open_robot):
-    """At home, as seen from the home place."""
+    """The robot in its home pose and view."""
     open_robot.page.run("location.hash = '#bus'; document.querySelector('#robot .row button:last-child').click()")  # reset view
     open_robot.stand(height_m=0.5, forward_m=0, swing=0, contacts=True)
     yield open_robot
     assert open_robot.page.complaints() == []
 
 
-TRUNK = (0, 0, 0.55)  # in the upper side of the magenta box
+TRUNK = (0, 0, 0.55)  # on the upper side of the magenta box
 BEHIND = (0, 1, 0.05)  # in the blue cylinder, which stands on the ground 1 m to the left
 
 
@@ -99,7 +99,7 @@ def is_blue(colour):
 def test_the_robot_is_drawn_where_it_is(robot):
     assert is_magenta(robot.colour(TRUNK))
     assert is_blue(robot.colour(BEHIND))
-    # It alone: beside it there are the board's two colours, which are neither.
+    # Next to it are only the board's two colours.
     assert not is_magenta(robot.colour((0, -0.5, 0))) and not is_blue(robot.colour((0, -0.5, 0)))
 
 
@@ -127,9 +127,9 @@ def test_it_moves_as_its_poses_do_and_is_followed(robot):
 
 
 def test_what_is_nearer_hides_what_is_behind(robot):
-    """From the right, level: the trunk at y = 0 stands before the cylinder at y = 1, and from the left behind it."""
+    """Level view from the right: the trunk at y = 0 hides the cylinder at y = 1; from the left it is behind it."""
     robot.stand(height_m=0.12)
-    step = 24  # keys for half a turn; at home it is a sixth of a turn to the right of ahead, and an eighth of half a turn up
+    step = 24  # keys for half a turn; the home view is a sixth of a turn to the right of ahead, and an eighth of half a turn up
     robot.presses(*[Keys.ARROW_DOWN] * 2, *[Keys.ARROW_LEFT] * 4)
     robot.page.drawn()
     x, y, _ = robot.inspect("r.camera")
@@ -142,9 +142,9 @@ def test_what_is_nearer_hides_what_is_behind(robot):
 
 
 def test_contacts_are_arrows_as_long_as_their_forces(robot):
-    """49 N of 98 N of weight is half of 0.6 of the robot's reach, some 0.16 m; its colour is --zero, a blue."""
+    """49 N of 98 N of weight gives half of 0.6 of the robot's reach, some 0.16 m; its colour is --zero, a blue."""
     def bluest(height):
-        """Of the pixels about a point above the contact: an arrow is a few of them wide."""
+        """Returns the bluest pixel near a point above the contact: an arrow is a few pixels wide."""
         picture = robot.picture()
         x, y = robot.place((0, -0.3, height))
         return max(blue - red for shift in range(-3, 4) for red, _, blue in [picture.getpixel((round(x) + shift, round(y)))])
@@ -157,7 +157,7 @@ def test_contacts_are_arrows_as_long_as_their_forces(robot):
 
 
 def test_joints_are_coloured_by_what_was_chosen(robot, bench):
-    """The joint of drive 2 is at the right hip, before the leg as seen from the home place."""
+    """The joint of drive 2 is at the right hip, in front of the leg in the home view."""
     hip = (0, -0.15 - 0.02, 0.5)
 
     def greenish():
@@ -173,7 +173,7 @@ def test_joints_are_coloured_by_what_was_chosen(robot, bench):
                       body: '{"id": 2, "power": "on"}'})""")
     robot.page.until(greenish)
     robot.page.click("#robot", "temperature")
-    robot.page.until(lambda: "100 °C" in robot.page.text(".robot-legend"))  # where the motor's protection is
+    robot.page.until(lambda: "100 °C" in robot.page.text(".robot-legend"))  # threshold of the motor's protection
     robot.page.click("#robot", "current")
     robot.page.until(lambda: " A" in robot.page.text(".robot-legend"))
 
@@ -235,7 +235,7 @@ def test_the_last_minute_is_replayed(robot):
     robot.page.until(lambda: robot.inspect("r.cursor") is not None)
     held = robot.inspect("r.time_s")
     assert held < before
-    robot.page.until(lambda: robot.inspect("r.record.frame(r.frames[1] - 1).time_s") > before)  # it is recorded meanwhile
+    robot.page.until(lambda: robot.inspect("r.record.frame(r.frames[1] - 1).time_s") > before)  # recording continues
     assert robot.inspect("r.time_s") == held, "it stands still"
     first = robot.inspect("r.record.frame(r.cursor).poses[2]")
     assert first == pytest.approx(0.5, abs=0.7)
@@ -246,7 +246,7 @@ def test_the_last_minute_is_replayed(robot):
 
 
 def test_the_record_is_a_minute_in_order(robot):
-    """By the module itself: frames that are too old are gone, the others are as they came."""
+    """Tests the module alone: old frames are dropped, the others keep their order."""
     seen = robot.page.driver.execute_async_script("""
       const done = arguments[0];
       import('/robot_record.js').then(({RobotRecord}) => {
@@ -306,7 +306,7 @@ def test_colours_are_those_of_the_theme(robot):
 
     before = background()
     robot.page.one("#theme").click()
-    robot.page.until(lambda: abs(sum(background()) - sum(before)) > 300)  # of 765: dark, or light
+    robot.page.until(lambda: abs(sum(background()) - sum(before)) > 300)  # of 765: dark or light
     robot.page.one("#theme").click()
     robot.page.until(lambda: background() == before)
 

@@ -1,4 +1,4 @@
-"""The robot on the dashboard as lk-emu-body computes it; LKEMU_BODY says which program."""
+"""The robot on the dashboard with lk-emu-body; LKEMU_BODY names the program."""
 
 import math
 import os
@@ -37,7 +37,7 @@ def inspect(page, expression):
 
 
 def arm_pose(page):
-    """Where the arm's hinge is (x, y, z), and the arm's angle about y, from its quaternion."""
+    """Returns the position of the arm's hinge (x, y, z), and the arm's angle about y, from its quaternion."""
     *hinge, w, _, y, _ = inspect(page, "[0, 1, 2, 3, 4, 5, 6].map((n) => r.record.frame(r.frames[1] - 1).poses[n])")
     return hinge, 2 * math.atan2(y, w)
 
@@ -47,13 +47,13 @@ def tilt_angle(page):
 
 
 def rod_on_screen(page):
-    """Halfway down the rod, which is 0.3 m long and hangs, or is held, at an angle about y."""
+    """Returns the screen position of the rod's middle; the rod is 0.3 m long, at an angle about y."""
     (x, y, z), angle = arm_pose(page)
     return inspect(page, f"r.project({[x - 0.15 * math.sin(angle), y, z - 0.15 * math.cos(angle)]})")[:2]
 
 
 def wait_for_rest(page, bench):
-    """The drive has arrived, the page shows it, and the camera no longer moves."""
+    """Waits until the drive has arrived, the page shows it, and the camera is still."""
     def is_at_rest():
         before = rod_on_screen(page)
         page.drawn()
@@ -70,7 +70,7 @@ def test_the_body_moves_with_its_drive(page, bench):
 
 
 def test_a_push_of_the_mouse_is_taken_by_the_program(page, bench):
-    """That the body then moves is for the tests of the directive."""
+    """Tests of the directive cover the resulting motion."""
     page.run("""
       window.pushed = [];
       const plain = window.fetch;

@@ -1,4 +1,4 @@
-"""What the scope keeps, draws and is told, on pages of its own: it is left in any state."""
+"""Samples, plots and controls of the scope, on its own pages, since the tests leave it in any state."""
 
 import pytest
 from bench import Bench
@@ -15,7 +15,7 @@ def scope(bench, browser):
 
 
 def samples(page, script):
-    """Of `Samples` of one column, of which `put(from, to)` gives it milliseconds: 0, and 7 at 1.5 s."""
+    """Runs a script on `Samples` with one column; `put(from, to)` adds samples every ms: 0, but 7 at 1.5 s."""
     return page.driver.execute_async_script(f"""
       const done = arguments[0];
       import('/samples.js').then(({{Samples}}) => {{
@@ -28,7 +28,7 @@ def samples(page, script):
 
 @pytest.mark.parametrize("from_s", [0, 0.3])
 def test_a_peak_that_comes_after_the_picture_began_is_drawn(scope, from_s):
-    """The picture reaches 0.8 s further than the samples, as of a bus that is behind another one."""
+    """The plot extends 0.8 s beyond the samples, as for a bus that is behind another."""
     assert samples(scope, f"put(0, 1200); const before = most(0, 2); put(1200, 2500); done([before, most({from_s}, {from_s} + 2)])") == [0, 7]
 
 
@@ -37,7 +37,7 @@ def test_a_sample_without_a_value_takes_no_peak_away(scope):
 
 
 def test_samples_are_taken_over_column_by_column(scope):
-    """There is room for fewer of them when there are more columns; those in view stay then."""
+    """With more columns fewer samples fit; those in view are kept."""
     taken = samples(scope, """put(0, 2000);
       const take = (keepFrom) => {
         s.keepFrom = keepFrom;
@@ -51,7 +51,7 @@ def test_samples_are_taken_over_column_by_column(scope):
 
 
 def test_each_drive_has_its_own_samples(scope, bench):
-    """Whatever the order in which they were chosen."""
+    """For any order of selection."""
     for drive, angle in ((1, 10), (2, 70)):
         bench.ask(drive, 0x88)
         bench.position(drive, angle)
@@ -72,7 +72,7 @@ def test_each_drive_has_its_own_samples(scope, bench):
 
 @pytest.fixture
 def first_s(scope):
-    """Where the recording begins: a later instant when it was thrown away."""
+    """Returns the start of the recording, which is later if it was discarded."""
     scope.until(lambda: scope.scope("s.captures[0].samples.last_s - s.captures[0].samples.first_s > 0.5"))
     return scope.scope("s.captures[0].samples.first_s")
 
@@ -95,7 +95,7 @@ def test_a_clock_that_stands_takes_nothing_away(scope, first_s):
 def test_signals_come_and_go_while_the_scope_is_paused(scope, first_s):
     scope.click(".scope-controls", "Pause")
     view = scope.scope("s.view")
-    for times in range(2):  # away, and back
+    for times in range(2):  # away and back
         scope.click(".scope-controls", "position")
         assert scope.scope("[s.view, s.captures[0].samples.first_s]") == [view, first_s]
     scope.click(".scope-controls", "supply")
@@ -125,18 +125,18 @@ def test_keys_serve_after_a_click_on_a_button(scope):
     cursors = scope.scope("s.cursors")
     assert cursors["A"] < cursors["B"]
     scope.click(".scope-controls", "clear cursors")
-    button.send_keys(" ")  # it is pressed, once
+    button.send_keys(" ")  # pressed once
     scope.until(lambda: scope.button(".scope-controls", "Pause"))
 
 
 def rest(page):
-    """The picture moves on below the pointer, by a hundred pixels or so."""
+    """Waits until the plot has moved by about a hundred pixels below the pointer."""
     before = page.scope("s.view.to_s")
     page.until(lambda: page.scope("s.view.to_s") > before + 0.4)
 
 
 def click(page, element, count=1, tremor_px=0):
-    """As people do it: the pointer is there, the button stays down for a while."""
+    """Clicks like a user: moves there first, and holds the button for a while."""
     page.mouse("Moved", element, count=0)
     page.mouse("Pressed", element, count=count)
     if not page.scope("s.held"):
@@ -158,7 +158,7 @@ def test_a_click_on_a_running_scope_changes_nothing(scope, tremor_px):
 
 
 def test_a_double_click_pauses_and_goes_on(scope):
-    """Says itself which click is the second: how long there is between them depends on the machine."""
+    """Marks the second click explicitly, since the time between clicks depends on the machine."""
     for name in ("Resume", "Pause"):
         width = scope.scope("s.view.to_s - s.view.from_s")
         for count in (1, 2):
@@ -169,7 +169,7 @@ def test_a_double_click_pauses_and_goes_on(scope):
 
 
 def test_what_is_dragged_over_is_what_is_seen_then(scope):
-    """A tenth of the picture, whose axis moves on meanwhile."""
+    """Drags over a tenth of the plot while its axis moves."""
     over = scope.one(".u-over")
     width_s, width_px = scope.scope("s.view.to_s - s.view.from_s"), over.size["width"]
     part_px = width_px // 10
@@ -189,7 +189,7 @@ def test_what_is_dragged_over_is_what_is_seen_then(scope):
 
 
 def test_clicks_on_a_paused_scope_set_cursors(scope):
-    """Right after something was dragged over, too."""
+    """Also right after a drag."""
     over = scope.one(".u-over")
     scope.mouse("Moved", over, count=0)
     scope.mouse("Pressed", over)

@@ -1,4 +1,4 @@
-"""Legend, values by hand, spectra and layouts of the scope, on a page of their own."""
+"""Legend, manual value ranges, spectra and layouts of the scope, on a separate page."""
 
 import cmath
 import json
@@ -19,7 +19,7 @@ def scope(bench, browser):
 
 
 def module(page, name, script, *arguments):
-    """`m` is the module, `given` the arguments."""
+    """Runs a script; `m` is the module, `given` the arguments."""
     return page.driver.execute_async_script(f"""
       const given = [...arguments];
       const done = given.pop();
@@ -43,8 +43,8 @@ def test_the_transform_is_that_of_the_definition(scope):
 @pytest.mark.parametrize("frequency_Hz", [50, 50.3, 123.456])
 @pytest.mark.parametrize("count", [1000, 1024, 1500])
 def test_a_sine_has_a_line_of_its_amplitude(scope, frequency_Hz, count):
-    """Of 3 on an offset of 10. Between lines the parabola errs by less than 0.5 % (a Hann window's line, padded twice:
-    its logarithm is no parabola) and a twentieth of 1/T."""
+    """A sine of 3 on an offset of 10. Between lines the parabola errs by less than 0.5 % in amplitude (the logarithm of
+    a padded Hann line is not a parabola) and by 1/20 of 1/T in frequency."""
     values = [10 + 3 * math.sin(2 * math.pi * frequency_Hz * n / 1000) for n in range(count)]
     peak = module(scope, "fft.js", "return m.peakOf(m.spectrum(Float64Array.from(given[0]), 1000));", values)
     assert peak["frequency_Hz"] == pytest.approx(frequency_Hz, abs=0.05 * 1000 / count)
@@ -62,11 +62,11 @@ def test_no_line_is_lost_when_there_are_fewer_columns(scope):
       lines[1234] = 2;
       const columns = m.columnsOf({step_Hz: 0.1, lines}, 0, 500, 100);
       return [Math.max(...columns), columns.indexOf(2)];""")
-    assert highest == [2, 24]  # 123.4 Hz, of columns of 5 Hz
+    assert highest == [2, 24]  # 123.4 Hz, in columns of 5 Hz
 
 
 def piece(page, samples):
-    """Of [time, value]… the newest without a gap: rate, first and last time."""
+    """Returns rate, first and last time of the newest samples [time, value] without a gap."""
     return page.driver.execute_async_script("""
       const [list, done] = arguments;
       Promise.all([import('/samples.js'), import('/scope_spectra.js')]).then(([{Samples}, {piece}]) => {
@@ -95,7 +95,7 @@ def test_each_picture_gets_a_spectrum_beside_it(scope):
     scope.until(lambda: not scope.all(".panel-side canvas"))
 
 
-# --- values by hand
+# --- manual value ranges
 
 def values(page, unit):
     scale = next(one for one in page.scope("s.values") if one["unit"] == unit)
@@ -117,7 +117,7 @@ def wheel(page, css, delta, times=1, **keys):
 
 
 def test_the_wheel_beside_a_picture_zooms_its_values(scope):
-    """By 0.8 towards the middle, where the pointer is; the other pictures stay, and so does time."""
+    """Zooms by 0.8 about the pointer in the middle; the other plots and the time axis do not change."""
     scope.click(".scope-controls", "Pause")
     scope.drawn()
     before, other, view = values(scope, "deg"), values(scope, "dps"), scope.scope("s.view")
@@ -156,7 +156,7 @@ def test_keys_move_and_zoom_the_values_of_the_picture_with_the_focus(scope):
 
 
 def test_values_cannot_be_zoomed_until_nothing_is_left(scope):
-    """uPlot could not count the ticks of an axis that numbers cannot tell apart."""
+    """uPlot could not compute ticks of an axis with indistinguishable values."""
     wheel(scope, ".u-axis", -100, times=150)
     scope.drawn()
     low, high = values(scope, "deg")
@@ -186,13 +186,13 @@ def test_a_click_on_the_legend_hides_a_trace_and_shows_it_again(scope):
 
 
 def test_what_is_hidden_stretches_no_axis(scope, bench):
-    """A trace of thousands of °/s beside one of none."""
+    """A trace of thousands of °/s next to a constant one."""
     scope.click(".scope-controls", "Pause")
     low, high = values(scope, "deg")
     for name in ("1 angle_deg", "1 angle_ref_deg"):
         scope.button(".plot-legend", name).click()
     scope.drawn()
-    assert values(scope, "deg") == (0, 1)  # nothing to fit
+    assert values(scope, "deg") == (0, 1)  # no visible trace
     for name in ("1 angle_deg", "1 angle_ref_deg"):
         scope.button(".plot-legend", name).click()
     scope.drawn()

@@ -1,4 +1,4 @@
-"""When the scope's picture stands: pure functions in the page, and the program with a drive that moves."""
+"""The scope's trigger: pure functions in the page, and the program with a moving drive."""
 
 import pytest
 from dashboard import Page
@@ -14,7 +14,7 @@ def scope(bench, browser):
 
 
 def found(page, values, script):
-    """`at(holds, level, from_s)`, in samples of `values` at 0, 1, 2… seconds; null is a sample without a value."""
+    """Evaluates `at(holds, level, from_s)` on `values` at 0, 1, 2… seconds; null is a missing sample."""
     return page.driver.execute_async_script(f"""
       const [values, done] = arguments;
       Promise.all([import('/samples.js'), import('/trigger.js')]).then(([{{Samples}}, {{findChange}}]) => {{
@@ -26,7 +26,7 @@ def found(page, values, script):
 
 
 def test_a_level_is_crossed_between_samples(scope):
-    """From 0 to 4 in a second: 1 after a quarter of it; down again, from 4 to −4, after three eighths."""
+    """From 0 to 4 in a second: 1 after a quarter of it; back from 4 to −4: after three eighths."""
     values = [0, 0, 4, -4, 0]
     assert found(scope, values, "[at((v) => v >= 1, 1), at((v) => v <= 1, 1)]") == [1.25, 2.375]
 
@@ -42,13 +42,13 @@ def test_the_change_before_the_trigger_waited_does_not_count(scope):
 
 
 def test_a_sample_without_a_value_changes_nothing(scope):
-    assert found(scope, [0, None, 4, 4], "at((v) => v >= 2, 2)") == 1  # half of the way from 0 s to 2 s
+    assert found(scope, [0, None, 4, 4], "at((v) => v >= 2, 2)") == 1  # half-way from 0 s to 2 s
     assert found(scope, [4, None, 4, 4], "at((v) => v >= 2, 2)") is None
 
 
 def looks(page, mode, before, newest):
-    """Of a trigger on the rising edges of 0, 1 at whole and half seconds, and a picture of 2 s: after each look, with
-    samples up to so far, when the picture begins; null: it runs."""
+    """A trigger on the rising edges of 0, 1 at whole and half seconds, with a plot of 2 s. Returns the plot's start
+    after each look, with samples up to `newest`; null: running."""
     return page.driver.execute_async_script("""
       const [mode, before, newest, done] = arguments;
       Promise.all([import('/samples.js'), import('/trigger.js')]).then(([{Samples}, {Trigger}]) => {
@@ -66,7 +66,7 @@ def looks(page, mode, before, newest):
 
 
 def test_a_picture_is_shown_when_it_is_complete(scope):
-    """The edge at 0.5 s with a quarter before it: from 0 s to 2 s. The next edge after that is at 2.5 s."""
+    """The edge at 0.5 s with a quarter before it: from 0 s to 2 s. The next trigger is at 2.5 s."""
     assert looks(scope, "normal", 0.25, [1.9, 2.1, 3.9, 4.1]) == [None, [0, False], [0, False], [2, False]]
 
 
@@ -75,19 +75,19 @@ def test_a_single_picture_stays(scope):
 
 
 def test_an_automatic_one_runs_when_nothing_comes(scope):
-    """The last edge is at 3.5 s; 4 s after the end of its picture, twice its width, it runs again."""
+    """The last edge is at 3.5 s. The plot runs again 4 s after the end of its window, twice its width."""
     shown = looks(scope, "auto", 0.25, [2.1, 4.1, 7.9, 8.1])
     assert shown == [[0, False], [2, False], [2, False], None]
     assert looks(scope, "normal", 0.25, [2.1, 4.1, 99])[-1] == [2, False]
 
 
 def test_a_trigger_with_nothing_after_it_ends(scope):
-    """The largest share before it: edges are found once each, and the last, at 3.5 s, is what is seen."""
+    """With the largest share before the trigger every edge is found once, and the last one, at 3.5 s, is shown."""
     assert looks(scope, "normal", 0.9, [4.1]) == [[1.7, False]]
 
 
 def tell(page, **fields):
-    """The controls of the trigger, by what they are of."""
+    """Sets the trigger's controls by name."""
     names = {"mode": "trigger", "kind": "trigger on", "signal": "signal of the trigger", "edge": "edge", "level": "level",
              "error": "which error", "command": "command byte, hexadecimal"}
     for key, value in fields.items():
@@ -108,7 +108,7 @@ def short(scope):
 
 
 def test_a_command_on_the_bus_stops_the_scope(short, bench):
-    """At the instant that the program says the frame was there, a quarter of 0.2 s before it in view."""
+    """At the program's time of the frame, with a quarter of 0.2 s before it."""
     tell(short, mode="single", kind="command", command="9c")
 
     def asked():
@@ -134,7 +134,7 @@ def test_another_command_does_not(short, bench):
 
 
 def test_a_level_stops_the_scope_where_it_is_crossed(short, bench):
-    """An angle on its way from 0° to 90° passes 45°, also where it is not among the traces."""
+    """An angle on its way from 0° to 90° passes 45°, also without a trace for it."""
     bench.ask(1, 0x88)
     bench.position(1, 0)
     short.until(lambda: abs(bench.angle_deg(1)) < 1)
@@ -160,7 +160,7 @@ def directive(page, **what):
 
 
 def test_an_error_bit_stops_the_scope(fed):
-    """Under-voltage, by a supply that falls to 6.8 V, below the 7 V of the profile; it is not among the chosen signals."""
+    """Under-voltage by a supply of 6.8 V, below the profile's 7 V; it is not among the selected signals."""
     tell(fed, mode="single", kind="error", error="under_voltage")
     assert directive(fed, supply_V=6.8) == 200
     fed.until(lambda: fed.scope("s.held"))

@@ -1,4 +1,4 @@
-"""The traffic of the dashboard: words for frames, several buses, ways to a frame and from it."""
+"""The dashboard's traffic view: decoded frames, several buses, links to and from frames."""
 
 import pytest
 from bench import Bench
@@ -15,23 +15,23 @@ def test_traffic_is_decoded_and_leads_to_the_scope(page, bench):
     page.click("#view-traffic", "Clear")
     bench.position(1, -45, 500)
     bench.ask(4, 0x9A)
-    bench.ask(1, 0x7E)  # no drive knows it
+    bench.ask(1, 0x7E)  # unknown to all drives
     table = "#view-traffic tbody"
     for said in ("angle -45°, max speed 500 °/s", "voltage 2", "unknown command"):
         settle(page, lambda said=said: said in page.text(table))
     assert len(page.all(f"{table} tr.unknown")) == 1
     page.click("#view-traffic", "4")
-    settle(page, lambda: len(page.all(f"{table} tr")) == 2)  # a query, a reply
+    settle(page, lambda: len(page.all(f"{table} tr")) == 2)  # a query and its reply
     page.click("#view-traffic", "all")
     page.fill("#view-traffic input[type=text]", "A4")
     settle(page, lambda: page.run("return [...document.querySelectorAll(arguments[0])].map((cell) => cell.textContent)",
                                   f"{table} td.mono:not(.dim)") == ["A4", "A4"])
     when = float(page.text(f"{table} td"))
     link = page.all(f"{table} a")[0]
-    page.click("#view-traffic", "Pause")  # which leaves the field
+    page.click("#view-traffic", "Pause")  # moves the focus out of the field
     page.run("document.querySelector('#view-traffic .frames').dispatchEvent(new Event('scroll'))")
     page.drawn()
-    link.click()  # no row was made anew under the pointer
+    link.click()  # the row under the pointer was not rebuilt
     settle(page, lambda: page.one("#view-scope").is_displayed())
     view = page.scope("s.view")
     assert view["from_s"] < when < view["to_s"]
@@ -50,8 +50,8 @@ def test_nothing_of_a_frame_is_cut(page, bench, size):
         page.click("#view-traffic", "Clear")
 
         def all_are_seen():
-            bench.position(1, -45.5, 500)  # has the longest name of what is sent often
-            bench.ask(1, 0x30)  # its reply is the longest
+            bench.position(1, -45.5, 500)  # the longest name of a frequent frame
+            bench.ask(1, 0x30)  # the longest reply
             return len(page.all(f"{TABLE} tr")) >= 4
 
         settle(page, all_are_seen)
@@ -108,7 +108,7 @@ def to_the_frame(page, drive):
 
 
 def test_a_frame_that_is_not_kept_is_not_looked_for_elsewhere(both, two):
-    two.send(0x141, b"\x9a")  # 1 byte instead of 8, before anybody has opened the traffic
+    two.send(0x141, b"\x9a")  # 1 byte instead of 8, before the traffic view was opened
     to_the_frame(both, f"{two.bus} 1")
     settle(both, lambda: "is not here" in " ".join(note.text for note in both.all(".note")))
     assert not paused(both)
@@ -126,7 +126,7 @@ def test_advice_leads_to_its_frame_on_its_bus(both, two):
     settle(both, frame_is_seen)
     two.send(0x142, b"\x9a\0", bus=1)
     settle(both, lambda: "142#9A00" in cells(both, 8))
-    two.move(1, 2)  # so that there is much after it
+    two.move(1, 2)  # many later frames
     settle(both, lambda: int(both.text("#traffic-info").split(" of ")[1].split()[0]) > 200)
     two.move()
     to_the_frame(both, f"{second} 2")
@@ -160,7 +160,7 @@ def test_drives_of_two_buses_are_told_apart(both, two):
 
 
 def told(page, bench, script):
-    """By the module that keeps frames, which then forgets what it was told here."""
+    """Runs a script with the module that keeps frames, then removes its frames."""
     return page.driver.execute_async_script("""
       const [[first, second], done] = arguments;
       import('/traffic_frames.js').then((m) => {
@@ -187,7 +187,7 @@ def test_whoever_reads_is_not_moved_when_old_frames_go(both, two):
         m.keep(first, Array.from({length: 60000}, (_, n) => frame(n - 1e6)));
         done();""")
     rows = "return [...document.querySelectorAll('.frames tbody tr')].map((row) => row.cells[0].textContent)"
-    two.ask(1, 0x9C)  # now there is something to draw, and the last 50,000 stay
+    two.ask(1, 0x9C)  # something to draw; the last 50,000 frames stay
     settle(both, lambda: "of 5000" in both.text("#traffic-info"))
     both.run("document.querySelector('.frames').scrollTop = 40000 * 24")
     settle(both, lambda: both.run(rows)[0].startswith("\u221295001"))
