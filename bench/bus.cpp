@@ -39,7 +39,7 @@ void BM_BusQuery(benchmark::State& state) {
 }
 BENCHMARK(BM_BusQuery)->Arg(1)->Arg(32);
 
-/// A bus at 1 Mbit/s: one query every `period` to the drives in turn, 100 ms at a time. `bring`
+/// A bus at 1 Mbit/s: one query every `period` to the drives in turn, 100 ms per iteration. `bring`
 /// advances the bus to the next query.
 template <class Bring>
 void run_talking(benchmark::State& state, SimTime period, Bring bring) {

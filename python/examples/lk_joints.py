@@ -41,8 +41,8 @@ def query(command):
 
 @dataclass(frozen=True)
 class Joint:
-    """`direction` is -1 if the motor is mounted the other way round. `boot_deg` is the joint's angle at power-on, since
-    the drive knows its angle only within a turn of the rotor."""
+    """`direction` is -1 if the motor is mounted the other way round. `boot_deg` is the joint's angle at power-on. It is
+    needed because the drive knows its angle only within a turn of the rotor."""
 
     name: str
     motor: int

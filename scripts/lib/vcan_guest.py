@@ -216,7 +216,7 @@ def open_line(number):
 def pieces(line):
     """Yields the pieces that the host sends, each a length and the bytes; length 0 is the end.
 
-    Each piece is acknowledged before the host sends the next: if a slow reader ever blocks a serial line of user-mode
+    Each piece is acknowledged before the host sends the next. If a slow reader ever blocks a serial line of user-mode
     Linux (beyond its buffer of 4 KB), the line does not resume.
     """
     while True:

@@ -5,7 +5,7 @@
 
 In the scenario "# the cause" marks its cause, and "# in the body" the expectations of its effect. Unchanged it passes.
 Without the cause the effects are missing, but all earlier expectations hold. With the cause but without the body (the
-same drives at the same angles, uncoupled) the effects are missing too; expectations of the body itself (signal =
+same drives at the same angles, uncoupled) the effects are missing too. Expectations of the body itself (signal =
 "body.…") are then refused, in one line.
 """
 

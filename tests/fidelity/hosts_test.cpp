@@ -67,8 +67,8 @@ double rise_ms(const std::string& motor, int speed_kp, double speed_dps) {
   return 0;
 }
 
-/// Without the current ramp (0 in the vendor's tool) a step to 1500 rotor dps takes at most 3.0 ms
-/// (with a ramp of 25 A/s it took 30.5 ms), and depends on the speed Kp.
+/// Without the current ramp (0 in the vendor's tool) a step to 1500 rotor dps takes at most 3.0 ms.
+/// With a ramp of 25 A/s it took 30.5 ms. The step depends on the speed Kp.
 TEST(NoRamp, StepsAreAsQuickAsTheMotorAndTellGainsApart) {
   EXPECT_LT(rise_ms("mg4005", 50, 1500), 3.0);
   double before_ms = 1e9;

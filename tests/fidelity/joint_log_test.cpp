@@ -79,8 +79,8 @@ TEST_P(Joint, StopsLikeTheLog) {
   }
 }
 
-/// The log: error ≤ 1 count; iq noise sd 3.5 to 6 LSB; speed 0 in 82 to 85 % of the samples
-/// (depends on the position within a count), otherwise a few steps of about 5 dps.
+/// The log: error ≤ 1 count; iq noise sd 3.5 to 6 LSB. Speed is 0 in 82 to 85 % of the samples (by
+/// the position within a count), otherwise a few steps of about 5 dps.
 TEST_P(Joint, HoldsLikeTheLog) {
   for (std::size_t n = kTravelSamples; n < log_.samples.size(); ++n) {
     EXPECT_LE(std::abs(log_.samples[n].error_counts), 1) << "sample " << n;
@@ -98,8 +98,8 @@ TEST_P(Joint, HoldsLikeTheLog) {
 
 INSTANTIATE_TEST_SUITE_P(Seeds, Joint, ::testing::Range<std::uint64_t>(1, kMoves + 1));
 
-/// The log's iq at the start: −54, −36, −18, 2, 13, 5, 7, −20, −39, −20, −9 LSB, 12 ms apart: an
-/// oscillation of about 12 Hz by 67 and 52 LSB. The mean of the moves, whose ripples differ,
+/// The log's iq at the start: −54, −36, −18, 2, 13, 5, 7, −20, −39, −20, −9 LSB, 12 ms apart. It
+/// oscillates at about 12 Hz, by 67 and 52 LSB. The mean of the moves, whose ripples differ,
 /// oscillates by 36 and 29. The test requires half; the rest is not explained.
 TEST(JointStart, RingsLikeTheLog) {
   std::vector<double> iq_lsb(13, 0.0);

@@ -16,7 +16,7 @@ namespace ms4015_log_test {
 
 using std::chrono::milliseconds;
 
-/// The log of an MS4015 at 19 V, speed gains 50/20: from −44 to 600 dps on the way to 720 dps in at
+/// The log of an MS4015 at 19 V, speed gains 50/20: −44 to 600 dps, on the way to 720, takes at
 /// most 4 ms. Power relative to the largest voltage: at most 164 ‰, and 94 to 120 ‰ at cruise.
 /// Tolerance of the maximum is a fifth, since the log's samples may have missed it.
 TEST(Ms4015, ChangesItsSpeedLikeTheLog) {

@@ -20,7 +20,7 @@ constexpr std::size_t kLevels = 16;
 // --- torque and speed
 
 /// Returns the speed in rpm against `torque_Nm` at the output, with a cold winding and factory
-/// settings: after two seconds of 0xA2 above the reachable speed.
+/// settings. Measured after two seconds of 0xA2 above the reachable speed.
 Points torque_and_speed(const model::test::NamedDrive& drive, double most_Nm) {
   std::vector<model::DriveInit> inits(kLevels + 1, drive.init);
   for (std::size_t n = 0; n <= kLevels; ++n) {

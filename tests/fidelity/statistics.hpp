@@ -55,7 +55,7 @@ inline double quantile(std::vector<double> x, double share) {
 }
 
 /// Returns the share of the variance of y, 0 to 1, that a sine with `order` periods per turn
-/// explains: the least-squares spectrum, which allows uneven sampling.
+/// explains. This is the least-squares spectrum, which allows uneven sampling.
 inline double spectral_share(const std::vector<double>& turns, const std::vector<double>& y,
                              double order) {
   const double m = mean(y);

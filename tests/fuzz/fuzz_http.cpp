@@ -1,5 +1,5 @@
 // A client's bytes on a connection, HTTP and WebSocket frames after an upgrade, in one piece or
-// several. Answers are HTTP up to an upgrade, without internal errors; after a disconnection all
+// several. Answers are HTTP up to an upgrade, without internal errors. After a disconnection all
 // its memory is freed.
 //
 // Input: a byte of settings (bit 0: over TCP with a token and a known Host, bits 1..3: number of

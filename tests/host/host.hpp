@@ -14,8 +14,8 @@ namespace lk::host {
 
 using Payload = std::array<std::uint8_t, 8>;
 
-/// Returns the `n`th bus of this process, unique on the machine and without CAN in the kernel:
-/// slcan at a loopback address derived from the process ID.
+/// Returns the `n`th bus of this process, unique on the machine and without CAN in the kernel. It
+/// is slcan at a loopback address derived from the process ID.
 std::string own_bus(int n = 0);
 
 /// A host program on a bus: a SocketCAN socket, or a client of slcan-tcp:ADDR:PORT.

@@ -64,8 +64,8 @@ TEST(DiodeBridge, ConductsOnlyAboveTheLineToLineThreshold) {
       in.theta_e += in.omega_e * in.T_s;
       const WindingStep<double> step = diode_bridge(in);
       ASSERT_TRUE(std::isfinite(step.i_next.d) && std::isfinite(step.i_next.q));
-      // A rectifier only charges the link. An instant of zero is known to a sixteenth of a period;
-      // in it a current changes by V/L·T/16 = 0.4 A at most, over a sixteenth of the mean.
+      // A rectifier only charges the link. An instant of zero is known to a sixteenth of a period.
+      // In it a current changes by V/L·T/16 = 0.4 A at most, over a sixteenth of the mean.
       ASSERT_LE(step.i_link, 0.03);
       charge += step.i_link;
       torque_sign += step.i_mean.q * in.omega_e;

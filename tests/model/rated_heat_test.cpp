@@ -35,7 +35,7 @@ std::vector<RatedDrive> rated_drives() {
     rated.init.settings.protections = {};
     rated.init.settings.current_ramp = 0.0;
     // Three digits are accurate to 0.5 %, and the rule ignores viscous friction. Heat is the square
-    // of the current. ΔT = 65 K·(1 + ε)·g(T), where g, resistance over flux squared, grows by
+    // of the current. ΔT = 65 K·(1 + ε)·g(T), with g = resistance over flux squared. g grows by
     // α_cu/1.2555 + 2·0.0011/0.9285 = 0.0055 per K: this amplifies errors by 1/(1 − 65·0.0055).
     const double viscous =
         d.mechanics.B * kOmega * d.mechanics.gear_ratio * d.mechanics.gear_efficiency / torque;

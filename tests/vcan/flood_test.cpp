@@ -1,5 +1,5 @@
-// Frames of all kinds at the kernel's maximal rate, while a host keeps querying: its queries are
-// answered or counted as lost, and the program is in its earlier state after the flood.
+// Frames of all kinds at the kernel's maximal rate, while a host keeps querying. Its queries are
+// answered or counted as lost. After the flood the program is in its earlier state.
 
 #include <gtest/gtest.h>
 #include <linux/can/raw.h>

@@ -1,5 +1,5 @@
-// A robot for a page whose program has none, with the interface of GET /body and its stream: two legs, or window.robotLegs.
-// window.pushes collects pushes; window.robot.height_m and window.robot.forward_m position the trunk.
+// A robot for a page whose program has none, with the interface of GET /body and its stream. It has two legs, or
+// window.robotLegs. window.pushes collects pushes; window.robot.height_m and window.robot.forward_m position the trunk.
 
 // window.robot.step_m: a step of the floor, from x = 0.5 on.
 window.robot = {height_m: 0.5, forward_m: 0, swing: 0.3, contacts: true, step_m: 0, shape_changes: 0, opened: 0, closed: 0, time_s: 0, rate_Hz: 60};

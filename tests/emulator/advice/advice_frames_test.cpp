@@ -157,9 +157,8 @@ TEST(AdviceUnknown, IsToldAtOnceAndForEachCommand) {
   }
 }
 
-/// Queries of hosts for MyActuator drives from V3 on (that maker's protocol V4.2) that LK-TECH
-/// drives lack. 0x42 reads one of four accelerations there, but has the tables 05, A0, A4 and A8
-/// here.
+/// Queries of hosts for MyActuator drives from V3 on (protocol V4.2), which LK-TECH drives lack.
+/// There 0x42 reads one of four accelerations; here it has the tables 05, A0, A4 and A8.
 TEST(AdviceUnknown, RecognisesAHostOfMyActuatorOnce) {
   for (const Generation generation : {Generation::kLegacy, Generation::kV236, Generation::kV236b}) {
     AdvisedHost host(test::drive(generation));

@@ -58,7 +58,7 @@ TEST(Generation, NewerDrivesThatAreOffWaitForRun) {
 
 using Bytes = std::set<unsigned>;
 
-/// Command bytes of each generation and series by the vendor's manuals, written by hand, not
+/// Command bytes of each generation and series by the vendor's manuals. Written by hand, not
 /// derived from the tables under test. `late-legacy` has the commands of `legacy`.
 const Bytes kLegacyBytes{0x19, 0x30, 0x31, 0x32, 0x33, 0x34, 0x37, 0x38, 0x80, 0x81,
                          0x88, 0x90, 0x91, 0x92, 0x94, 0x95, 0x9A, 0x9B, 0x9C, 0x9D,

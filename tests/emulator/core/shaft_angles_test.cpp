@@ -117,8 +117,8 @@ TEST(ShaftAngles, TheShaftCountsFromTheRawZeroOfTheEncoder) {
   EXPECT_NEAR(angles.theta_m_at(50) * 180 / std::numbers::pi, 140 + kHalfCount_deg, 1e-9);
 }
 
-// 0.01° before a full turn, and zero: up to two counts past the target, in the direction of travel,
-// count as arrived, also across the wrap (docs/protocol.md §4.3).
+// Targets 0.01° before a full turn, and zero. Up to two counts past the target in the direction of
+// travel count as arrived, also across the wrap (docs/protocol.md §4.3).
 TEST(ShaftAngles, NoTurnIsTravelledForTwoCountsAcrossZero) {
   const ShaftAngles angles(profile(14));
   constexpr std::int64_t kTurns3 = std::int64_t{3} * 16384;

@@ -72,7 +72,7 @@ TEST(SingleTurn, RepeatedCommandKeepsItsTurn) {
   EXPECT_NEAR(rest_cdeg(host), 9000, kArrived_cdeg);
 }
 
-/// After a stop the direction counts again: clockwise from 45° to 110°, by hand to 200°; the
+/// After a stop the direction counts again: clockwise from 45° to 110°, by hand to 200°. The
 /// repeated command then moves clockwise to 470°, not back.
 TEST(SingleTurn, StoppedDriveTravelsAnew) {
   Host host(servo_config(1));

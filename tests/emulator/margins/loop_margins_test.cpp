@@ -116,7 +116,7 @@ TEST(Margins, BelowZeroItRingsForEver) {
   }
 }
 
-/// With a heavier load the integrators need more gain, and the gain margin is that factor: speed
+/// With a heavier load the integrators need more gain, and the gain margin is that factor. Speed
 /// gains raised by it put the loop at its limit.
 TEST(Margins, AreTheFactorToTheLimit) {
   const model::DriveInit init = linear_drive("mf7015", 60);

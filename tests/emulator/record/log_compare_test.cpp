@@ -26,8 +26,8 @@ LoggedFrame logged(SimTime at, const char* text, std::optional<bool> from_host =
   return {{at, frame(text)}, from_host};
 }
 
-/// Replies written by hand (tests/golden), each after its query. 31 of them, and 4 queries without
-/// reply: to an absent drive, an unknown command, too short, and for several drives.
+/// 31 replies written by hand (tests/golden), each after its query. Four queries have no reply: to
+/// an absent drive, an unknown command, too short, for several drives.
 constexpr std::size_t kGoldenReplies = 31;
 std::vector<LoggedFrame> golden(bool with_directions) {
   const std::string file = std::string(LKEMU_SOURCE_DIR) + "/tests/golden/resting_drive.log";

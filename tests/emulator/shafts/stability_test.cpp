@@ -74,8 +74,8 @@ double growth(const std::vector<double>& speeds) {
   return most(speeds.end() - 10, speeds.end()) / most(speeds.begin(), speeds.begin() + 10);
 }
 
-/// A free joint of inertia `I` in the simulator, on a drive that brakes it to a stop within one
-/// step. `told`: the inertia that the simulator sends.
+/// A free joint of inertia `I` in the simulator. Its drive brakes it to a stop within one step.
+/// `told`: the inertia that the simulator sends.
 double growth_of_braked(double I, double told, std::uint32_t flags) {
   const double B = 20 * std::max(I, told) / kStep_s;
   double angle = 0;
@@ -173,7 +173,7 @@ TEST(ShaftStability, NothingToldIsStableOnEveryGearAtEveryStep) {
 }
 
 /// If the gear is so soft that the step resolves a bare output, the simulator owns the output
-/// alone; with a slightly stiffer gear it does not.
+/// alone. With a slightly stiffer gear it does not.
 TEST(ShaftStability, NothingToldIsStableOnBothSidesOfAStiffGear) {
   model::DriveParams drive = test::profile("mg5010").drive;
   const SimTime step = std::chrono::milliseconds(1);

@@ -1,5 +1,5 @@
-// The protocol of Lawicel's adapters, byte for byte by its manual ("CAN232", commands S, O, L, C,
-// t, T, r, R, F, V, N, Z, M, m).
+// The protocol of Lawicel's adapters, byte for byte by its manual "CAN232". Commands: S, O, L, C,
+// t, T, r, R, F, V, N, Z, M, m.
 
 #include "emulator/transports/slcan.hpp"
 

@@ -1,4 +1,4 @@
-// 32 drives for a long time under random commands and faults: counters add up, states are finite,
+// 32 drives for a long time under random commands and faults. Counters add up, states are finite,
 // memory does not grow, and a seed gives equal bytes each time. A separate program, because it
 // counts all allocations. LK_LONG_RUN_S sets the simulated seconds (docs/testing.md).
 
@@ -60,9 +60,9 @@ constexpr SimTime kCheck = 10ms;
 /// Memory of one more fault in the bus's list, which may have twice the capacity: fault, name,
 /// drives with their positions, first effect.
 constexpr std::int64_t kBytesOfAFault = 2 * sizeof(LiveFault) + 256;
-/// Queues and lists whose size varies: up to as many frames as the hosts' send queue, with twice
-/// the capacity, for the hosts and, under adapter faults, the adapter. A leak of one frame each
-/// would exceed this within a second.
+/// Queues and lists of varying size. They hold at most as many frames as the hosts' send queue,
+/// with twice the capacity: for the hosts and, under adapter faults, the adapter. A leak of one
+/// frame each would exceed this within a second.
 constexpr std::int64_t kMostBytesOfTheMoment = 2 * 2 * CanWire::kHostQueue * sizeof(TimedFrame);
 
 /// All delivered motors and all generations in turn.

@@ -183,8 +183,8 @@ TEST(DecodeSerial, ReadsBroadcastPacketsInEveryGenerationAndDirection) {
             100 * 33.0 / 4096);
 }
 
-/// V2.35 has 0x12, 0x1F, 0x40, 0x42, 0x44, 0x8C and 0x93 on RS-485 only. 0x12 and 0x42 are from the
-/// log of an MS4015, the others by hand from docs/rs485.md.
+/// V2.35 has 0x12, 0x1F, 0x40, 0x42, 0x44, 0x8C and 0x93 on RS-485 only. 0x12 and 0x42 come from
+/// the log of an MS4015, the others are by hand from docs/rs485.md.
 TEST(DecodeSerial, UsesTheCommandsOfTheWire) {
   const std::vector<std::string> talk = {"3E12010051",
                                          "3E12013A8B4453343052370000000000000000000000000000"

@@ -107,9 +107,9 @@ TEST(Guess, UsesEveryCommandOfRs485) {
       << guessed_text(lines);
 }
 
-/// 0x92 and the field of 0x9C at rest, 90 rotor degrees further each time. docs/which-drive.md: for
-/// some hosts of the MG4005 65536 counts are a rotor turn, for others an output turn, which is ten
-/// rotor turns.
+/// 0x92 and the field of 0x9C at rest, 90 rotor degrees further each time. By docs/which-drive.md,
+/// 65536 counts are a rotor turn for some hosts of the MG4005. For others they are an output turn,
+/// which is ten rotor turns.
 TEST(Guess, TellsTheTurnOfTheEncoderFieldByTheAngle) {
   for (const auto& [step, span] : {std::pair{16384, "rotor_turn"}, {1638, "output_turn"}}) {
     Keys lines;

@@ -129,8 +129,8 @@ TEST(PowerFaults, ARectifierLetsBrakingRaiseTheLink) {
 enum Phase { kA, kB, kC };
 enum Side { kHigh, kLow };
 
-/// A high inertia that hardly moves, at the angle where the current of phase a is that of the q
-/// axis: at 45 rotor degrees, 630 electrical degrees, i_a = −i_q·sin 270° = i_q.
+/// A high inertia that hardly moves. At this angle the current of phase a is that of the q axis: at
+/// 45 rotor degrees, 630 electrical degrees, i_a = −i_q·sin 270° = i_q.
 Host heavy() {
   ServoConfig config = test::servo_config(1);
   config.profile.drive.load.J = 1;

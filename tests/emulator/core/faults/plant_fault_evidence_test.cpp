@@ -16,8 +16,8 @@ namespace plant_fault_evidence_test {
 using namespace std::chrono_literals;
 using test::Host;
 
-/// By the fault's description and the drive's behaviour: at rest no current flows and the shaft
-/// does not turn; a controller without power reads no sensor.
+/// By the fault's description and the drive's behaviour. At rest no current flows and the shaft
+/// does not turn. A controller without power reads no sensor.
 struct Shows {
   std::vector<FaultValue> values;
   bool cold, warm, running, unpowered;

@@ -114,7 +114,7 @@ TEST(SerialFaults, CarriageReturnsBecomeLineFeeds) {
   EXPECT_EQ(read[0].said_by, 1);  // the bytes do not identify the drive
 }
 
-/// The reply begins 150 us after the packet, at 10 us per byte: a driver that stays on for 200 us
+/// The reply begins 150 us after the packet, at 10 us per byte. A driver that stays on for 200 us
 /// spoils the first five bytes.
 TEST(SerialFaults, AHostThatLetsGoLateSpoilsTheHeadOfTheReply) {
   SerialHost sound(serial_drive(Generation::kV236));
