@@ -33,8 +33,8 @@ function(lk_note_room directory)
   set_property(GLOBAL APPEND_STRING PROPERTY LK_ROOMS "${directory}: ${uses}\n")
 endfunction()
 
-# A room of the program itself, as one compilation unit. -O1: most of the code is library templates, and none is time-
-# critical. Full optimisation would double the build time.
+# A room of the program itself, as one compilation unit. -O1: most of the code is library templates, and none
+# is time-critical. Full optimisation would double the build time.
 function(lk_program_room directory)
   lk_room(${directory} ${ARGN})
   cmake_path(GET directory FILENAME name)

@@ -3,9 +3,9 @@
 DIR` checks only the links of installed documents in DIR.
 
 Fails if a link is dead, if README.md does not link to a page of docs/, or if it exceeds MAX_README_LINES. Chinese pages
-that lag behind the English ones are listed, without failure. The comparison covers language-independent parts. These are
-headings by level, code without comments, code words, options, and the keys, numbers and names in table rows that begin
-with a code word.
+that lag behind the English ones are listed, without failure. The comparison covers language-independent parts. These
+are headings by level, code without comments, code words, options, and the keys, numbers and names in table rows that
+begin with a code word.
 """
 import itertools
 import pathlib

@@ -10,7 +10,7 @@ export const kErrors = ['under_voltage', 'over_voltage', 'driver_temperature', '
 const kMostAtOnce = 100_000;  // samples per look: takes a millisecond
 const kMostShots = 16;        // triggers found in one look
 const kMostCommands = 1000;   // kept until their plots are complete
-const kPatience_s = 0.5;      // auto mode: after this time without a trigger, or two plots, the plot runs
+const kPatience_s = 0.5;      // auto mode: after this time without a trigger, or two plot widths, the plot runs
 
 export const defaults = () => ({mode: 'off', kind: 'level', drive: '', signal: 'speed_dps', edge: 'rising', level: 0, error: 'any', command: 'A4', before: 0.25});
 

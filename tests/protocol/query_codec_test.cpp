@@ -160,7 +160,7 @@ TEST(QueryCodec, EverySixteenBitField) {
   }
 }
 
-// 32-bit fields: all values of either half, with the other half at its extremes.
+// 32-bit fields: values of either half, with the other half at its extremes.
 TEST(QueryCodec, ThirtyTwoBitFields) {
   for (const char* text :
        {"141#3400000000000000", "141#A200000000000000", "141#A300000000000000",

@@ -1,4 +1,4 @@
-// Scenario files: campaign results, answers in time, any error, another generation.
+// Scenario files: features made for campaigns, i.e. answers in time, any error, another generation.
 
 #include <gtest/gtest.h>
 

@@ -269,7 +269,7 @@ TEST(LineBehindAnAdapter, ThreeDrivesComeToTheRatesThatWereMeasured) {
   EXPECT_LE(ch348_Hz, 443 * 1.05);
 }
 
-/// 62 bytes: four replies of 13 and ten bytes of a fifth, whose overflow discards all.
+/// 62 bytes: four replies of 13 and ten bytes of a fifth, which fills the buffer; then all arrive.
 TEST(LineBehindAnAdapter, ABufferHoldsBytes) {
   test::SerialHost host(line_behind("ftdi_default"));
   std::vector<TimedFrame> replies;
