@@ -205,7 +205,7 @@ TEST(AdviceGeneration, IsToldForEachCause) {
   AdvisedHost host(test::servo_config(1));
   hear(host, 1ms, test::frame("141#9500000028230000"));  // 90 deg
   for (int n = 0; n < 3; ++n) hear(host, 2ms, test::frame("141#8C10000000000000"));
-  hear(host, 3ms, test::frame("141#A500000078790100"));  // 966.48 deg, as rotor turns
+  hear(host, 3ms, test::frame("141#A500000078790100"));  // 966.32 deg: beyond the widest circle
   ASSERT_EQ(host.adviser.given().size(), 2U) << host.all();
   EXPECT_EQ(what_text(host.adviser.given()[0], Language::kEnglish),
             "0x95 with the angle 90°: this drive ignores it, only v236 sets its angle so");
@@ -216,7 +216,7 @@ TEST(AdviceGeneration, IsToldForEachCause) {
   EXPECT_EQ(host.adviser.given()[1].count, 3U);
 }
 
-/// The host sent 987.65°; its lower 16 bits are out of range as well.
+/// The lower 16 bits of the second target, 601.44°, are out of range as well.
 TEST(AdviceField, IsNotHalfOfATargetThatTheHostSent) {
   ServoConfig geared = test::servo_config(1);
   geared.profile.drive.mechanics.gear_ratio = 10;
