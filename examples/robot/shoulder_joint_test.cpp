@@ -26,7 +26,7 @@ constexpr double kThere_deg = 0.2;
 lk::emulator::BusConfig one_drive() {
   lk::emulator::ServoConfig drive;
   drive.id = kShoulder;
-  drive.profile.drive.supply.i_logic = 0.04;  // A: empties the link in half a second
+  drive.profile.drive.supply.i_logic = 0.04;          // A: empties the link in half a second
   drive.profile.drive.mechanics.tau_coulomb = 0.013;  // Nm: stops coasting quickly
   drive.profile.drive.mechanics.tau_static = 0.013;
   drive.rom = drive.profile.factory;
