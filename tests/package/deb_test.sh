@@ -125,7 +125,7 @@ done
 dpkg-deb -e "$deb" "$scratch/control"
 mkdir "$scratch/systemd"
 for name in deb-systemd-invoke systemctl; do
-  # the stub expands it
+  # shellcheck disable=SC2016 # the stub expands it
   printf '#!/bin/sh\necho "${0##*/} $*" >>"%s"\n' "$scratch/asked" >"$scratch/systemd/$name"
   chmod +x "$scratch/systemd/$name"
 done
