@@ -7,10 +7,10 @@
 namespace lk::emulator {
 
 struct CaseInput {
-  std::string file;      // "-": standard input
-  int jobs = 1;          // threads
-  bool check = false;    // build the cases and run none
-  std::string scenario;  // write the only case as this scenario file, and run it not
+  std::string file = {};      // "-": standard input
+  int jobs = 1;               // threads
+  bool check = false;         // build the cases and run none
+  std::string scenario = {};  // write the only case as this scenario file; run none
 };
 
 /// Returns whether all cases were possible. Throws StartError: unusable input.

@@ -31,9 +31,9 @@ class CaseStream : public Cases {
  protected:
   Outcome run(const std::string& text, emulator::CaseInput options = {}) const {
     options.file = put("cases", text);
-    return run(options);
+    return run_file(options);
   }
-  static Outcome run(const emulator::CaseInput& options) {
+  static Outcome run_file(const emulator::CaseInput& options) {
     Outcome outcome;
     testing::internal::CaptureStdout();
     try {
@@ -106,8 +106,8 @@ TEST_F(CaseStream, AnImpossibleCaseIsALineAndTheOthersRun) {
 }
 
 TEST_F(CaseStream, RefusesInputThatCannotBeRead) {
-  EXPECT_EQ(run({.file = path("none")}).problem, "--cases: cannot read " + path("none"));
-  EXPECT_EQ(run({.file = path("")}).problem, "--cases: cannot read " + path(""));
+  EXPECT_EQ(run_file({.file = path("none")}).problem, "--cases: cannot read " + path("none"));
+  EXPECT_EQ(run_file({.file = path("")}).problem, "--cases: cannot read " + path(""));
 }
 
 TEST_F(CaseStream, WritesTheOnlyCaseAsAScenario) {
