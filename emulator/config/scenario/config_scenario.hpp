@@ -2,6 +2,7 @@
 
 /// @file Readers of the parts of a scenario file.
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,11 @@
 #include "emulator/core/scenario/scenario.hpp"
 
 namespace lk::emulator {
+
+/// As the other one (scenario_file.hpp), from a document that has been parsed; `file` is its name
+/// in messages.
+Scenario parse_scenario(const toml::table& document, const std::string& file,
+                        std::optional<std::uint64_t> seed, const ScenarioFiles& files);
 
 /// Reads a [[send]]: one HostSend for each drive, or for each frame of a log.
 std::vector<HostSend> read_send(TableReader& reader, const Scenario& scenario,

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "emulator/config/config.hpp"
-#include "emulator/config/config_reader.hpp"
 #include "emulator/core/scenario/scenario.hpp"
 
 namespace lk::emulator {
@@ -25,9 +24,6 @@ struct ScenarioFiles {
 
 /// Parses a scenario that runs its own robot. `seed` overrides the file's. Throws ConfigError.
 Scenario parse_scenario(const std::string& text, const std::string& file,
-                        std::optional<std::uint64_t> seed, const ScenarioFiles& files);
-/// As above, from a document that has been parsed; `file` is its name in messages.
-Scenario parse_scenario(const toml::table& document, const std::string& file,
                         std::optional<std::uint64_t> seed, const ScenarioFiles& files);
 
 /// Parses a scenario for running buses: ignores the seed, and the robot except for bus names. If
