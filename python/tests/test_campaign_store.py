@@ -191,6 +191,18 @@ def test_a_case_in_two_parts_must_be_the_same(tmp_path):
     assert not (tmp_path / "both.db").exists()
 
 
+def test_a_merge_keeps_failures_of_the_machine(tmp_path):
+    parts = [write(tmp_path / "one.db", range(5)), write(tmp_path / "other.db", range(4, 10))]
+    for path, failures in zip(parts, ([(4, "no memory"), (10, "no memory")], [(11, "killed")])):
+        change(path, *(f"INSERT INTO failures VALUES ({number}, '{reason}')" for number, reason in failures))
+    merge(tmp_path / "all.db", parts)
+    with contextlib.closing(Store.read(tmp_path / "all.db")) as whole:
+        assert whole.failed_cases() == [(10, "no memory"), (11, "killed")]  # another part has a result of case 4
+    change(parts[1], "UPDATE failures SET number = 12")
+    with pytest.raises(StoreError, match="damaged: failures"):
+        merge(tmp_path / "none.db", parts)
+
+
 def test_shards_of_a_huge_division_are_counted_not_listed(tmp_path):
     part = write(tmp_path / "part.db", range(12), (0, 10**18))
     assert str(merge(tmp_path / "all.db", [part])).endswith(f", 9/{10**18}, 10/{10**18} and {10**18 - 11} more")

@@ -12,22 +12,24 @@ import sys
 import time
 from typing import Callable, Dict, List, Optional
 
-from ..command import Parser, output_file, printable, run
+from ..command import Parser, libraries, output_file, printable, run
 from ..errors import StartError
-from .dask_runs import DaskRuns, check_address
-from .engine import Shard, run_campaign, runs_of
-from .export import export
-from .host_runs import HostRuns
-from .interruption import Interruption
-from .merge import merge
-from .one_case import run_one, spread_cases, tell_cost, values_of, write_outputs
-from .plan import Plan, PlanError
-from .plan_file import load_plan
-from .plan_host import plan_hash
-from .program import Program
-from .progress import Progress
-from .store import Store, StoreError, head_of
-from .thresholds import Threshold, check_thresholds, parse_threshold
+
+with libraries("campaign", __name__):
+    from .dask_runs import DaskRuns, check_address
+    from .engine import Shard, run_campaign, runs_of
+    from .export import export
+    from .host_runs import HostRuns
+    from .interruption import Interruption
+    from .merge import merge
+    from .one_case import run_one, spread_cases, tell_cost, values_of, write_outputs
+    from .plan import Plan, PlanError
+    from .plan_file import load_plan
+    from .plan_host import plan_hash
+    from .program import Program
+    from .progress import Progress
+    from .store import Store, StoreError, head_of
+    from .thresholds import Threshold, check_thresholds, parse_threshold
 
 MANY = 1_000_000_000  # cases that nobody asks for by mistake
 EPILOG = """

@@ -59,6 +59,8 @@ def merge(out: pathlib.Path, paths: Sequence[pathlib.Path]) -> Merged:
             cases = _copy(parts, whole)
             for index, count in shards:
                 whole.note_shard(index, count)
+            for part in parts:
+                whole.note_failures(one for one in part.failed_cases() if not whole.numbers_between(one[0], one[0]))
             whole.close()
             try:
                 os.link(whole.path, out)

@@ -265,6 +265,14 @@ class Store:
         with self._connection:
             self._connection.executemany("INSERT OR REPLACE INTO failures VALUES (?, ?)", failures)
 
+    def failed_cases(self) -> List[Tuple[int, str]]:
+        """The failures with their case numbers. Raises StoreError."""
+        with self._reading():
+            found = list(self._connection.execute("SELECT number, substr(reason, 1, 1000) FROM failures ORDER BY number"))
+        if not all(0 <= number < self.head.numbers and isinstance(reason, str) for number, reason in found):
+            raise StoreError(f"{self.path}: damaged: failures")
+        return found
+
     def failures(self) -> "Counter[str]":
         """How many cases have no result for which reason."""
         rows = self._connection.execute("SELECT substr(reason, 1, 1000), count(*) FROM failures GROUP BY 1 ORDER BY 1")
