@@ -112,12 +112,13 @@ class PlantedMotors(unittest.TestCase):
         self.assertGreaterEqual(answered, 0.95 * small)
 
     def test_play_of_a_gear_does_not_make_the_inertia_wrong(self):
-        motor = planted.Planted(2)
-        self.assertGreater(motor.base.N, 1)
-        motor.drive["load"] = {"J_g_cm2": 0.5 * motor.profile["mechanics"]["J_g_cm2"] * motor.base.N**2}
-        motor.profile["mechanics"]["backlash_arcmin"] = 30
-        frames = planted.frames(motor, planted.script_of(motor.motor))
-        self.check_inertia(motor, frames)
+        for seed, backlash_arcmin in ((2, 30), (2, 10), (5, 30), (7, 10)):
+            with self.subTest(seed=seed, backlash_arcmin=backlash_arcmin):
+                motor = planted.Planted(seed)
+                self.assertGreater(motor.base.N, 1)
+                motor.drive["load"] = {"J_g_cm2": 0.5 * motor.profile["mechanics"]["J_g_cm2"] * motor.base.N**2}
+                motor.profile["mechanics"]["backlash_arcmin"] = backlash_arcmin
+                self.check_inertia(motor, planted.frames(motor, planted.script_of(motor.motor)))
 
     def test_a_slow_current_loop_does_not_make_the_inertia_wrong(self):
         motor = planted.Planted(2)
