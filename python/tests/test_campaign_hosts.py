@@ -355,6 +355,14 @@ def test_refuses_a_wrong_host_table(function, change, problem):
     assert done.returncode == 2 and problem in done.stderr and done.stderr.count("\n") == 1
 
 
+def test_refuses_a_value_that_no_dimension_gives(write):
+    write("well")
+    plan = pathlib.Path("plan.toml")
+    plan.write_text(plan.read_text().replace("{host.how}", "{host.hwo}"))
+    done = campaign("plan.toml")
+    assert done.returncode == 2 and done.stderr == "lk-emu: plan.toml:10: host.command: there is no dimension for {host.hwo}\n"
+
+
 def test_results_belong_to_what_a_function_imports(function):
     function("well")
     pathlib.Path("helper.py").write_text("LIMIT = 1\n")

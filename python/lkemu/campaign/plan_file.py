@@ -5,9 +5,10 @@ from __future__ import annotations
 import difflib
 import os
 import pathlib
+import re
 from typing import Any, Mapping
 
-from .plan import MAX_CASES, Plan, PlanError
+from .plan import MAX_CASES, Host, Plan, PlanError
 from .plan_dimensions import ANYTHING, DimensionReader
 from .plan_host import HOST_KEYS, read_detection, read_host
 from .plan_text import PlanText, is_number, is_whole
@@ -56,6 +57,7 @@ def load_plan(called: str, program: Program) -> Plan:
     plan.detection = read_detection(text, text.table("detect", {"drive", "host"}))
     if "host" in document:
         plan.host = read_host(text, text.table("host", HOST_KEYS))
+        check_placeholders(text, plan.host, plan)
     check_fault(text, plan)
     check_rates(text, document.get("rates", {}), plan)
     check_lists(text, plan)
@@ -106,6 +108,13 @@ def read_scenario(text: PlanText, plan: Plan, program: Program) -> None:
         raise text.fail("scenario", seen["error"])
     plan.drives, plan.expectations, plan.duration_s = seen["drives"], seen["expect"], seen["duration_s"]
     plan.inputs = seen["inputs"]
+
+
+def check_placeholders(text: PlanText, host: Host, plan: Plan) -> None:
+    names = {dimension.name for dimension in plan.dimensions}
+    for name in re.findall(r"\{(host\.[^{}]*)\}", " ".join(host.command)):
+        if name not in names:
+            raise text.fail("host.command", f"there is no dimension for {{{name}}}")
 
 
 def check_fault(text: PlanText, plan: Plan) -> None:
