@@ -26,7 +26,7 @@ file(GLOB_RECURSE headers RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS
 list(APPEND headers
   model/drive_bank.hpp model/drive_params.hpp model/faults.hpp model/lane_kernel.hpp model/setpoint.hpp
   emulator/config/candump_log.hpp emulator/config/config.hpp emulator/config/config_error.hpp
-  emulator/config/motor_figures.hpp emulator/config/motor_file.hpp emulator/config/profile.hpp emulator/config/rom_file.hpp
+  emulator/config/motor_file.hpp emulator/config/profile.hpp emulator/config/rom_file.hpp
   emulator/config/scenario/scenario_file.hpp)
 foreach(header ${headers})
   cmake_path(GET header PARENT_PATH directory)

@@ -9,12 +9,11 @@
 #include <span>
 #include <vector>
 
-#include "model/control/life.hpp"
 #include "model/control/motion_loops.hpp"
 #include "model/control/protection.hpp"
 #include "model/drive_bank.hpp"
 #include "model/plant/brake.hpp"
-#include "model/plant/slow_sensors.hpp"
+#include "model/plant/thermal.hpp"
 #include "model/tick.hpp"
 
 namespace lk::model {

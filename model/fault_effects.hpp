@@ -3,7 +3,7 @@
 /// @file Tests whether a fault has an effect now (docs/model.md §14): computes the next period with
 /// it and without it, from the same state.
 
-#include "model/plant/slow_sensors.hpp"
+#include "model/plant/thermal.hpp"
 #include "model/tick.hpp"
 
 namespace lk::model {

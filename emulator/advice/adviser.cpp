@@ -4,23 +4,11 @@
 #include <array>
 #include <optional>
 
-#include "emulator/advice/answer_watch.hpp"
-#include "emulator/advice/bus_watch.hpp"
-#include "emulator/advice/calibration_watch.hpp"
-#include "emulator/advice/duplicate_watch.hpp"
-#include "emulator/advice/field_watch.hpp"
-#include "emulator/advice/generation_watch.hpp"
-#include "emulator/advice/given.hpp"
+#include "emulator/advice/advice.hpp"
+#include "emulator/advice/bus_watches.hpp"
+#include "emulator/advice/field_watches.hpp"
 #include "emulator/advice/heard.hpp"
-#include "emulator/advice/hosts_watch.hpp"
-#include "emulator/advice/pace_watch.hpp"
-#include "emulator/advice/packet_watch.hpp"
-#include "emulator/advice/path_watch.hpp"
-#include "emulator/advice/rom_watch.hpp"
-#include "emulator/advice/setting_watch.hpp"
-#include "emulator/advice/speed_watch.hpp"
-#include "emulator/advice/start_watch.hpp"
-#include "emulator/advice/trouble_watch.hpp"
+#include "emulator/advice/host_watches.hpp"
 #include "emulator/core/bus/bus.hpp"
 
 namespace lk::emulator {

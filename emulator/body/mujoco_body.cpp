@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "emulator/body/mujoco_error.hpp"
+#include "emulator/body/mujoco_model.hpp"
 #include "emulator/ground/text.hpp"
 
 namespace lk::emulator {

@@ -3,10 +3,31 @@
 #include <mujoco/mujoco.h>
 
 #include <memory>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace lk::emulator {
+
+/// An error for which MuJoCo would end the process.
+struct MujocoError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Stops MuJoCo from ending the process or printing: errors become MujocoError, warnings stay in
+/// the data.
+void tame_mujoco();
+
+/// Returns MuJoCo's message on one line.
+std::string mujoco_words(std::string_view text);
+
+/// Checks attributes in `file` and its includes: MuJoCo treats "nan" as an attribute that is not
+/// given. Throws std::invalid_argument.
+void check_written_numbers(const std::string& file);
+
+/// Checks the numbers in the compiled model. Throws std::invalid_argument.
+void check_model_numbers(const mjModel& model, const std::string& file);
 
 struct FreeMujoco {
   void operator()(mjModel* model) const { mj_deleteModel(model); }

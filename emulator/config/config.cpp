@@ -8,11 +8,10 @@
 #include "emulator/config/bus_name.hpp"
 #include "emulator/config/config_body.hpp"
 #include "emulator/config/config_drive.hpp"
-#include "emulator/config/config_ids.hpp"
 #include "emulator/config/config_reader.hpp"
 #include "emulator/config/config_serial.hpp"
-#include "emulator/config/events/config_events.hpp"
-#include "emulator/core/servo/body_signals.hpp"
+#include "emulator/config/events/config_directives.hpp"
+#include "emulator/core/servo/signals.hpp"
 
 namespace lk::emulator {
 namespace {

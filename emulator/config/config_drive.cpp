@@ -6,7 +6,6 @@
 
 #include "emulator/config/config_body.hpp"
 #include "emulator/config/config_checks.hpp"
-#include "emulator/config/config_ids.hpp"
 #include "emulator/config/config_quirks.hpp"
 #include "emulator/config/config_serial.hpp"
 #include "emulator/config/profile.hpp"

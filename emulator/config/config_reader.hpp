@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <variant>
 #include <vector>
@@ -14,6 +15,13 @@
 #include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
+
+/// Limit for the parts of a key "a.b.c"; no file here needs more.
+inline constexpr int kMostKeyParts = 32;
+
+/// Returns the line (from 1) of the first key with more parts. The parser nests one table per part,
+/// and their destruction would overflow the stack.
+std::optional<int> line_of_deep_key(std::string_view toml);
 
 /// Parses `text` as TOML. Throws ConfigError with the line of the error.
 toml::table parse_toml(const std::string& text, const std::string& file);

@@ -4,11 +4,18 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "emulator/config/config_reader.hpp"
 #include "emulator/core/bus_config.hpp"
 
 namespace lk::emulator {
+
+/// Reads the keys `id` or `ids` of a table; ascending, empty if both are absent.
+std::vector<int> read_ids(TableReader& reader);
+
+/// Returns which of the two keys is present, for messages.
+inline const char* ids_key(const TableReader& reader) { return reader.has("ids") ? "ids" : "id"; }
 
 inline constexpr std::int64_t kDefaultBaud = 115'200;
 

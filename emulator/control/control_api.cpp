@@ -6,11 +6,10 @@
 #include <charconv>
 
 #include "emulator/config/events/config_directives.hpp"
-#include "emulator/control/body_json.hpp"
+#include "emulator/control/body_stream.hpp"
 #include "emulator/control/control_directives.hpp"
 #include "emulator/control/control_json.hpp"
-#include "emulator/control/control_send.hpp"
-#include "emulator/control/http_target.hpp"
+#include "emulator/control/http_access.hpp"
 
 namespace lk::emulator {
 namespace {

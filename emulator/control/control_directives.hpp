@@ -17,4 +17,8 @@ inline constexpr std::size_t kMostPlanned = 1000;
 /// ApiError.
 std::vector<std::string> request_all(const Json& said, Line& line);
 
+/// Sends frames as a host does. `said` has the form of a scenario's [[send]] without its times.
+/// Returns the answer. Throws ApiError or ConfigError before anything is sent.
+Json send_frames(const Json& said, Line& line);
+
 }  // namespace lk::emulator

@@ -15,11 +15,11 @@
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/generation.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
-#include "emulator/core/servo/body_signals.hpp"
 #include "emulator/core/servo/shaft_angles.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "emulator/core/units.hpp"
+#include "emulator/files/output_file.hpp"
 #include "emulator/files/profile_files.hpp"
-#include "emulator/files/regular_file.hpp"
 
 namespace lk::emulator {
 namespace {

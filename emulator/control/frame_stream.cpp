@@ -6,7 +6,6 @@
 #include "emulator/control/control_json.hpp"
 #include "emulator/control/stream_client.hpp"
 #include "emulator/core/frame_text.hpp"
-#include "emulator/frames/decode_words.hpp"
 #include "emulator/frames/frame_words.hpp"
 
 namespace lk::emulator {

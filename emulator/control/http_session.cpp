@@ -16,7 +16,7 @@
 #include "emulator/config/config_error.hpp"
 #include "emulator/control/body_stream.hpp"
 #include "emulator/control/frame_stream.hpp"
-#include "emulator/control/http_target.hpp"
+#include "emulator/control/http_access.hpp"
 #include "emulator/control/telemetry_stream.hpp"
 #include "emulator/control/web_files.hpp"
 #include "emulator/ground/text.hpp"

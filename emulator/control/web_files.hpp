@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-#include "emulator/files/embedded_file.hpp"
+#include "emulator/files/profile_files.hpp"
 
 namespace lk::emulator {
 

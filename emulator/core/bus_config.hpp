@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "emulator/core/adapter_times.hpp"
 #include "emulator/core/directive.hpp"
 #include "emulator/core/parameter_memory.hpp"
 #include "emulator/core/sim_time.hpp"
+#include "emulator/core/wire_timing.hpp"
 #include "model/drive_params.hpp"
 #include "model/setpoint.hpp"
 #include "protocol/frame.hpp"

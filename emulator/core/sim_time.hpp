@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <string>
 
 #include "protocol/frame.hpp"
 
@@ -28,5 +29,10 @@ struct TimedFrame {
 
   friend bool operator==(const TimedFrame&, const TimedFrame&) = default;
 };
+
+/// Formats as "1.25 s", to the nanosecond.
+std::string time_text(SimTime time);
+/// Formats as a number of seconds: "1.25".
+std::string seconds_text(SimTime time);
 
 }  // namespace lk::emulator

@@ -1,6 +1,12 @@
 #pragma once
 
+/// @file Timing of the adapter between hosts and their wire (docs/configuration.md).
+
+#include <chrono>
+#include <cstddef>
 #include <cstdint>
+#include <span>
+#include <string_view>
 
 #include "emulator/core/sim_time.hpp"
 
@@ -18,5 +24,48 @@ inline constexpr int kSerialBitsPerByte = 10;
 std::int64_t ticks_until(SimTime t, std::int64_t f_Hz);
 /// Returns the time of tick n ≥ 0: n/f, rounded up to a nanosecond, so `ticks_until` returns n.
 SimTime time_of_tick(std::int64_t n, std::int64_t f_Hz);
+
+/// Silence on the wire after which writes of a host count as unanswered (assumed).
+inline constexpr SimTime kAdapterSilence = std::chrono::milliseconds(10);
+/// Capacity of the queue to a host without `depth` (assumed: 60 ms or more of a full wire).
+inline constexpr std::size_t kMostInAdapter = 512;
+
+/// Times that an adapter adds to those of the wire; all 0: none. `add` combines several.
+struct AdapterTimes {
+  // Latency of each frame to the wire and to the host, uniform jitter to either side, occasional
+  // tail. The sum is at least 0.
+  double tx_us = 0, rx_us = 0, jitter_us = 0, tail_us = 0;
+  double tail_probability = 0;  // 0..1, per frame
+  double frame_us = 0;          // line time of one frame; each direction sends one at a time
+  // Frames reach the host at multiples of this time, or once `batch_most` frames (RS-485: bytes)
+  // wait; 0: at once.
+  double batch_us = 0;
+  std::size_t batch_most = 0;
+  // Capacity of the queue to the host, frames (RS-485: bytes); 0: kMostInAdapter frames. If full,
+  // the newest frame is lost, and an error frame may report it.
+  std::size_t depth = 0;
+  bool reports_overrun = true;
+  // After kAdapterSilence without a frame from the wire, one of so many writes blocks the host this
+  // long.
+  int stall_every = 0;
+  double stall_us = 0;
+
+  /// Returns the largest delay of a single query and its reply, without stalls.
+  SimTime worst_round_trip() const;
+  bool any() const { return !(*this == AdapterTimes{}); }
+  friend bool operator==(const AdapterTimes&, const AdapterTimes&) = default;
+};
+AdapterTimes add(const AdapterTimes& one, const AdapterTimes& other);
+
+/// Timing of an adapter type that hosts use.
+struct AdapterProfile {
+  std::string_view name;  // "ch348"
+  AdapterTimes times;
+  std::string_view source;  // of the numbers in `times`
+};
+/// All profiles; the first one adds no times.
+std::span<const AdapterProfile> adapter_profiles();
+/// Returns null if the name is unknown.
+const AdapterProfile* find_adapter(std::string_view name);
 
 }  // namespace lk::emulator

@@ -1,10 +1,34 @@
 #pragma once
 
+#include <csignal>
 #include <filesystem>
 #include <string>
 #include <string_view>
 
 namespace lk::emulator {
+
+/// Blocks signals while a thread is created: threads inherit the mask, and only the loop's thread
+/// handles signals. The destructor restores the mask.
+class SignalsBlocked {
+ public:
+  SignalsBlocked() {
+    sigset_t all;
+    ::sigfillset(&all);
+    ::pthread_sigmask(SIG_SETMASK, &all, &before_);
+  }
+  SignalsBlocked(const SignalsBlocked&) = delete;
+  SignalsBlocked& operator=(const SignalsBlocked&) = delete;
+  ~SignalsBlocked() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+
+ private:
+  sigset_t before_{};
+};
+
+/// Makes SIGHUP, SIGINT and SIGTERM remove the file before they end the program, unless they have
+/// another handler. `path` must stay valid until `keep_if_ended`. At most eight files; others are
+/// not removed.
+void remove_if_ended(const char* path);
+void keep_if_ended(const char* path);
 
 /// A file descriptor that closes itself.
 class Descriptor {

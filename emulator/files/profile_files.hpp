@@ -2,13 +2,23 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "emulator/config/config.hpp"
 #include "emulator/config/motor_file.hpp"
 
 namespace lk::emulator {
+
+/// A file compiled into the program (cmake/EmbedFiles.cmake).
+struct EmbeddedFile {
+  std::string_view path;  // "/glance.js"
+  std::string_view type;  // content type
+  std::string_view etag;  // changes with the content
+  std::string_view body;
+};
 
 /// Returns the directory of shipped files, relative to the program, installed or built.
 std::filesystem::path config_directory();
@@ -46,5 +56,18 @@ FindProfile profile_finder(MotorFiles& read);
 
 /// Reads one profile. Throws UnknownMotor, ConfigError.
 Profile load_profile(const std::string& motor);
+
+/// Makes a body from a model file. Throws std::invalid_argument with file and reason.
+using BodyMaker = std::shared_ptr<const Mechanism> (*)(const std::filesystem::path& file,
+                                                       SimTime step);
+
+/// Sets the maker of bodies for robots; null if the program does not support bodies.
+void use_bodies(BodyMaker maker);
+
+/// The file of the model that a robot file names. Throws std::invalid_argument: there is none.
+std::filesystem::path body_file(const std::string& robot_file, const std::string& model);
+
+/// For robot files: a model is a path from there, or the name of a shipped one.
+LoadBody body_loader();
 
 }  // namespace lk::emulator

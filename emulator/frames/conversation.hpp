@@ -12,7 +12,7 @@
 
 #include "emulator/core/sim_time.hpp"
 #include "emulator/frames/frame_words.hpp"
-#include "emulator/frames/reply_fit.hpp"
+#include "emulator/frames/log_pairing.hpp"
 
 namespace lk::emulator {
 

@@ -1,17 +1,159 @@
 #include "emulator/frames/log_pairing.hpp"
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <cstdlib>
 #include <deque>
+#include <iterator>
 #include <map>
 #include <numeric>
 #include <utility>
 #include <variant>
 
-#include "emulator/frames/reply_fit.hpp"
+#include "emulator/core/servo/shaft_angles.hpp"
+#include "emulator/core/servo/stored_settings.hpp"
 #include "protocol/codec.hpp"
+#include "protocol/field_values.hpp"
 
 namespace lk::emulator {
+namespace {
+
+double bytes(const protocol::Payload& data, std::size_t first, std::size_t last) {
+  std::uint64_t number = 0;
+  for (std::size_t n = last + 1; n-- > first;) number = number << 8U | data[n];
+  return static_cast<double>(number);
+}
+
+std::string shortest(double value) {
+  char buffer[32];
+  return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
+}
+
+}  // namespace
+
+ReplyReader::ReplyReader(const ServoConfig& servo)
+    : id(drive_place(servo.rom, servo).id),
+      format(protocol::wire_format(servo.quirks.dialect, servo.profile.series)),
+      manual_reply_bytes(servo.quirks.manual_reply_bytes) {
+  const ShaftAngles angles(servo.profile, servo.quirks);
+  encoder_counts = static_cast<double>(angles.max_wire_count()) + 1;
+  circle_deg = static_cast<double>(angles.circle_cdeg()) / 100;
+}
+
+std::vector<ReplyValue> ReplyReader::values(std::span<const protocol::Field> fields,
+                                            const protocol::Payload& data, By by) const {
+  std::vector<ReplyValue> values;
+  for (const protocol::Field& field : fields) {
+    if (!protocol::present(field, data, format)) continue;
+    std::int64_t raw = protocol::raw(field, data);
+    if (by == By::kHost) raw = protocol::taken(field, raw, format);
+    if (field.zero_is_none && raw == 0) continue;
+    const double period = field.period == protocol::Period::kEncoder  ? encoder_counts
+                          : field.period == protocol::Period::kCircle ? circle_deg
+                                                                      : 0;
+    values.push_back({field.key, protocol::quantity(field, raw, format), period});
+  }
+  return values;
+}
+
+std::vector<ReplyValue> ReplyReader::values(const protocol::Frame& frame) const {
+  const auto decoded = protocol::decode_reply(frame, format);
+  const auto* reply = std::get_if<protocol::ReplyFrame>(&decoded);
+  if (reply == nullptr || reply->id != id) return {};
+  const auto* const command = protocol::command_of(frame);
+  if (!command->echoed) return values(command->reply, frame.data, By::kDrive);
+  // In two parts, each exact in a double.
+  return {{"DATA[1..4]", bytes(frame.data, 1, 4)}, {"DATA[5..7]", bytes(frame.data, 5, 7)}};
+}
+
+bool ReplyReader::answers_with(std::uint8_t asked, std::uint8_t said) const {
+  if (asked == said) return true;
+  const auto* const command = protocol::find_command(asked, format.dialect.framing);
+  return manual_reply_bytes && command != nullptr && said != 0 &&
+         static_cast<std::uint8_t>(command->printed) == said;
+}
+
+double value_difference(const ReplyValue& a, const ReplyValue& b) {
+  const double difference = b.value - a.value;
+  return a.period > 0 ? std::remainder(difference, a.period) : difference;
+}
+
+std::string values_text(const std::vector<ReplyValue>& values) {
+  std::string text;
+  for (const ReplyValue& one : values) {
+    text.append(text.empty() ? "" : ", ").append(one.name).append(" ");
+    text += shortest(one.value);
+  }
+  return text;
+}
+
+namespace {
+
+/// A reply repeats the number of its parameter or setting.
+bool is_about_the_same(const protocol::Frame& query, const protocol::Frame& reply,
+                       const protocol::WireFormat& format) {
+  const protocol::CommandInfo* const command = protocol::command_of(query);
+  if (command == nullptr || protocol::find_multi_drive(query.id) != nullptr) return true;
+  const auto differs = [&](const protocol::Field& field) {
+    return protocol::repeats_in_reply(*command, field) &&
+           protocol::present(field, query.data, format) &&
+           query.data[field.byte] != reply.data[field.byte];
+  };
+  return std::ranges::none_of(command->query, differs);
+}
+
+/// Returns true if another query may look like the reply to this one.
+bool says_the_same(const protocol::Frame& query) {
+  const protocol::CommandInfo* const command = protocol::command_of(query);
+  return command != nullptr && protocol::reply_says_the_same(*command);
+}
+
+}  // namespace
+
+Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::Frame& query,
+              const protocol::Frame& reply) {
+  if (!reader.answers_with(command, reply.data[0])) return Fit::kNo;
+  if (!has_length_of_reply(reply)) return Fit::kNo;
+  if (!is_about_the_same(query, reply, reader.format)) return Fit::kNo;
+  protocol::Frame own = reply;
+  own.id = reader.format.dialect.reply_id_base + static_cast<std::uint32_t>(reader.id);
+  const auto decoded = protocol::decode_reply(own, reader.format);
+  const auto* content = std::get_if<protocol::ReplyFrame>(&decoded);
+  if (content == nullptr) return Fit::kNo;
+  const bool same = reply.data == query.data && reply.dlc == query.dlc;
+  if (std::holds_alternative<protocol::Echo>(content->reply)) {
+    return same ? Fit::kEither : Fit::kNo;
+  }
+  if (is_serial(reply)) return same ? Fit::kEither : Fit::kYes;  // query and reply differ in length
+  const bool state = protocol::has_state(reply.data[0]);
+  // A state at 0 or 1 °C is taken for a query, whose DATA[1] is 0 or a direction.
+  if (state) return same || reply.data[1] <= 1 ? Fit::kNo : Fit::kYes;
+  return same || says_the_same(query) ? Fit::kEither : Fit::kYes;
+}
+
+bool looks_like_a_state(const protocol::Frame& frame) {
+  if (!protocol::has_state(frame.data[0])) return false;
+  return is_serial(frame) ? frame.dlc == protocol::kCanBytes : frame.data[1] > 1;
+}
+
+bool has_length_of_reply(const protocol::Frame& frame) {
+  const protocol::CommandInfo* const command = protocol::command_of(frame);
+  if (!protocol::is_serial(frame) || command == nullptr) return true;
+  constexpr protocol::Opcode kBlockReads[] = {
+      protocol::ReadProduct::kOpcode, protocol::ReadSettingsBlock::kOpcode,
+      protocol::ReadCalibration::kOpcode, protocol::AlignReducer::kOpcode};
+  const bool reads = std::ranges::find(kBlockReads, command->opcode) != std::end(kBlockReads);
+  const bool writes = command->query_len != nullptr;
+  const bool empty = frame.dlc == 1;
+  return !(reads && empty) && !(writes && !empty);
+}
+
+bool is_data(const protocol::Frame& frame) {
+  if (frame.kind == protocol::FrameKind::kSerial) return frame.dlc > 0;
+  return frame.kind == protocol::FrameKind::kData && !frame.extended && frame.dlc == 8;
+}
+
 namespace {
 
 using protocol::Frame;

@@ -14,7 +14,7 @@
 #include "emulator/advice/adviser.hpp"
 #include "emulator/core/bus/bus.hpp"
 #include "emulator/live/pacer.hpp"
-#include "emulator/rom/rom_gate.hpp"
+#include "emulator/rom/rom_store.hpp"
 #include "emulator/transports/netlink.hpp"
 #include "emulator/transports/port.hpp"
 #include "emulator/transports/socketcan.hpp"

@@ -12,7 +12,6 @@
 #include "emulator/core/coupling/coupling.hpp"
 #include "emulator/live/line.hpp"
 #include "emulator/live/pacer.hpp"
-#include "emulator/live/stamp_clock.hpp"
 
 namespace lk::emulator {
 

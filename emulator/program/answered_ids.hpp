@@ -10,6 +10,11 @@
 
 namespace lk::emulator {
 
+/// Returns a bus that needs no CAN in the kernel, with instructions to connect that can be copied.
+std::string offer_without_can();
+/// Returns a suggestion for this machine when no bus was given.
+std::string bus_offer();
+
 /// Locks the IDs at which the drives answer, and warns if they are not the configured IDs.
 class AnsweredIds {
  public:

@@ -16,10 +16,9 @@
 
 #include "emulator/config/bus_name.hpp"
 #include "emulator/ground/start_error.hpp"
-#include "emulator/program/bus_offer.hpp"
+#include "emulator/program/answered_ids.hpp"
 #include "emulator/program/config_listing.hpp"
-#include "emulator/program/privileges.hpp"
-#include "emulator/program/service_manager.hpp"
+#include "emulator/program/process.hpp"
 #include "emulator/scenario/scenario_report.hpp"
 #include "emulator/transports/make_port.hpp"
 #include "emulator/transports/socketcan.hpp"

@@ -13,12 +13,10 @@
 #include "emulator/files/output_file.hpp"
 #include "emulator/live/world.hpp"
 #include "emulator/program/answered_ids.hpp"
-#include "emulator/program/input_watch.hpp"
+#include "emulator/program/process.hpp"
 #include "emulator/program/run_recording.hpp"
 #include "emulator/program/scenario_activity.hpp"
-#include "emulator/rom/rom_options.hpp"
 #include "emulator/rom/rom_store.hpp"
-#include "emulator/rom/rom_writer.hpp"
 #include "emulator/shafts/shaft_server.hpp"
 #include "emulator/transports/netlink.hpp"
 

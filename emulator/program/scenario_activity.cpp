@@ -10,8 +10,8 @@
 #include "emulator/core/servo/signals.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/ground/start_error.hpp"
-#include "emulator/scenario/scenario_files.hpp"
 #include "emulator/scenario/scenario_report.hpp"
+#include "emulator/scenario/scenario_runner.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "emulator/core/bus/bus.hpp"
-#include "emulator/frames/reply_values.hpp"
+#include "emulator/frames/log_pairing.hpp"
 
 namespace lk::emulator {
 namespace {

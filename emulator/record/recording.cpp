@@ -11,7 +11,7 @@
 #include "emulator/config/profile.hpp"
 #include "emulator/config/rom_file.hpp"
 #include "emulator/files/json_table.hpp"
-#include "emulator/files/regular_file.hpp"
+#include "emulator/files/output_file.hpp"
 #include "emulator/ground/start_error.hpp"
 
 namespace lk::emulator {

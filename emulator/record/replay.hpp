@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -9,6 +10,9 @@
 #include <vector>
 
 #include "emulator/core/bus/bus.hpp"
+#include "emulator/files/output_file.hpp"
+#include "emulator/record/recording.hpp"
+#include "emulator/scenario/csv_writer.hpp"
 
 namespace lk::emulator {
 
@@ -85,5 +89,52 @@ class Replay {
   std::uint64_t host_frames_ = 0;
   std::uint64_t equal_replies_ = 0;
 };
+
+/// Describes a difference for the user: time, both frames decoded, and the frames before. First it
+/// warns if another version of lk-emu made the recording. `bus`: configuration of the bus. Has
+/// several lines.
+std::string difference_text(const Difference& difference, const BusConfig& bus,
+                            const RecordingInfo& recording);
+
+/// Options of `lk-emu replay --csv`.
+struct ReplayCsv {
+  std::string file;
+  std::vector<const Signal*> signals;
+  SimTime period{0};
+};
+
+/// Writes signals of all drives of a replay, at equal steps of simulated time.
+class ReplayCsvFile {
+ public:
+  /// Makes `replay` stop at each sample. Throws StartError.
+  ReplayCsvFile(const ReplayCsv& csv, const std::vector<BusConfig>& buses, Replay& replay);
+  ReplayCsvFile(const ReplayCsvFile&) = delete;
+  ReplayCsvFile& operator=(const ReplayCsvFile&) = delete;
+  ~ReplayCsvFile() = default;
+
+  void commit() { file_.commit(); }
+
+ private:
+  void take(std::size_t bus, const std::vector<double>& row);
+
+  OutputFile file_;
+  std::vector<Sampler> samplers_;                      // by bus
+  std::vector<std::deque<std::vector<double>>> rows_;  // by bus, as buses are not in step
+  SimTime period_;
+  SimTime next_row_{0};
+};
+
+/// How a replay ended.
+struct ReplayEnd {
+  bool complete = false;  // the recording was ended properly, not cut off
+  bool cut_line = false;  // cut off inside a line, which is ignored
+  SimTime until{0};       // simulated time of the last entry
+};
+
+/// Runs `replay`, made from `recording.buses`, with the recording in `directory`, to its end or the
+/// first difference. Calls `progress` from time to time. Throws StartError if a file cannot be
+/// read.
+ReplayEnd replay_recording(const std::filesystem::path& directory, const Recording& recording,
+                           Replay& replay, const std::function<void(SimTime)>& progress = {});
 
 }  // namespace lk::emulator

@@ -6,16 +6,87 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdlib>
+#include <set>
 #include <stdexcept>
+#include <system_error>
+#include <utility>
 
 #include "emulator/config/bus_name.hpp"
-#include "emulator/files/regular_file.hpp"
+#include "emulator/files/durable_file.hpp"
+#include "emulator/files/output_file.hpp"
 #include "emulator/ground/start_error.hpp"
 
 namespace lk::emulator {
+
+/// The first write also syncs the directory, as a file is only as durable as its directory.
+RomWriter::WriteFile RomWriter::write_to_disk() {
+  return [durable = std::set<int>()](int directory_fd, const std::string& name,
+                                     const std::string& text) mutable {
+    int error = durable.contains(directory_fd) ? 0 : sync_entry(directory_fd);
+    if (error == 0) {
+      durable.insert(directory_fd);
+      error = write_durably(directory_fd, name, text);
+    }
+    return error;
+  };
+}
+
+RomWriter::RomWriter(OnWritten on_written, WriteFile write_file)
+    : on_written_(std::move(on_written)), write_file_(std::move(write_file)) {}
+
+RomWriter::~RomWriter() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  changed_.notify_one();
+  if (thread_.joinable()) thread_.join();
+}
+
+void RomWriter::write(const RomPlace& place, const RomWrite& write) {
+  if (const int error = start(); error != 0) {
+    on_written_(place, write, error);
+    return;
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    if (waiting_.insert_or_assign(&place, write).second) order_.push_back(&place);
+  }
+  changed_.notify_one();
+}
+
+int RomWriter::start() {
+  if (thread_.joinable()) return 0;
+  try {
+    const SignalsBlocked blocked;
+    thread_ = std::thread([this] { run(); });
+    return 0;
+  } catch (const std::system_error& problem) {
+    return problem.code().value();
+  }
+}
+
+void RomWriter::run() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    changed_.wait(lock, [this] { return stop_ || !order_.empty(); });
+    if (stop_) return;
+    const RomPlace& place = *order_.front();
+    order_.pop_front();
+    const RomWrite write = waiting_[&place];
+    waiting_.erase(&place);
+    lock.unlock();
+    const int error =
+        write_file_(place.directory_fd, place.name, print_rom(place.owner, write.rom, write.wear));
+    on_written_(place, write, error);
+    lock.lock();
+  }
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -187,6 +258,76 @@ void RomStore::take_directories(const RomOptions& options, const std::vector<Bus
     directories_.emplace_back(base / bus_file_name(bus.interface),
                               "; give --rom DIR, or --rom :memory:");
   }
+}
+
+namespace {
+
+/// Identifiers of drives' replies are a multiple of 64 plus the ID.
+int drive_of(const TimedFrame& reply) {
+  return reply.said_by != 0 ? reply.said_by : static_cast<int>(reply.frame.id & 0x3FU);
+}
+
+}  // namespace
+
+RomGate::RomGate(const BusConfig& bus) {
+  for (const ServoConfig& servo : bus.servos) drives_[servo.id].kept = {servo.rom, servo.wear};
+}
+
+void RomGate::pass(const TimedFrame& reply, std::vector<protocol::Frame>& out) {
+  if (reply.frame.kind == protocol::FrameKind::kError || reply.echo) {
+    out.push_back(reply.frame);  // not a reply
+    return;
+  }
+  Drive& drive = drives_.at(drive_of(reply));
+  if (drive.held.empty() && reply.after_rom_write <= drive.settled) {
+    release(drive, reply, out);
+  } else if (drive.held.size() < kMostHeld) {
+    drive.held.push_back(reply);
+  } else {
+    ++lost_replies_;
+  }
+}
+
+const RomGate::Kept* RomGate::settle(const RomWrite& write, bool durable,
+                                     std::vector<protocol::Frame>& out) {
+  Drive& drive = drives_.at(write.id);
+  if (durable) {
+    drive.kept = {write.rom, write.wear};
+  } else {
+    // Merges consecutive failures: settings, which no reply acknowledges, may fail without limit.
+    if (!drive.failed.empty() && drive.failed.back().last == drive.settled) {
+      drive.failed.back().last = write.number;
+    } else {
+      drive.failed.push_back({drive.settled, write.number});
+    }
+    ++failed_writes_;
+  }
+  drive.settled = write.number;
+  while (!drive.held.empty() && drive.held.front().after_rom_write <= drive.settled) {
+    release(drive, drive.held.front(), out);
+    drive.held.pop_front();
+  }
+  // A later pending write includes the values of this one.
+  return !durable && drive.begun == write.number ? &drive.kept : nullptr;
+}
+
+void RomGate::release(Drive& drive, const TimedFrame& reply, std::vector<protocol::Frame>& out) {
+  const std::uint64_t number = reply.after_rom_write;
+  if (number == 0) {
+    out.push_back(reply.frame);
+    return;
+  }
+  while (!drive.failed.empty() && drive.failed.front().last < number) drive.failed.pop_front();
+  if (!drive.failed.empty() && number > drive.failed.front().after) {
+    ++lost_replies_;
+  } else {
+    out.push_back(reply.frame);
+  }
+}
+
+std::size_t RomGate::waiting() const {
+  const auto waits = [](const auto& entry) { return entry.second.begun > entry.second.settled; };
+  return static_cast<std::size_t>(std::ranges::count_if(drives_, waits));
 }
 
 }  // namespace lk::emulator

@@ -1,19 +1,78 @@
 #pragma once
 
+#include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "emulator/config/rom_file.hpp"
 #include "emulator/core/bus_config.hpp"
+#include "emulator/core/rom_write.hpp"
+#include "emulator/core/sim_time.hpp"
 #include "emulator/files/durable_file.hpp"
-#include "emulator/rom/rom_options.hpp"
-#include "emulator/rom/rom_writer.hpp"
 
 namespace lk::emulator {
+
+/// Storage of ROM.
+struct RomOptions {
+  std::optional<std::filesystem::path> directory;  // absent: the user's state directory, by bus
+  bool in_memory = false;                          // do not save
+  bool wipe = false;                               // start from factory state
+};
+
+/// ROM file of one drive.
+struct RomPlace {
+  int directory_fd = -1;
+  std::string name;
+  std::size_t bus = 0;  // its index
+  RomOwner owner;
+};
+
+/// Writes ROM files on its own thread, so that no caller waits for the disk. Pending writes of one
+/// drive are merged: the last one counts. The first write starts the thread, as most runs have
+/// none. If that fails, it counts as a disk error.
+class RomWriter {
+ public:
+  /// Returns 0 or errno. Default: write_durably; tests replace it.
+  using WriteFile =
+      std::function<int(int directory_fd, const std::string& name, const std::string& text)>;
+  /// Called on the writer's thread when `write` and earlier ones of that drive are durable or have
+  /// failed with `error`. Without a thread, called from `write`.
+  using OnWritten = std::function<void(const RomPlace& place, const RomWrite& write, int error)>;
+
+  explicit RomWriter(OnWritten on_written, WriteFile write_file = write_to_disk());
+  RomWriter(const RomWriter&) = delete;
+  RomWriter& operator=(const RomWriter&) = delete;
+  /// Waits for the write in progress; drops pending ones.
+  ~RomWriter();
+
+  /// `place` identifies the drive and must outlive the writer.
+  void write(const RomPlace& place, const RomWrite& write);
+
+ private:
+  static WriteFile write_to_disk();
+  /// Returns 0 or errno.
+  int start();
+  void run();
+
+  OnWritten on_written_;
+  WriteFile write_file_;
+  std::mutex mutex_;  // protects all members below
+  std::condition_variable changed_;
+  std::map<const RomPlace*, RomWrite> waiting_;
+  std::deque<const RomPlace*> order_;  // pending drives, in order
+  bool stop_ = false;
+  std::thread thread_;
+};
 
 /// A directory of ROM files, locked by this process during the object's life.
 class RomDirectory {
@@ -62,5 +121,57 @@ void peek_rom(const RomOptions& options, std::vector<BusConfig>& buses);
 /// Returns the user's ROM directory without the bus; empty if none. Follows the XDG Base Directory
 /// Specification.
 std::filesystem::path state_directory(const char* xdg_state_home, const char* home);
+
+/// Holds replies of a bus for the disk. A reply that acknowledges a ROM write leaves when the write
+/// is durable. Later replies of the same drive wait behind it; other drives do not wait. Content
+/// and time of a reply are decided before.
+class RomGate {
+ public:
+  /// Limit of held replies per drive; later ones are useless to a host.
+  static constexpr std::size_t kMostHeld = 1024;
+
+  /// Known ROM content of a drive.
+  struct Kept {
+    Registers rom;
+    RomWear wear{};
+  };
+
+  explicit RomGate(const BusConfig& bus);
+
+  /// Notes that a write is pending.
+  void begin(const RomWrite& write) { drives_.at(write.id).begun = write.number; }
+  /// Passes a reply that is due: appends it to `out` unless it must wait.
+  void pass(const TimedFrame& reply, std::vector<protocol::Frame>& out);
+  /// Notes that `write` and earlier writes of that drive are durable, or lost. Appends released
+  /// replies. Returns the content that the ROM must be restored to, or null.
+  const Kept* settle(const RomWrite& write, bool durable, std::vector<protocol::Frame>& out);
+
+  /// Number of drives with a pending write.
+  std::size_t waiting() const;
+  bool idle() const { return waiting() == 0; }
+  std::uint64_t failed_writes() const { return failed_writes_; }
+  /// Replies dropped because their write failed or too many waited.
+  std::uint64_t lost_replies() const { return lost_replies_; }
+
+ private:
+  /// The writes `after` < number <= `last`.
+  struct Range {
+    std::uint64_t after;
+    std::uint64_t last;
+  };
+  struct Drive {
+    Kept kept;
+    std::uint64_t begun = 0;
+    std::uint64_t settled = 0;
+    std::deque<Range> failed;  // until a reply acknowledges a later write
+    std::deque<TimedFrame> held;
+  };
+
+  void release(Drive& drive, const TimedFrame& reply, std::vector<protocol::Frame>& out);
+
+  std::map<int, Drive> drives_;  // by ID
+  std::uint64_t failed_writes_ = 0;
+  std::uint64_t lost_replies_ = 0;
+};
 
 }  // namespace lk::emulator

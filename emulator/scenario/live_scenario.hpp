@@ -8,12 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "emulator/core/scenario/error_watch.hpp"
-#include "emulator/core/scenario/host_script.hpp"
 #include "emulator/core/scenario/judge.hpp"
 #include "emulator/core/scenario/scenario.hpp"
 #include "emulator/live/line.hpp"
-#include "emulator/scenario/junit_writer.hpp"
+#include "emulator/scenario/scenario_report.hpp"
 
 namespace lk::emulator {
 

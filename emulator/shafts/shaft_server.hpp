@@ -14,10 +14,7 @@
 
 #include "emulator/live/world.hpp"
 #include "emulator/shafts/shaft_body.hpp"
-#include "emulator/shafts/shaft_messages.hpp"
-#include "emulator/shafts/shaft_options.hpp"
 #include "emulator/transports/socket_listener.hpp"
-#include "emulator/transports/tell_limit.hpp"
 
 namespace lk::emulator {
 

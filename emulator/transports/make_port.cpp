@@ -6,7 +6,6 @@
 #include "emulator/config/bus_name.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/transports/multicast_port.hpp"
-#include "emulator/transports/serial_bytes.hpp"
 #include "emulator/transports/serial_port.hpp"
 #include "emulator/transports/slcan.hpp"
 #include "emulator/transports/socketcan_port.hpp"

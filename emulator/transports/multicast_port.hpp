@@ -1,9 +1,13 @@
 #pragma once
 
+/// Datagrams of python-can's udp_multicast interface: message attributes in MessagePack.
+
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
+#include <chrono>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -11,8 +15,17 @@
 
 #include "emulator/config/bus_name.hpp"
 #include "emulator/transports/port.hpp"
+#include "protocol/frame.hpp"
 
 namespace lk::emulator {
+
+/// Upper limit in bytes; python-can's CAN 2.0 messages have about 170.
+inline constexpr std::size_t kLongestCanMsgpack = 512;
+
+/// Returns nullopt if the bytes are no message. CAN FD and error frames lose their data.
+std::optional<protocol::Frame> parse_can_msgpack(std::span<const std::uint8_t> bytes);
+/// `stamp` is a reading of the wall clock.
+std::vector<std::uint8_t> can_msgpack(const protocol::Frame& frame, std::chrono::nanoseconds stamp);
 
 /// A bus of python-can's udp_multicast interface: every datagram to the group is a frame. The
 /// network delivers a host's frames to the other hosts, as a CAN interface does.

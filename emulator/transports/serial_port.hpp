@@ -9,11 +9,19 @@
 #include <string>
 #include <vector>
 
-#include "emulator/files/regular_file.hpp"
+#include "emulator/files/output_file.hpp"
+#include "emulator/transports/client_set.hpp"
 #include "emulator/transports/port.hpp"
 #include "emulator/transports/pty_link.hpp"
 
 namespace lk::emulator {
+
+/// RS-485 over TCP: bytes of packets in both directions, unchanged.
+class SerialBytes final : public ClientProtocol {
+ public:
+  void take(std::span<const std::uint8_t> bytes, Time now, FromClient& heard) override;
+  void show(const protocol::Frame& frame, Time now, std::string& out) override;
+};
 
 /// Settings of a serial port (docs/rs485.md).
 struct SerialPortOptions {

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "emulator/transports/client_protocol.hpp"
+#include "emulator/transports/client_set.hpp"
 
 namespace lk::emulator {
 

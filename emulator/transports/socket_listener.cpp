@@ -1,5 +1,8 @@
 #include "emulator/transports/socket_listener.hpp"
 
+#include <ifaddrs.h>
+#include <netinet/in.h>
+#include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -7,14 +10,57 @@
 #include <boost/asio/local/stream_protocol.hpp>
 #include <chrono>
 #include <cstring>
+#include <memory>
 #include <string>
 #include <utility>
 
 #include "emulator/files/runtime_dir.hpp"
 #include "emulator/ground/start_error.hpp"
-#include "emulator/transports/keep_alive.hpp"
+#include "emulator/transports/client_set.hpp"
 
 namespace lk::emulator {
+
+namespace ip = boost::asio::ip;
+
+std::set<ip::address> addresses_of_this_machine() {
+  std::set<ip::address> found;
+  ifaddrs* list = nullptr;
+  if (::getifaddrs(&list) != 0) return found;
+  const std::unique_ptr<ifaddrs, decltype(&::freeifaddrs)> owner(list, ::freeifaddrs);
+  for (const ifaddrs* one = list; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr == nullptr) continue;
+    if (one->ifa_addr->sa_family == AF_INET) {
+      sockaddr_in address{};
+      std::memcpy(&address, one->ifa_addr, sizeof address);
+      found.insert(ip::address_v4(ntohl(address.sin_addr.s_addr)));
+    } else if (one->ifa_addr->sa_family == AF_INET6) {
+      sockaddr_in6 address{};
+      std::memcpy(&address, one->ifa_addr, sizeof address);
+      ip::address_v6::bytes_type bytes;
+      std::memcpy(bytes.data(), &address.sin6_addr, bytes.size());
+      found.insert(ip::address_v6(bytes));  // without its scope
+    }
+  }
+  return found;
+}
+
+ip::address without_scope(const ip::address& address) {
+  return address.is_v6() ? ip::address(ip::address_v6(address.to_v6().to_bytes())) : address;
+}
+
+bool TellLimit::may_tell(const std::string& whom) {
+  constexpr unsigned kMost = 20;
+  constexpr auto kAnew = std::chrono::seconds(10);
+  const auto now = std::chrono::steady_clock::now();
+  if (told_ == 0 || now - since_ > kAnew) {
+    since_ = now;
+    told_ = 0;
+  }
+  ++told_;
+  if (told_ == kMost + 1) spdlog::warn("{}: no more of this is told for a while", whom);
+  return told_ <= kMost;
+}
+
 namespace {
 
 using boost::asio::ip::tcp;

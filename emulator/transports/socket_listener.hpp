@@ -7,12 +7,32 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <set>
 #include <string>
 
 namespace lk::emulator {
+
+/// Addresses of all interfaces, without scopes; empty if the system does not report them.
+std::set<boost::asio::ip::address> addresses_of_this_machine();
+/// Converts fe80::1%eth0 to fe80::1.
+boost::asio::ip::address without_scope(const boost::asio::ip::address& address);
+
+/// Limits log messages caused by others to twenty in ten seconds. Otherwise they could fill a disk,
+/// or a log pipe that is not read, which would stop the program.
+class TellLimit {
+ public:
+  /// Returns whether one more message may be logged. The first refusal is logged in the name of
+  /// `whom`.
+  bool may_tell(const std::string& whom);
+
+ private:
+  std::chrono::steady_clock::time_point since_;
+  unsigned told_ = 0;
+};
 
 /// Listens at a Unix socket or a TCP port and passes connections to a callback. Without free
 /// descriptors it retries ten times a second.

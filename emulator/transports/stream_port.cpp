@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "emulator/ground/start_error.hpp"
-#include "emulator/transports/keep_alive.hpp"
+#include "emulator/transports/client_set.hpp"
 
 namespace lk::emulator {
 

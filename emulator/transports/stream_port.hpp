@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "emulator/config/bus_name.hpp"
-#include "emulator/transports/beacon.hpp"
 #include "emulator/transports/client_set.hpp"
 #include "emulator/transports/pty_link.hpp"
+#include "emulator/transports/socketcand.hpp"
 
 namespace lk::emulator {
 

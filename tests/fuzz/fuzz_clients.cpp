@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "emulator/transports/can_msgpack.hpp"
-#include "emulator/transports/serial_bytes.hpp"
+#include "emulator/transports/multicast_port.hpp"
+#include "emulator/transports/serial_port.hpp"
 #include "emulator/transports/slcan.hpp"
 #include "emulator/transports/socketcand.hpp"
 #include "tests/fuzz/support.hpp"

@@ -11,7 +11,6 @@
 
 #include "emulator/core/coupling/coupling.hpp"
 #include "emulator/shafts/shaft_body.hpp"
-#include "emulator/shafts/shaft_messages.hpp"
 #include "tests/fuzz/support.hpp"
 #include "tests/support/bus_config.hpp"
 

@@ -1,6 +1,6 @@
 #include "model/control/current_loop_params.hpp"
-#include "model/control/life.hpp"
 #include "model/control/motion_loops.hpp"
+#include "model/control/protection.hpp"
 #include "model/plant/brake.hpp"
 #include "tests/model/support.hpp"
 

@@ -9,7 +9,7 @@
 #include "model/control/current_loop_params.hpp"
 #include "model/control/motion_loops.hpp"
 #include "model/plant/sensors.hpp"
-#include "model/plant/slow_sensors.hpp"
+#include "model/plant/thermal.hpp"
 #include "model/transforms.hpp"
 #include "model/trig.hpp"
 #include "tests/model/reference_solver.hpp"

@@ -3,7 +3,7 @@
 
 #include "model/control/current_loop_params.hpp"
 #include "model/control/motion_loops.hpp"
-#include "model/plant/slow_sensors.hpp"
+#include "model/plant/thermal.hpp"
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {

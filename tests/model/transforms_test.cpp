@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/control/svpwm.hpp"
+#include "model/control/current_loop.hpp"
 
 namespace lk::model {
 namespace transforms_test {

@@ -1,5 +1,7 @@
 #pragma once
 
+/// @file TOML as text, its numbers as short as they read back the same. toml++ writes 0.1 as
+/// 0.10000000000000001.
 /// @file From a requested case to a scenario that can run.
 
 #include <cstddef>
@@ -10,11 +12,18 @@
 #include <string>
 #include <vector>
 
+#include "emulator/config/config_reader.hpp"
 #include "emulator/core/scenario/scenario.hpp"
 #include "tools/cases/case_files.hpp"
 #include "tools/cases/case_request.hpp"
 
 namespace lk::emulator {
+
+/// A file: keys, then `[[…]]` for each array of tables. All tables within these are on one line.
+std::string toml_text(const toml::table& document);
+
+/// The keys of a table, a line each: `reply = { error = "stall" }`.
+std::string toml_lines(const toml::table& table);
 
 /// A directive for one of a robot's buses.
 struct PlannedDirective {

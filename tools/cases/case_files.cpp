@@ -2,9 +2,8 @@
 
 #include <utility>
 
-#include "emulator/files/body_files.hpp"
+#include "emulator/files/output_file.hpp"
 #include "emulator/files/profile_files.hpp"
-#include "emulator/files/regular_file.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -11,8 +11,8 @@
 #include "emulator/control/control_options.hpp"
 #include "emulator/ground/language.hpp"
 #include "emulator/live/pacer.hpp"
-#include "emulator/rom/rom_options.hpp"
-#include "emulator/shafts/shaft_options.hpp"
+#include "emulator/rom/rom_store.hpp"
+#include "emulator/shafts/shaft_body.hpp"
 
 namespace CLI {  // NOLINT(readability-identifier-naming): the library's
 class App;

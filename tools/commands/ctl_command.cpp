@@ -21,7 +21,6 @@
 #include "tools/ctl/ctl_client.hpp"
 #include "tools/ctl/ctl_tables.hpp"
 #include "tools/ctl/ctl_watch.hpp"
-#include "tools/ctl/ctl_words.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -10,12 +10,11 @@
 #include <utility>
 #include <vector>
 
-#include "emulator/files/body_files.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
-#include "tools/commands/python_package.hpp"
+#include "tools/commands/python_commands.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/generation.hpp"
-#include "emulator/frames/decode_words.hpp"
+#include "emulator/frames/frame_words.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -26,7 +26,7 @@ std::string milliseconds(SimTime latency) {
   return fmt::format("{:.3f} ms", static_cast<double>(latency.count()) / 1e6);
 }
 
-std::string time_text(SimTime since) {
+std::string since_text(SimTime since) {
   const auto us = std::chrono::floor<std::chrono::microseconds>(since).count();
   const auto size = std::abs(us);
   return fmt::format("{}{}.{:06}", us < 0 ? "-" : "", size / 1'000'000, size % 1'000'000);
@@ -87,7 +87,7 @@ std::string frame_line(const DecodedFrame& frame, const DecodeOptions& options) 
   const RoleWords role = role_words(frame.told);
   const bool error = frame.words.mark == "error";
   std::string line;
-  if (frame.since) line += paint(right(time_text(*frame.since), 12), kDim, options) + "  ";
+  if (frame.since) line += paint(right(since_text(*frame.since), 12), kDim, options) + "  ";
   line += padded(frame.interface, 6) + " " + right(drive_text(frame), 3) + "  ";
   line += paint(padded(role.words.in(language), 6), role.colour, options) + " ";
   line += right(frame.told.latency ? milliseconds(*frame.told.latency) : "", 10) + "  ";

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "emulator/frames/reply_fit.hpp"
+#include "emulator/frames/log_pairing.hpp"
 #include "protocol/wire.hpp"
 
 namespace lk::emulator {

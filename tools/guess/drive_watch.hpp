@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "emulator/frames/conversation.hpp"
-#include "tools/guess/encoder_watch.hpp"
 #include "tools/guess/evidence.hpp"
 #include "tools/guess/motion_watch.hpp"
 

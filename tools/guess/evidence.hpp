@@ -4,15 +4,25 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "emulator/core/sim_time.hpp"
 #include "protocol/frame.hpp"
 #include "protocol/wire_format.hpp"
-#include "tools/guess/product_info.hpp"
 #include "tools/guess/traits.hpp"
 
 namespace lk::emulator {
+
+/// Names and versions in the reply to 0x12 (docs/rs485.md). Safe to print.
+struct ProductInfo {
+  std::string driver;    // "DS40R7"
+  std::string motor;     // "MS4015"
+  std::string firmware;  // "2.35"
+};
+
+/// Returns the info from a reply to 0x12; empty for other packets.
+std::optional<ProductInfo> product_info(const protocol::Frame& reply);
 
 /// A frame as on the bus; `at` if the log has a time stamp.
 struct Sighting {

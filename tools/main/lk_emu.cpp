@@ -17,7 +17,7 @@
 #include "emulator/ground/text.hpp"
 #include "emulator/program/config_listing.hpp"
 #include "emulator/program/daemon.hpp"
-#include "emulator/scenario/scenario_files.hpp"
+#include "emulator/scenario/scenario_runner.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/commands/complete_command.hpp"

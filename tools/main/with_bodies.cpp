@@ -1,7 +1,7 @@
 #include <memory>
 
 #include "emulator/body/mujoco_body.hpp"
-#include "emulator/files/body_files.hpp"
+#include "emulator/files/profile_files.hpp"
 #include "tools/main/bodies.hpp"
 
 void lk::emulator::provide_bodies() {

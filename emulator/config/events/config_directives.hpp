@@ -57,4 +57,8 @@ std::string text_problem(const std::string& text, std::size_t longest);
 /// Reads seconds, up to kLongestTime.
 std::optional<SimTime> read_duration(TableReader& reader, const std::string& key);
 
+/// Reads every [[bus.event]] into `bus.events`: one directive per drive, ordered by time. Pre: the
+/// bus has its drives.
+void read_events(TableReader& reader, BusConfig& bus);
+
 }  // namespace lk::emulator

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "emulator/config/config_ids.hpp"
 #include "emulator/config/config_quirks.hpp"
+#include "emulator/config/config_serial.hpp"
 #include "emulator/config/events/config_directives.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
 #include "emulator/ground/text.hpp"

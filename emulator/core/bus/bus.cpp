@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "emulator/core/seed.hpp"
-#include "emulator/core/servo/body_signals.hpp"
+#include "emulator/core/servo/signals.hpp"
 
 namespace lk::emulator {
 

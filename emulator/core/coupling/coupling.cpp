@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "emulator/core/overloaded.hpp"
-#include "emulator/core/time_text.hpp"
+#include "emulator/core/sim_time.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "emulator/core/faults/acts.hpp"
 #include "emulator/core/faults/fault_table.hpp"
-#include "emulator/core/faults/live_fault.hpp"
 #include "emulator/core/node/link.hpp"
 #include "emulator/core/servo/servo.hpp"
 #include "emulator/core/wire/host_adapter.hpp"

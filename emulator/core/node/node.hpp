@@ -12,7 +12,6 @@
 #include "emulator/core/node/link.hpp"
 #include "emulator/core/node/memory.hpp"
 #include "emulator/core/node/motors.hpp"
-#include "emulator/core/node/power.hpp"
 #include "emulator/core/servo/servo.hpp"
 
 namespace lk::emulator {

@@ -8,7 +8,6 @@
 
 #include "emulator/core/bus/bus.hpp"
 #include "emulator/core/coupling/coupling.hpp"
-#include "emulator/core/scenario/host_script.hpp"
 #include "emulator/core/scenario/judge.hpp"
 #include "emulator/core/scenario/scenario.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "emulator/core/scenario/scenario.hpp"
-#include "emulator/core/time_text.hpp"
+#include "emulator/core/sim_time.hpp"
 
 namespace lk::emulator {
 

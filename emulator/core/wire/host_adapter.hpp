@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "emulator/core/adapter_times.hpp"
 #include "emulator/core/sim_time.hpp"
+#include "emulator/core/wire_timing.hpp"
 #include "protocol/frame.hpp"
 
 namespace lk::emulator {

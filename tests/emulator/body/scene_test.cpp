@@ -7,7 +7,7 @@
 #include <numbers>
 #include <string>
 
-#include "emulator/core/servo/body_signals.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "tests/emulator/body/body_support.hpp"
 
 namespace lk::test {

@@ -1,11 +1,11 @@
 // Figures derived from a profile: a motor with round numbers, computed by hand.
 
-#include "emulator/config/motor_figures.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
+
+#include "emulator/config/motor_file.hpp"
 
 namespace lk::emulator {
 namespace motor_figures_test {

@@ -1,7 +1,5 @@
 // Limit on the nesting of tables by dotted keys.
 
-#include "emulator/config/toml_depth.hpp"
-
 #include <gtest/gtest.h>
 
 #include <string>

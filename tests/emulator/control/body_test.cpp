@@ -8,7 +8,7 @@
 
 #include "emulator/control/body_stream.hpp"
 #include "emulator/core/coupling/body_looks.hpp"
-#include "emulator/core/servo/body_signals.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "tests/emulator/control/http_support.hpp"
 
 namespace lk::emulator {

@@ -7,7 +7,6 @@
 #include "emulator/core/faults/fault_board.hpp"
 #include "emulator/core/node/memory.hpp"
 #include "emulator/core/node/motors.hpp"
-#include "emulator/core/node/power.hpp"
 #include "tests/support/faults.hpp"
 #include "tests/support/test_bus.hpp"
 

@@ -1,12 +1,11 @@
 // Choice of the model file for a robot's body.
 
-#include "emulator/files/body_files.hpp"
-
 #include <gtest/gtest.h>
 
 #include <stdexcept>
 
 #include "emulator/core/coupling/mechanism.hpp"
+#include "emulator/files/profile_files.hpp"
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {

@@ -20,7 +20,6 @@
 
 #include "emulator/ground/start_error.hpp"
 #include "emulator/rom/rom_store.hpp"
-#include "emulator/rom/rom_writer.hpp"
 #include "emulator/scenario/scenario_runner.hpp"
 #include "tests/emulator/rom/rom_support.hpp"
 #include "tests/support/frames.hpp"

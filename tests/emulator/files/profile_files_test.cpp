@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "emulator/files/regular_file.hpp"
+#include "emulator/files/output_file.hpp"
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {

@@ -1,6 +1,6 @@
-#include "emulator/live/stamp_clock.hpp"
-
 #include <gtest/gtest.h>
+
+#include "emulator/live/pacer.hpp"
 
 namespace lk::emulator {
 namespace stamp_clock_test {

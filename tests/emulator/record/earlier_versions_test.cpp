@@ -14,8 +14,7 @@
 #include "emulator/config/rom_file.hpp"
 #include "emulator/config/scenario/scenario_file.hpp"
 #include "emulator/record/recording.hpp"
-#include "emulator/record/replay_directory.hpp"
-#include "emulator/record/replay_text.hpp"
+#include "emulator/record/replay.hpp"
 #include "tests/support/profile.hpp"
 
 namespace lk::emulator {

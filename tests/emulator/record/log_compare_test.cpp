@@ -10,8 +10,8 @@
 #include <sstream>
 
 #include "emulator/config/candump_log.hpp"
+#include "emulator/files/output_file.hpp"
 #include "emulator/files/profile_files.hpp"
-#include "emulator/files/regular_file.hpp"
 #include "tests/support/serial_bus.hpp"
 #include "tests/support/test_bus.hpp"
 

@@ -1,7 +1,5 @@
 // A full or blocked disk affects only the log.
 
-#include "emulator/record/log_writer.hpp"
-
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -13,6 +11,7 @@
 #include <system_error>
 #include <vector>
 
+#include "emulator/record/recorder.hpp"
 #include "tests/support/no_threads.hpp"
 
 namespace lk::emulator {

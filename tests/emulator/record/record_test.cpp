@@ -15,8 +15,7 @@
 #include "emulator/ground/start_error.hpp"
 #include "emulator/live/line.hpp"
 #include "emulator/record/recorder.hpp"
-#include "emulator/record/replay_directory.hpp"
-#include "emulator/record/replay_text.hpp"
+#include "emulator/record/replay.hpp"
 #include "tests/support/frames.hpp"
 #include "tests/support/temp_directory.hpp"
 

@@ -11,7 +11,7 @@
 
 #include "emulator/files/profile_files.hpp"
 #include "emulator/ground/start_error.hpp"
-#include "emulator/record/replay_directory.hpp"
+#include "emulator/record/replay.hpp"
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {

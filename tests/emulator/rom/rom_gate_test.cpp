@@ -1,5 +1,3 @@
-#include "emulator/rom/rom_gate.hpp"
-
 #include <gtest/gtest.h>
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
@@ -12,7 +10,7 @@
 #include <sstream>
 
 #include "emulator/live/line.hpp"
-#include "emulator/rom/rom_writer.hpp"
+#include "emulator/rom/rom_store.hpp"
 #include "protocol/commands.hpp"
 #include "tests/emulator/rom/rom_support.hpp"
 #include "tests/support/test_bus.hpp"

@@ -1,5 +1,3 @@
-#include "emulator/rom/rom_writer.hpp"
-
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -10,6 +8,7 @@
 #include <semaphore>
 
 #include "emulator/files/durable_file.hpp"
+#include "emulator/rom/rom_store.hpp"
 #include "tests/emulator/rom/rom_support.hpp"
 #include "tests/support/no_threads.hpp"
 #include "tests/support/temp_directory.hpp"

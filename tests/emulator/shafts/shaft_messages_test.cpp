@@ -1,12 +1,12 @@
 // Messages byte for byte as in docs/shafts.md; invalid ones are refused.
-#include "emulator/shafts/shaft_messages.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <bit>
 #include <string>
 #include <variant>
+
+#include "emulator/shafts/shaft_body.hpp"
 
 namespace lk::emulator {
 namespace shaft_messages_test {

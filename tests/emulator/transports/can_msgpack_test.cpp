@@ -1,11 +1,10 @@
 // Datagrams as python-can 4.1 packs them (can/interfaces/udp_multicast/utils.py), byte for byte.
 
-#include "emulator/transports/can_msgpack.hpp"
-
 #include <gtest/gtest.h>
 
 #include <string_view>
 
+#include "emulator/transports/multicast_port.hpp"
 #include "tests/support/frames.hpp"
 #include "tests/support/serial.hpp"
 

@@ -1,11 +1,10 @@
-#include "emulator/transports/keep_alive.hpp"
-
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
 #include "emulator/files/durable_file.hpp"
+#include "emulator/transports/client_set.hpp"
 
 namespace lk::emulator {
 namespace keep_alive_test {

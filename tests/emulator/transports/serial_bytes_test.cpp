@@ -1,10 +1,9 @@
-#include "emulator/transports/serial_bytes.hpp"
-
 #include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
 
+#include "emulator/transports/serial_port.hpp"
 #include "protocol/serial_framing.hpp"
 #include "tests/support/serial.hpp"
 

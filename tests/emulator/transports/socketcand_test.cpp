@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "emulator/transports/beacon.hpp"
 #include "tests/support/frames.hpp"
 
 namespace lk::emulator {

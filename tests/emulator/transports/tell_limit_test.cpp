@@ -1,6 +1,6 @@
-#include "emulator/transports/tell_limit.hpp"
-
 #include <gtest/gtest.h>
+
+#include "emulator/transports/socket_listener.hpp"
 
 namespace lk::emulator {
 namespace tell_limit_test {

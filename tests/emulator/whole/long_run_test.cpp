@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "emulator/core/bus/bus.hpp"
-#include "emulator/core/faults/live_fault.hpp"
+#include "emulator/core/faults/acts.hpp"
 #include "emulator/core/generation.hpp"
 #include "tests/emulator/whole/random_life.hpp"
 #include "tests/support/profile.hpp"

@@ -1,16 +1,15 @@
 // The documents about directives and faults agree with the program.
 
-#include "tools/commands/fault_listing.hpp"
-
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <sstream>
 
 #include "emulator/core/faults/fault_table.hpp"
-#include "emulator/core/servo/body_signals.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "emulator/program/config_listing.hpp"
 #include "tests/emulator/config/config_support.hpp"
+#include "tools/commands/faults_command.hpp"
 
 namespace lk::emulator {
 namespace fault_listing_test {

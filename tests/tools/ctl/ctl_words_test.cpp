@@ -1,6 +1,6 @@
-#include "tools/ctl/ctl_words.hpp"
-
 #include <gtest/gtest.h>
+
+#include "tools/ctl/ctl_watch.hpp"
 
 namespace lk::emulator {
 namespace ctl_words_test {

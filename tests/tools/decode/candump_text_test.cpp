@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "tests/support/frames.hpp"
-#include "tools/decode/latency_histogram.hpp"
+#include "tools/decode/summary.hpp"
 
 namespace lk::emulator {
 namespace candump_text_test {
