@@ -12,7 +12,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "emulator/shafts/lk_shafts.h"
+#include "emulator/io/shafts/lk_shafts.h"
 
 enum { JOINTS = 12, MOST = LK_SHAFTS_HEAD_BYTES + JOINTS * 80 };
 

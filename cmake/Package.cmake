@@ -14,7 +14,7 @@ function(lk_package export)
   install(EXPORT lk-emu-${export} NAMESPACE lk:: DESTINATION ${package_dir} COMPONENT development)
 endfunction()
 
-lk_package(core-targets options ground protocol model core)
+lk_package(core-targets options protocol model core)
 if(TARGET lk_config)
   lk_package(config-targets config)
 endif()
@@ -22,7 +22,7 @@ endif()
 # Public headers (<lk/...>) and those that they include. Not installed: the tick's vector storage, the TOML parser, and
 # the shell, which is not a library.
 file(GLOB_RECURSE headers RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS
-  protocol/*.hpp emulator/ground/*.hpp emulator/core/*.hpp)
+  protocol/*.hpp emulator/core/*.hpp)
 list(APPEND headers
   model/drive_bank.hpp model/drive_params.hpp model/faults.hpp model/lane_kernel.hpp model/setpoint.hpp
   emulator/config/candump_log.hpp emulator/config/config.hpp emulator/config/config_error.hpp

@@ -33,7 +33,7 @@ function(lk_note_room directory)
   set_property(GLOBAL APPEND_STRING PROPERTY LK_ROOMS "${directory}: ${uses}\n")
 endfunction()
 
-# A room of the program itself, as one compilation unit. -O1: most of the code is library templates, and none
+# A room of the program itself, with one compilation unit for each of its folders. -O1: most of the code is library templates, and none
 # is time-critical. Full optimisation would double the build time.
 function(lk_program_room directory)
   lk_room(${directory} ${ARGN})
@@ -41,7 +41,13 @@ function(lk_program_room directory)
   if(NOT TARGET lk_${name})
     return()
   endif()
-  set_target_properties(lk_${name} PROPERTIES UNITY_BUILD_BATCH_SIZE 0)
+  set_target_properties(lk_${name} PROPERTIES UNITY_BUILD_MODE GROUP)
+  get_target_property(sources lk_${name} SOURCES)
+  foreach(source ${sources})
+    cmake_path(GET source PARENT_PATH folder)
+    cmake_path(GET folder FILENAME folder)
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${folder})
+  endforeach()
   target_compile_options(lk_${name} PRIVATE
     -Wno-null-dereference  # GCC 12 warns falsely in Asio's lists
     $<$<CONFIG:Release>:-O1>)

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "emulator/body/mujoco_model.hpp"
-#include "emulator/ground/text.hpp"
+#include "emulator/core/text.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "emulator/body/mujoco_trial.hpp"
-#include "emulator/ground/text.hpp"
+#include "emulator/core/text.hpp"
 
 namespace lk::emulator {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "emulator/body/mujoco_body.hpp"
+#include "emulator/core/text.hpp"
 #include "emulator/core/units.hpp"
-#include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {

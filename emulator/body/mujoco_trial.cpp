@@ -15,7 +15,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "emulator/ground/text.hpp"
+#include "emulator/core/text.hpp"
 
 namespace lk::emulator {
 namespace {

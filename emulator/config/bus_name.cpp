@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "emulator/config/ip_address.hpp"
-#include "emulator/ground/text.hpp"
+#include "emulator/core/text.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -9,7 +9,7 @@
 #include "emulator/config/config_quirks.hpp"
 #include "emulator/config/config_serial.hpp"
 #include "emulator/config/profile.hpp"
-#include "emulator/ground/text.hpp"
+#include "emulator/core/text.hpp"
 #include "protocol/rounding.hpp"
 
 namespace lk::emulator {

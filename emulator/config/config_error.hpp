@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "emulator/ground/text.hpp"
+#include "emulator/core/text.hpp"
 
 namespace lk::emulator {
 

@@ -9,7 +9,7 @@
 #include <system_error>
 
 #include "emulator/core/generation.hpp"
-#include "emulator/ground/text.hpp"
+#include "emulator/core/text.hpp"
 #include "protocol/field.hpp"
 
 namespace lk::emulator {

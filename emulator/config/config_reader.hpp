@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "emulator/config/config_error.hpp"
-#include "emulator/ground/text.hpp"
+#include "emulator/core/text.hpp"
 
 namespace lk::emulator {
 

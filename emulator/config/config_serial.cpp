@@ -9,7 +9,7 @@
 
 #include "emulator/config/bus_name.hpp"
 #include "emulator/config/config.hpp"
-#include "emulator/ground/text.hpp"
+#include "emulator/core/text.hpp"
 #include "protocol/bit_rates.hpp"
 #include "protocol/rounding.hpp"
 

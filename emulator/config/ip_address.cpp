@@ -10,7 +10,7 @@
 #include <array>
 #include <cstdint>
 
-#include "emulator/ground/text.hpp"
+#include "emulator/core/text.hpp"
 
 namespace lk::emulator {
 namespace {

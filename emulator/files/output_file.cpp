@@ -13,9 +13,9 @@
 #include <optional>
 #include <stdexcept>
 
+#include "emulator/core/start_error.hpp"
+#include "emulator/core/text.hpp"
 #include "emulator/files/durable_file.hpp"
-#include "emulator/ground/start_error.hpp"
-#include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -10,8 +10,8 @@
 #include "emulator/config/config_reader.hpp"
 #include "emulator/config/profile.hpp"
 #include "emulator/core/coupling/mechanism.hpp"
+#include "emulator/core/text.hpp"
 #include "emulator/files/output_file.hpp"
-#include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -13,7 +13,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "emulator/ground/start_error.hpp"
+#include "emulator/core/start_error.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "emulator/transports/multicast_port.hpp"
-#include "emulator/transports/serial_port.hpp"
-#include "emulator/transports/slcan.hpp"
-#include "emulator/transports/socketcand.hpp"
+#include "emulator/io/transports/multicast_port.hpp"
+#include "emulator/io/transports/serial_port.hpp"
+#include "emulator/io/transports/slcan.hpp"
+#include "emulator/io/transports/socketcand.hpp"
 #include "tests/fuzz/support.hpp"
 
 namespace lk::emulator {

@@ -16,7 +16,7 @@
 #include <cstddef>
 #include <string>
 
-#include "emulator/control/http_session.hpp"
+#include "emulator/io/control/http_session.hpp"
 #include "tests/emulator/control/control_support.hpp"
 #include "tests/fuzz/support.hpp"
 

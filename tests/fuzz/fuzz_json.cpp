@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <string>
 
-#include "emulator/program/scenario_activity.hpp"
+#include "emulator/io/program/scenario_activity.hpp"
 #include "tests/emulator/control/control_support.hpp"
 #include "tests/fuzz/support.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "emulator/config/scenario/config_scenario.hpp"
 #include "emulator/core/scenario/scenario_run.hpp"
-#include "emulator/scenario/live_scenario.hpp"
+#include "emulator/io/program/live_scenario.hpp"
 #include "tests/fuzz/shipped.hpp"
 #include "tests/fuzz/support.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "emulator/ground/text.hpp"
+#include "emulator/core/text.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "emulator/core/start_error.hpp"
 #include "emulator/files/output_file.hpp"
-#include "emulator/ground/start_error.hpp"
 #include "tools/cases/case_batch.hpp"
 #include "tools/cases/case_json.hpp"
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "emulator/config/config_reader.hpp"
-#include "emulator/ground/text.hpp"
+#include "emulator/core/text.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "emulator/config/config.hpp"
-#include "emulator/control/control_options.hpp"
-#include "emulator/ground/language.hpp"
-#include "emulator/live/pacer.hpp"
-#include "emulator/rom/rom_store.hpp"
-#include "emulator/shafts/shaft_body.hpp"
+#include "emulator/core/language.hpp"
+#include "emulator/files/rom_store.hpp"
+#include "emulator/io/control/control_options.hpp"
+#include "emulator/io/live/pacer.hpp"
+#include "emulator/io/shafts/shaft_body.hpp"
 
 namespace CLI {  // NOLINT(readability-identifier-naming): the library's
 class App;

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "emulator/config/config.hpp"
+#include "emulator/core/start_error.hpp"
+#include "emulator/core/text.hpp"
 #include "emulator/files/profile_files.hpp"
-#include "emulator/ground/start_error.hpp"
-#include "emulator/ground/text.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/commands/language_option.hpp"

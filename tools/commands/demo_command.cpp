@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "emulator/core/start_error.hpp"
 #include "emulator/files/profile_files.hpp"
-#include "emulator/ground/start_error.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/commands/python_commands.hpp"

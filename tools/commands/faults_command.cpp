@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "emulator/config/config_reader.hpp"
-#include "emulator/control/control_json.hpp"
 #include "emulator/core/faults/fault_table.hpp"
-#include "emulator/ground/start_error.hpp"
+#include "emulator/core/start_error.hpp"
+#include "emulator/io/control/control_json.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
 

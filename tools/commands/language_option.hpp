@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "emulator/ground/language.hpp"
+#include "emulator/core/language.hpp"
 
 namespace CLI {  // NOLINT(readability-identifier-naming): the library's
 class App;

@@ -11,9 +11,9 @@
 #include "emulator/config/profile.hpp"
 #include "emulator/core/generation.hpp"
 #include "emulator/core/servo/registers.hpp"
+#include "emulator/core/start_error.hpp"
 #include "emulator/files/profile_files.hpp"
-#include "emulator/ground/start_error.hpp"
-#include "emulator/margins/loop_margins.hpp"
+#include "emulator/io/program/loop_margins.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
 

@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "emulator/core/start_error.hpp"
 #include "emulator/files/runtime_dir.hpp"
-#include "emulator/ground/start_error.hpp"
 
 namespace lk::emulator {
 namespace {

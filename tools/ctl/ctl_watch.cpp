@@ -14,7 +14,7 @@
 #include <string>
 #include <string_view>
 
-#include "emulator/ground/start_error.hpp"
+#include "emulator/core/start_error.hpp"
 #include "tools/ctl/ctl_tables.hpp"
 
 namespace lk::emulator {

@@ -5,7 +5,7 @@
 
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/generation.hpp"
-#include "emulator/frames/frame_words.hpp"
+#include "emulator/monitor/frames/decode_words.hpp"
 
 namespace lk::emulator {
 namespace {

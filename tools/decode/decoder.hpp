@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "emulator/core/bus_config.hpp"
-#include "emulator/frames/candump_text.hpp"
-#include "emulator/ground/language.hpp"
+#include "emulator/core/language.hpp"
+#include "emulator/monitor/frames/candump_text.hpp"
 #include "tools/decode/summary.hpp"
 
 namespace lk::emulator {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "emulator/core/generation.hpp"
-#include "emulator/frames/frame_words.hpp"
+#include "emulator/monitor/frames/decode_words.hpp"
 #include "tools/decode/decode_text.hpp"
 
 namespace lk::emulator {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "emulator/core/sim_time.hpp"
-#include "emulator/frames/conversation.hpp"
+#include "emulator/monitor/frames/conversation.hpp"
 
 namespace lk::emulator {
 

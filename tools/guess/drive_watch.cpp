@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "emulator/frames/log_pairing.hpp"
+#include "emulator/monitor/frames/log_pairing.hpp"
 #include "protocol/wire.hpp"
 
 namespace lk::emulator {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "emulator/frames/conversation.hpp"
+#include "emulator/monitor/frames/conversation.hpp"
 #include "tools/guess/evidence.hpp"
 #include "tools/guess/motion_watch.hpp"
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "emulator/ground/language.hpp"
+#include "emulator/core/language.hpp"
 #include "tools/guess/guesser.hpp"
 
 namespace lk::emulator {

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "emulator/frames/candump_text.hpp"
-#include "emulator/frames/conversation.hpp"
-#include "emulator/ground/language.hpp"
+#include "emulator/core/language.hpp"
+#include "emulator/monitor/frames/candump_text.hpp"
+#include "emulator/monitor/frames/conversation.hpp"
 #include "tools/guess/drive_watch.hpp"
 #include "tools/guess/guess.hpp"
 

@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "emulator/core/bus_config.hpp"
-#include "emulator/ground/language.hpp"
+#include "emulator/core/language.hpp"
 #include "protocol/opcodes.hpp"
 
 namespace lk::emulator {

@@ -13,11 +13,11 @@
 #include <string_view>
 #include <utility>
 
-#include "emulator/ground/start_error.hpp"
-#include "emulator/ground/text.hpp"
-#include "emulator/program/config_listing.hpp"
-#include "emulator/program/daemon.hpp"
-#include "emulator/scenario/scenario_runner.hpp"
+#include "emulator/core/start_error.hpp"
+#include "emulator/core/text.hpp"
+#include "emulator/io/program/config_listing.hpp"
+#include "emulator/io/program/daemon.hpp"
+#include "emulator/monitor/scenario/scenario_runner.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/commands/complete_command.hpp"

@@ -3,8 +3,8 @@
 #include "emulator/config/events/config_directives.hpp"
 #include "emulator/core/bus/bus.hpp"
 #include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/text.hpp"
 #include "emulator/core/wire/host_adapter.hpp"
-#include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {

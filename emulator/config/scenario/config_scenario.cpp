@@ -6,7 +6,7 @@
 #include "emulator/config/config_serial.hpp"
 #include "emulator/config/events/config_directives.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
-#include "emulator/ground/text.hpp"
+#include "emulator/core/text.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -10,8 +10,8 @@
 #include <string_view>
 
 #include "emulator/core/fault.hpp"
+#include "emulator/core/language.hpp"
 #include "emulator/core/sim_time.hpp"
-#include "emulator/ground/language.hpp"
 
 namespace lk::model {
 struct Faults;

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "emulator/core/faults/fault_table.hpp"
-#include "emulator/ground/text.hpp"
+#include "emulator/core/text.hpp"
 
 namespace lk::emulator {
 namespace {

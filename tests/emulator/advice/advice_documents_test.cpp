@@ -5,7 +5,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "emulator/advice/advice.hpp"
+#include "emulator/monitor/advice/advice.hpp"
 
 namespace lk::emulator {
 namespace advice_documents_test {

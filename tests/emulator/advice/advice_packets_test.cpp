@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "emulator/advice/host_watches.hpp"
+#include "emulator/monitor/advice/host_watches.hpp"
 #include "tests/emulator/advice/advice_support.hpp"
 #include "tests/support/faults.hpp"
 #include "tests/support/serial_bus.hpp"

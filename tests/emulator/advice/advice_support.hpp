@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "emulator/advice/adviser.hpp"
+#include "emulator/monitor/advice/adviser.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "emulator/control/body_stream.hpp"
 #include "emulator/core/coupling/body_looks.hpp"
 #include "emulator/core/servo/signals.hpp"
+#include "emulator/io/control/body_stream.hpp"
 #include "tests/emulator/control/http_support.hpp"
 
 namespace lk::emulator {

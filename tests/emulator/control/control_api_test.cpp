@@ -1,4 +1,4 @@
-#include "emulator/control/control_api.hpp"
+#include "emulator/io/control/control_api.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <set>
 #include <sstream>
 
-#include "emulator/control/control_directives.hpp"
 #include "emulator/core/faults/fault_table.hpp"
-#include "emulator/frames/frame_words.hpp"
+#include "emulator/io/control/control_directives.hpp"
+#include "emulator/monitor/frames/frame_words.hpp"
 #include "tests/emulator/control/control_support.hpp"
 
 namespace lk::emulator {

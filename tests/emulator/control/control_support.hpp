@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "emulator/control/control_api.hpp"
+#include "emulator/io/control/control_api.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {

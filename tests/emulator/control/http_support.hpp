@@ -21,7 +21,7 @@
 #include <thread>
 #include <utility>
 
-#include "emulator/control/control_server.hpp"
+#include "emulator/io/control/control_server.hpp"
 #include "tests/emulator/control/control_support.hpp"
 #include "tests/support/sanitizer.hpp"
 #include "tests/support/temp_directory.hpp"

@@ -1,9 +1,9 @@
 // The control interface over real sockets: access control and malicious clients. No test waits for
 // a fixed time, only for an answer or the end of the connection.
 
-#include "emulator/control/http_access.hpp"
+#include "emulator/core/start_error.hpp"
 #include "emulator/files/runtime_dir.hpp"
-#include "emulator/ground/start_error.hpp"
+#include "emulator/io/control/http_access.hpp"
 #include "tests/emulator/control/http_support.hpp"
 #include "tools/ctl/ctl_client.hpp"
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "emulator/control/frame_stream.hpp"
-#include "emulator/control/http_access.hpp"
+#include "emulator/io/control/frame_stream.hpp"
+#include "emulator/io/control/http_access.hpp"
 #include "tests/emulator/control/http_support.hpp"
 
 namespace lk::emulator {

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "emulator/advice/adviser.hpp"
+#include "emulator/monitor/advice/adviser.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace {

@@ -18,9 +18,9 @@
 #include <string>
 #include <vector>
 
-#include "emulator/ground/start_error.hpp"
-#include "emulator/rom/rom_store.hpp"
-#include "emulator/scenario/scenario_runner.hpp"
+#include "emulator/core/start_error.hpp"
+#include "emulator/files/rom_store.hpp"
+#include "emulator/monitor/scenario/scenario_runner.hpp"
 #include "tests/emulator/rom/rom_support.hpp"
 #include "tests/support/frames.hpp"
 #include "tests/support/temp_directory.hpp"

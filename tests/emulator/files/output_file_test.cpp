@@ -8,8 +8,8 @@
 #include <set>
 #include <string>
 
+#include "emulator/core/start_error.hpp"
 #include "emulator/files/durable_file.hpp"
-#include "emulator/ground/start_error.hpp"
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {

@@ -11,8 +11,8 @@
 #include <iterator>
 #include <string>
 
+#include "emulator/core/start_error.hpp"
 #include "emulator/files/durable_file.hpp"
-#include "emulator/ground/start_error.hpp"
 #include "tests/support/temp_directory.hpp"
 #include "tools/ctl/ctl_client.hpp"
 

@@ -1,4 +1,4 @@
-#include "emulator/ground/text.hpp"
+#include "emulator/core/text.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "emulator/core/scenario/scenario_run.hpp"
-#include "emulator/live/world.hpp"
+#include "emulator/io/live/world.hpp"
 #include "tests/emulator/coupling/hand_bodies.hpp"
 #include "tests/support/bus_config.hpp"
 

@@ -1,6 +1,6 @@
 // Frames that wait on a line without an interface while time stands still.
 
-#include "emulator/live/line.hpp"
+#include "emulator/io/live/line.hpp"
 
 #include <gtest/gtest.h>
 #include <spdlog/sinks/ostream_sink.h>

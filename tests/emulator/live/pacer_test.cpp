@@ -1,4 +1,4 @@
-#include "emulator/live/pacer.hpp"
+#include "emulator/io/live/pacer.hpp"
 
 #include <gtest/gtest.h>
 

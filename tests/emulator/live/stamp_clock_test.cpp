@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "emulator/live/pacer.hpp"
+#include "emulator/io/live/pacer.hpp"
 
 namespace lk::emulator {
 namespace stamp_clock_test {

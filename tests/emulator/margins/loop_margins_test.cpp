@@ -1,5 +1,5 @@
 // Compares the linearised loops with the simulated ones.
-#include "emulator/margins/loop_margins.hpp"
+#include "emulator/io/program/loop_margins.hpp"
 
 #include <cmath>
 #include <numbers>

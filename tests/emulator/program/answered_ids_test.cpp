@@ -1,6 +1,6 @@
 // Drives whose ROM contains another ID, which another program may answer for.
 
-#include "emulator/program/answered_ids.hpp"
+#include "emulator/io/program/answered_ids.hpp"
 
 #include <gtest/gtest.h>
 #include <spdlog/sinks/ostream_sink.h>
@@ -13,7 +13,7 @@
 #include <memory>
 #include <sstream>
 
-#include "emulator/ground/start_error.hpp"
+#include "emulator/core/start_error.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {

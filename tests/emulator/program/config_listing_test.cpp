@@ -1,6 +1,6 @@
 // The listing of drives at the start.
 
-#include "emulator/program/config_listing.hpp"
+#include "emulator/io/program/config_listing.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Scenarios that clients start on running buses.
 
-#include "emulator/program/scenario_activity.hpp"
+#include "emulator/io/program/scenario_activity.hpp"
 
 #include <gtest/gtest.h>
 

@@ -13,8 +13,8 @@
 #include "emulator/config/profile.hpp"
 #include "emulator/config/rom_file.hpp"
 #include "emulator/config/scenario/scenario_file.hpp"
-#include "emulator/record/recording.hpp"
-#include "emulator/record/replay.hpp"
+#include "emulator/monitor/record/recording.hpp"
+#include "emulator/monitor/record/replay.hpp"
 #include "tests/support/profile.hpp"
 
 namespace lk::emulator {

@@ -1,7 +1,7 @@
 // A log without directions: the pairing finds queries and replies, and the comparison checks each
 // quantity against the emulator's replies to the same queries.
 
-#include "emulator/record/log_compare.hpp"
+#include "emulator/monitor/record/log_compare.hpp"
 
 #include <gtest/gtest.h>
 

@@ -11,7 +11,7 @@
 #include <system_error>
 #include <vector>
 
-#include "emulator/record/recorder.hpp"
+#include "emulator/monitor/record/recorder.hpp"
 #include "tests/support/no_threads.hpp"
 
 namespace lk::emulator {

@@ -1,6 +1,6 @@
 // Inputs of a recording, with arbitrary contents.
 
-#include "emulator/record/recording.hpp"
+#include "emulator/monitor/record/recording.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -9,9 +9,9 @@
 #include <fstream>
 #include <iterator>
 
+#include "emulator/core/start_error.hpp"
 #include "emulator/files/profile_files.hpp"
-#include "emulator/ground/start_error.hpp"
-#include "emulator/record/replay.hpp"
+#include "emulator/monitor/record/replay.hpp"
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {

@@ -9,8 +9,8 @@
 #include <semaphore>
 #include <sstream>
 
-#include "emulator/live/line.hpp"
-#include "emulator/rom/rom_store.hpp"
+#include "emulator/files/rom_store.hpp"
+#include "emulator/io/live/line.hpp"
 #include "protocol/commands.hpp"
 #include "tests/emulator/rom/rom_support.hpp"
 #include "tests/support/test_bus.hpp"

@@ -1,4 +1,4 @@
-#include "emulator/rom/rom_store.hpp"
+#include "emulator/files/rom_store.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/prctl.h>
@@ -8,7 +8,7 @@
 
 #include <optional>
 
-#include "emulator/ground/start_error.hpp"
+#include "emulator/core/start_error.hpp"
 #include "tests/emulator/rom/rom_support.hpp"
 #include "tests/support/temp_directory.hpp"
 

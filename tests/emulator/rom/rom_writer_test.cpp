@@ -8,7 +8,7 @@
 #include <semaphore>
 
 #include "emulator/files/durable_file.hpp"
-#include "emulator/rom/rom_store.hpp"
+#include "emulator/files/rom_store.hpp"
 #include "tests/emulator/rom/rom_support.hpp"
 #include "tests/support/no_threads.hpp"
 #include "tests/support/temp_directory.hpp"

@@ -1,6 +1,6 @@
 // A scenario on a line without an interface, together with a host.
 
-#include "emulator/scenario/live_scenario.hpp"
+#include "emulator/io/program/live_scenario.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Captures byte by byte, by hand from the two documents that pcapng.hpp names.
 
-#include "emulator/scenario/pcapng.hpp"
+#include "emulator/monitor/scenario/pcapng.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // Runs a scenario with its outputs and checks its report.
 
-#include "emulator/scenario/scenario_runner.hpp"
+#include "emulator/monitor/scenario/scenario_runner.hpp"
 
 #include <gtest/gtest.h>
 
 #include "emulator/config/scenario/config_scenario.hpp"
-#include "emulator/scenario/scenario_report.hpp"
+#include "emulator/monitor/scenario/scenario_report.hpp"
 #include "tests/support/profile.hpp"
 
 namespace lk::emulator {

@@ -11,7 +11,7 @@
 #include "emulator/config/scenario/config_scenario.hpp"
 #include "emulator/core/scenario/scenario_run.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
-#include "emulator/scenario/scenario_report.hpp"
+#include "emulator/monitor/scenario/scenario_report.hpp"
 #include "tests/support/frames.hpp"
 #include "tests/support/profile.hpp"
 

@@ -1,5 +1,5 @@
 // States that simulators send for joints, and the refused ones.
-#include "emulator/shafts/shaft_body.hpp"
+#include "emulator/io/shafts/shaft_body.hpp"
 
 #include <gtest/gtest.h>
 

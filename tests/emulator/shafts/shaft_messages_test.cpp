@@ -6,7 +6,7 @@
 #include <string>
 #include <variant>
 
-#include "emulator/shafts/shaft_body.hpp"
+#include "emulator/io/shafts/shaft_body.hpp"
 
 namespace lk::emulator {
 namespace shaft_messages_test {

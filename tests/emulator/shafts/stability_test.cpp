@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "emulator/core/coupling/coupling.hpp"
-#include "emulator/shafts/shaft_body.hpp"
+#include "emulator/io/shafts/shaft_body.hpp"
 #include "tests/support/bus_config.hpp"
 #include "tests/support/frames.hpp"
 #include "tests/support/profile.hpp"

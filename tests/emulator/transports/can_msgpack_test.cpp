@@ -4,7 +4,7 @@
 
 #include <string_view>
 
-#include "emulator/transports/multicast_port.hpp"
+#include "emulator/io/transports/multicast_port.hpp"
 #include "tests/support/frames.hpp"
 #include "tests/support/serial.hpp"
 

@@ -1,6 +1,6 @@
 // Clients as their port uses them. SOCK_SEQPACKET shows the data of each system call.
 
-#include "emulator/transports/client_set.hpp"
+#include "emulator/io/transports/client_set.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "emulator/transports/slcan.hpp"
+#include "emulator/io/transports/slcan.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -1,4 +1,4 @@
-#include "emulator/transports/id_locks.hpp"
+#include "emulator/io/transports/id_locks.hpp"
 
 #include <gtest/gtest.h>
 #include <net/if.h>
@@ -13,7 +13,7 @@
 #include <cstring>
 #include <functional>
 
-#include "emulator/ground/start_error.hpp"
+#include "emulator/core/start_error.hpp"
 
 namespace lk::emulator {
 namespace id_locks_test {

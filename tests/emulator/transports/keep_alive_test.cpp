@@ -4,7 +4,7 @@
 #include <sys/socket.h>
 
 #include "emulator/files/durable_file.hpp"
-#include "emulator/transports/client_set.hpp"
+#include "emulator/io/transports/client_set.hpp"
 
 namespace lk::emulator {
 namespace keep_alive_test {

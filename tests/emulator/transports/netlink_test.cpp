@@ -1,4 +1,4 @@
-#include "emulator/transports/netlink.hpp"
+#include "emulator/io/transports/netlink.hpp"
 
 #include <gtest/gtest.h>
 #include <net/if.h>

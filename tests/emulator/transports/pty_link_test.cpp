@@ -1,6 +1,6 @@
 // Hosts that share a pseudo-terminal or use it one after another.
 
-#include "emulator/transports/pty_link.hpp"
+#include "emulator/io/transports/pty_link.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

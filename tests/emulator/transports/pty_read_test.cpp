@@ -15,9 +15,9 @@
 #include <utility>
 #include <vector>
 
-#include "emulator/transports/serial_port.hpp"
-#include "emulator/transports/slcan.hpp"
-#include "emulator/transports/stream_port.hpp"
+#include "emulator/io/transports/serial_port.hpp"
+#include "emulator/io/transports/slcan.hpp"
+#include "emulator/io/transports/stream_port.hpp"
 #include "tests/support/serial.hpp"
 #include "tests/support/temp_directory.hpp"
 

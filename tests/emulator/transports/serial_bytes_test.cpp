@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "emulator/transports/serial_port.hpp"
+#include "emulator/io/transports/serial_port.hpp"
 #include "protocol/serial_framing.hpp"
 #include "tests/support/serial.hpp"
 

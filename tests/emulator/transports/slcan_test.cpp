@@ -1,7 +1,7 @@
 // The protocol of Lawicel's adapters, byte for byte by its manual "CAN232". Commands: S, O, L, C,
 // t, T, r, R, F, V, N, Z, M, m.
 
-#include "emulator/transports/slcan.hpp"
+#include "emulator/io/transports/slcan.hpp"
 
 #include <gtest/gtest.h>
 

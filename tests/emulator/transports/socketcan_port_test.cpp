@@ -1,4 +1,4 @@
-#include "emulator/transports/socketcan_port.hpp"
+#include "emulator/io/transports/socketcan_port.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // socketcand's protocol, word for word by its doc/protocol.md and its source.
 
-#include "emulator/transports/socketcand.hpp"
+#include "emulator/io/transports/socketcand.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "emulator/transports/socket_listener.hpp"
+#include "emulator/io/transports/socket_listener.hpp"
 
 namespace lk::emulator {
 namespace tell_limit_test {

@@ -5,7 +5,6 @@
 
 // NOLINTBEGIN(bugprone-suspicious-include)
 #include "model/control/current_loop_params.cpp"
-#include "model/control/life.cpp"
 #include "model/control/motion_loops.cpp"
 #include "model/control/protection.cpp"
 #include "model/drive_bank.cpp"

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <random>
 
-#include "emulator/scenario/scenario_runner.hpp"
+#include "emulator/monitor/scenario/scenario_runner.hpp"
 #include "tests/tools/cases/cases_support.hpp"
 
 namespace lk::test {

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "emulator/ground/start_error.hpp"
+#include "emulator/core/start_error.hpp"
 #include "tests/tools/cases/cases_support.hpp"
 
 namespace lk::test {

@@ -7,7 +7,7 @@
 
 #include "emulator/core/faults/fault_table.hpp"
 #include "emulator/core/servo/signals.hpp"
-#include "emulator/program/config_listing.hpp"
+#include "emulator/io/program/config_listing.hpp"
 #include "tests/emulator/config/config_support.hpp"
 #include "tools/commands/faults_command.hpp"
 

@@ -1,10 +1,10 @@
-#include "emulator/ground/language.hpp"
+#include "emulator/core/language.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
-#include "emulator/ground/start_error.hpp"
+#include "emulator/core/start_error.hpp"
 #include "tools/commands/language_option.hpp"
 
 namespace lk::emulator {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "emulator/ground/start_error.hpp"
+#include "emulator/core/start_error.hpp"
 #include "tests/support/temp_directory.hpp"
 #include "tools/commands/commands.hpp"
 

@@ -1,6 +1,6 @@
 // Lines of candump as can-utils 2020.11 printed them on a real bus, and their times.
 
-#include "emulator/frames/candump_text.hpp"
+#include "emulator/monitor/frames/candump_text.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 
 #include "emulator/core/generation.hpp"
 #include "emulator/core/servo/signals.hpp"
-#include "emulator/frames/frame_words.hpp"
+#include "emulator/monitor/frames/decode_words.hpp"
 #include "protocol/field_values.hpp"
 #include "tests/tools/decode/decode_support.hpp"
 

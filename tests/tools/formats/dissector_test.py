@@ -62,7 +62,7 @@ def conversation(draw, length):
 
 class Dissector(unittest.TestCase):
     def test_pairs_are_those_of_a_comparison_of_logs(self):
-        # docs/record.md has the rules. emulator/frames/log_pairing.cpp implements them too, with look-ahead.
+        # docs/record.md has the rules. emulator/monitor/frames/log_pairing.cpp implements them too, with look-ahead.
         frames = list(conversation(random.Random(7), 3000))
         capture = SCRATCH / "drawn.pcap"
         write_pcap(capture, frames)

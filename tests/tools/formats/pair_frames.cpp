@@ -9,7 +9,7 @@
 #include <sstream>
 #include <string>
 
-#include "emulator/frames/log_pairing.hpp"
+#include "emulator/monitor/frames/log_pairing.hpp"
 #include "tests/support/frames.hpp"
 
 namespace {

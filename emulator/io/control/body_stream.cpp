@@ -1,0 +1,191 @@
+#include "emulator/io/control/body_stream.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "emulator/core/servo/signals.hpp"
+#include "emulator/io/control/control_json.hpp"
+#include "emulator/io/control/stream_client.hpp"
+
+namespace lk::emulator {
+namespace {
+
+const char* word_of(GeomKind kind) {
+  switch (kind) {
+    case GeomKind::kPlane:
+      return "plane";
+    case GeomKind::kSphere:
+      return "sphere";
+    case GeomKind::kCapsule:
+      return "capsule";
+    case GeomKind::kEllipsoid:
+      return "ellipsoid";
+    case GeomKind::kCylinder:
+      return "cylinder";
+    case GeomKind::kBox:
+      return "box";
+  }
+  return "?";
+}
+
+Json geom_json(const BodyGeom& geom) {
+  return {{"body", geom.body ? Json(*geom.body) : Json(nullptr)},
+          {"type", word_of(geom.kind)},
+          {"size_m", geom.size_m},
+          {"position_m", geom.position_m},
+          {"quaternion", geom.quaternion},
+          {"colour", geom.colour}};
+}
+
+/// By joint: bus and ID of its drive, null if it has none.
+std::vector<Json> drives_of(const World& world, std::size_t joints) {
+  std::vector<Json> drives(joints, {{"bus", nullptr}, {"id", nullptr}});
+  for (const auto& line : world.lines()) {
+    for (const ServoConfig& servo : line->config().servos) {
+      if (servo.joint) drives[servo.joint->joint] = {{"bus", line->name()}, {"id", servo.id}};
+    }
+  }
+  return drives;
+}
+
+Json numbers(const BodyPose& pose) {
+  Json all = pose.position_m;
+  for (const double part : pose.quaternion) all.push_back(part);
+  return all;
+}
+
+/// Five digits: nobody sees tenths of a millimetre.
+void append(std::string& text, std::span<const double> values, bool first) {
+  text += first ? '[' : ',';
+  for (std::size_t n = 0; n < values.size(); ++n) {
+    const double value = std::isfinite(values[n]) ? values[n] : 0.0;
+    fmt::format_to(std::back_inserter(text), "{}{:.5g}", n == 0 ? "" : ",", value);
+  }
+}
+
+}  // namespace
+
+const BodyLooks* looks_of(const World& world) {
+  return dynamic_cast<const BodyLooks*>(world.body());
+}
+
+Json body_json(const World& world) {
+  const BodyLooks& body = *looks_of(world);
+  const BodyShape shape = body.shape();
+  const auto names = world.body()->joints();
+  Json bodies = Json::array();
+  for (const BodyPart& part : shape.bodies) {
+    bodies.push_back({{"name", part.name},
+                      {"free", part.free},
+                      {"mass_kg", part.mass_kg},
+                      {"centre_m", part.centre_m}});
+  }
+  Json geoms = Json::array();
+  for (const BodyGeom& geom : shape.geoms) geoms.push_back(geom_json(geom));
+  std::vector<Json> joints = drives_of(world, names.size());
+  for (std::size_t n = 0; n < shape.joints.size(); ++n) {
+    joints[n]["name"] = names[n];
+    joints[n]["body"] = shape.joints[n].body;
+    joints[n]["axis"] = shape.joints[n].axis;
+    joints[n]["anchor_m"] = shape.joints[n].anchor_m;
+  }
+  joints.resize(shape.joints.size());
+  Json poses = Json::array();
+  for (const BodyPose& pose : body.poses()) poses.push_back(numbers(pose));
+  Json values = Json::object();
+  const Line& line = *world.lines().front();
+  if (const BodySignals* const all = line.config().body_signals.get()) {
+    for (const Signal& one : all->all()) {
+      values[std::string(one.name)] = one.of_body(line.bus().body(), one.part);
+    }
+  }
+  return {{"mass_kg", shape.mass_kg},
+          {"signals", values},
+          {"bodies", bodies},
+          {"geoms", geoms},
+          {"joints", joints},
+          {"poses", poses},
+          {"shape_changes", body.shape_changes()}};
+}
+
+std::string body_now_text(const World& world) {
+  const BodyLooks& body = *looks_of(world);
+  std::string text = fmt::format(R"({{"time_s":{},"shape_changes":{},"poses":[)",
+                                 seconds(world.time()), body.shape_changes());
+  bool first = true;
+  for (const BodyPose& pose : body.poses()) {
+    text += std::exchange(first, false) ? "" : ",";
+    append(text, pose.position_m, true);
+    append(text, pose.quaternion, false);
+    text += ']';
+  }
+  text += "],\"contacts\":[";
+  first = true;
+  for (const BodyContact& contact : body.contacts()) {
+    text += std::exchange(first, false) ? "" : ",";
+    append(text, contact.point_m, true);
+    append(text, contact.force_N, false);
+    text += ']';
+  }
+  return text + "]}";
+}
+
+namespace {
+
+constexpr auto kPeriod = std::chrono::microseconds(16'667);
+
+class BodyStream : public StreamClient {
+ public:
+  BodyStream(HttpStream stream, std::shared_ptr<HttpShared> shared,
+             std::shared_ptr<Entrance> entrance)
+      : StreamClient(std::move(stream), std::move(shared), std::move(entrance)) {
+    ++this->shared().body_streams;
+  }
+  BodyStream(const BodyStream&) = delete;
+  BodyStream& operator=(const BodyStream&) = delete;
+  ~BodyStream() override { --shared().body_streams; }
+
+ private:
+  void begin() override {
+    due_ = monotonic_now();
+    tell();
+  }
+
+  /// Scheduled by the period, not by the last message. Sends only if time has advanced.
+  void tell() {
+    const World& world = shared().api.world();
+    if (!writing_ && told_at_ != world.time()) {
+      told_at_ = world.time();
+      text_ = body_now_text(world);
+      writing_ = true;
+      write(text_);
+    }
+    const MonoTime now = monotonic_now();
+    due_ = std::max(due_ + kPeriod, now);
+    do_after(due_ - now, [this] { tell(); });
+  }
+
+  void on_written() override { writing_ = false; }
+  void end() override {}
+
+  std::string text_;  // being sent
+  std::optional<SimTime> told_at_;
+  MonoTime due_{0};
+  bool writing_ = false;
+};
+
+}  // namespace
+
+void stream_body(HttpStream stream, HttpUpgrade upgrade, std::shared_ptr<HttpShared> shared,
+                 std::shared_ptr<Entrance> entrance) {
+  std::make_shared<BodyStream>(std::move(stream), std::move(shared), std::move(entrance))
+      ->start(std::move(upgrade));
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "emulator/core/coupling/body_looks.hpp"
+#include "emulator/files/json_table.hpp"
+#include "emulator/io/control/http_session.hpp"
+#include "emulator/io/live/world.hpp"
+
+namespace lk::emulator {
+
+/// Returns the body of `world`; null if it has none that can be drawn.
+const BodyLooks* looks_of(const World& world);
+
+/// Returns shape and present poses of the body, with the drives of its joints. Pre:
+/// `looks_of(world)` is not null.
+Json body_json(const World& world);
+
+/// Returns {"time_s", "poses", "contacts"} of now, as text: it is sent 60 times a second.
+std::string body_now_text(const World& world);
+
+/// Limit over all clients.
+inline constexpr int kMostBodyStreams = 8;
+
+/// Answers the upgrade and sends poses 60 times a second (wall clock) while time advances, until
+/// the client has gone; keeps itself alive. A slow client gets fewer.
+void stream_body(HttpStream stream, HttpUpgrade upgrade, std::shared_ptr<HttpShared> shared,
+                 std::shared_ptr<Entrance> entrance);
+
+}  // namespace lk::emulator

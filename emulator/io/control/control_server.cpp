@@ -1,0 +1,140 @@
+#include "emulator/io/control/control_server.hpp"
+
+#include <fcntl.h>
+#include <spdlog/spdlog.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <system_error>
+
+#include "emulator/config/bus_name.hpp"
+#include "emulator/core/start_error.hpp"
+#include "emulator/files/runtime_dir.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using boost::system::error_code;
+
+constexpr std::size_t kShortestToken = 16;
+// In hexadecimal, as a page sends it, it still fits into a header (kLongestHeader).
+constexpr std::size_t kLongestToken = 2048;
+
+/// systemd protects the credentials of a service by access lists, which the mode does not show.
+bool is_credential(const std::filesystem::path& file) {
+  const char* const directory = std::getenv("CREDENTIALS_DIRECTORY");
+  return directory != nullptr && *directory == '/' && file.parent_path() == directory;
+}
+
+std::string read_token(const std::filesystem::path& file) {
+  const std::string name = file.string();
+  const int fd = ::open(name.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0) {
+    throw StartError("--http-token: cannot read " + name + ": " +
+                     std::generic_category().message(errno));
+  }
+  struct stat found {};
+  ::fstat(fd, &found);
+  // Room for an end of line, and for one more byte that shows that the token is too long.
+  std::string token(kLongestToken + 3, '\0');
+  const ssize_t size = S_ISREG(found.st_mode) ? ::read(fd, token.data(), token.size()) : -1;
+  ::close(fd);
+  if (size < 0) throw StartError("--http-token: " + name + " is not a readable file");
+  if ((found.st_mode & 077) != 0 && !is_credential(file)) {
+    throw StartError("--http-token: others can read " + name + ": chmod 600 " + name);
+  }
+  token.resize(static_cast<std::size_t>(size));
+  while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
+  if (token.size() < kShortestToken) {
+    throw StartError("--http-token: the token in " + name + " is shorter than " +
+                     std::to_string(kShortestToken) + " characters");
+  }
+  if (token.size() > kLongestToken) {
+    throw StartError("--http-token: the token in " + name + " is longer than " +
+                     std::to_string(kLongestToken) + " characters");
+  }
+  return token;
+}
+
+}  // namespace
+
+ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
+                             const ControlOptions& options)
+    : loop_(loop), shared_(std::make_shared<HttpShared>(world)), patience_(options.patience) {
+  // TCP first: it may be refused, and leaves no file behind.
+  if (options.http) listen_at(*options.http, options);
+  if (options.socket.empty()) {
+    try {
+      secure_directory(runtime_directory());
+      remove_dead_sockets();
+      listen_at(runtime_directory() / (bus_file_name(world.lines().front()->name()) + "-" +
+                                       std::to_string(::getpid()) + ".sock"));
+    } catch (const StartError& problem) {
+      spdlog::warn("no control socket: {} (--control PATH puts it elsewhere, none does without)",
+                   problem.what());
+    }
+  } else if (options.socket != "none") {
+    listen_at(std::filesystem::path(options.socket));
+  }
+}
+
+void ControlServer::listen_at(const std::filesystem::path& path) {
+  const auto entrance = std::make_shared<Entrance>();
+  entrance->patience = patience_;
+  entrance->same_user = true;
+  unix_.emplace(loop_, path, serving(entrance));
+  spdlog::debug("control: {}", path.string());
+}
+
+void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& options) {
+  error_code error;
+  const auto address = boost::asio::ip::make_address(http.address, error);
+  if (error) {
+    throw StartError("--http: \"" + http.address +
+                     "\" is not an IP address, like 127.0.0.1 or ::1");
+  }
+  const auto entrance = std::make_shared<Entrance>();
+  entrance->patience = patience_;
+  Access& access = entrance->access;
+  access.open_to_others = options.open_to_others;
+  access.pages_may_write = options.pages_may_write;
+  entrance->page_language = options.page_language;
+  if (!options.token_file.empty()) access.token = read_token(options.token_file);
+  if (!address.is_loopback() && access.token.empty() && !options.open_to_others) {
+    throw StartError("--http: others can reach " + http.address +
+                     ": give a --http-token FILE, or none");
+  }
+  access.own_pages_only = address.is_loopback() || access.token.empty();
+  tcp_.emplace(loop_, address, http.port, serving(entrance));
+  const std::string host = url_host(address);
+  if (!address.is_loopback() && access.token.empty()) {
+    spdlog::warn("--http: whoever reaches {} can look at these drives{}{}", host,
+                 options.pages_may_write ? " and command them" : "",
+                 address.is_unspecified() ? "; that is all addresses of this machine" : "");
+  }
+  spdlog::info("dashboard: http://{0}:{1}/, control: http://{0}:{1}/api/v1", host, port());
+}
+
+/// A new connection replaces the one that has been idle longest.
+bool ControlServer::has_room(Entrance& entrance) {
+  if (entrance.connections < kMostConnections) return true;
+  if (entrance.idle.empty()) {
+    tell_of_refusal(entrance, "connection",
+                    "connection: there are " + std::to_string(kMostConnections) + " already");
+    return false;
+  }
+  const auto close = entrance.idle.front();  // removes itself from `idle`
+  close();
+  return true;
+}
+
+SocketListener::OnConnect ControlServer::serving(std::shared_ptr<Entrance> entrance) {
+  return [shared = shared_, entrance = std::move(entrance)](HttpSocket socket) {
+    if (has_room(*entrance)) serve_http(std::move(socket), shared, entrance);
+  };
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "emulator/io/control/control_options.hpp"
+#include "emulator/io/control/http_session.hpp"
+#include "emulator/io/transports/socket_listener.hpp"
+
+namespace lk::emulator {
+
+/// Serves the control interface of a running world (docs/control.md) on the loop of the world. No
+/// client can stop or delay the loop.
+class ControlServer {
+ public:
+  /// Throws StartError if it cannot listen at a given place. If none is given and the runtime
+  /// directory is unusable, it warns and has no socket.
+  ControlServer(boost::asio::io_context& loop, World& world, const ControlOptions& options);
+  ControlServer(const ControlServer&) = delete;
+  ControlServer& operator=(const ControlServer&) = delete;
+  ~ControlServer() = default;
+
+  ControlApi& api() { return shared_->api; }
+  /// Empty if there is none.
+  std::filesystem::path socket_path() const { return unix_ ? unix_->path() : ""; }
+  /// TCP port; 0 if there is none.
+  unsigned port() const { return tcp_ ? tcp_->port() : 0; }
+
+ private:
+  void listen_at(const std::filesystem::path& path);
+  void listen_at(const HttpAddress& http, const ControlOptions& options);
+  static bool has_room(Entrance& entrance);
+  SocketListener::OnConnect serving(std::shared_ptr<Entrance> entrance);
+
+  boost::asio::io_context& loop_;
+  std::shared_ptr<HttpShared> shared_;
+  Patience patience_;
+  std::optional<SocketListener> unix_;
+  std::optional<SocketListener> tcp_;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,137 @@
+#include "emulator/io/control/frame_stream.hpp"
+
+#include <optional>
+#include <utility>
+
+#include "emulator/core/frame_text.hpp"
+#include "emulator/io/control/control_json.hpp"
+#include "emulator/io/control/stream_client.hpp"
+#include "emulator/monitor/frames/decode_words.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr auto kGather = std::chrono::milliseconds(20);
+
+class FrameStream : public StreamClient {
+ public:
+  FrameStream(HttpStream stream, Line& line, std::shared_ptr<HttpShared> shared,
+              std::shared_ptr<Entrance> entrance)
+      : StreamClient(std::move(stream), std::move(shared), std::move(entrance)),
+        line_(line),
+        reader_(line.config()) {
+    ++this->shared().frame_streams;
+  }
+  FrameStream(const FrameStream&) = delete;
+  FrameStream& operator=(const FrameStream&) = delete;
+  ~FrameStream() override { --shared().frame_streams; }
+
+ private:
+  void begin() override {
+    // Does not own this stream, which may end earlier.
+    const auto hear = [this, weak = weak_from_this()](Direction direction) {
+      return [this, weak, direction](const TimedFrame& frame) {
+        if (const auto self = weak.lock()) gather(frame, direction);
+      };
+    };
+    Listener listener;
+    listener.query = hear(Direction::kQuery);
+    listener.reply = hear(Direction::kReply);
+    listener_ = line_.add_listener(std::move(listener));
+    const Json introduction = {{"bus", line_.name()}};
+    tell(introduction.dump());
+  }
+
+  enum class Direction : std::uint8_t { kQuery, kReply };
+
+  void gather(const TimedFrame& frame, Direction direction) {
+    if (gathered_.size() >= kMostGathered) {
+      ++lost_;
+      return;
+    }
+    const bool query = direction == Direction::kQuery;
+    gathered_.push_back({frame, direction, query ? line_.adviser().heard() : 0});
+    if (gathered_.size() == 1 && !writing_) tell_soon();
+  }
+
+  void tell_soon() {
+    do_after(kGather, [this] { tell_gathered(); });
+  }
+
+  void tell_gathered() {
+    Json frames = Json::array();
+    for (const Gathered& one : gathered_) frames.push_back(row(one));
+    gathered_.clear();
+    Json message = {{"frames", std::move(frames)}};
+    if (lost_ > 0) message["lost"] = lost_;
+    tell(message.dump(-1, ' ', false, Json::error_handler_t::replace));
+  }
+
+  struct Gathered {
+    TimedFrame frame;
+    Direction direction;
+    std::uint64_t number;  // of a host's frame, by the adviser's count
+  };
+
+  Json row(const Gathered& gathered) {
+    const TimedFrame& timed = gathered.frame;
+    const bool query = gathered.direction == Direction::kQuery;
+    if (std::exchange(moves_, line_.bus().moves()) != line_.bus().moves())
+      reader_.follow(line_.bus());
+    const FrameWords words = query ? reader_.query(timed.frame) : reader_.reply(timed.frame);
+    Json json = {{"time_s", seconds(timed.at)},
+                 {"from", query ? "host" : "drive"},
+                 {"id", words.id},
+                 {"frame", frame_text(timed.frame)},
+                 {"command", words.command},
+                 {"name", words.name},
+                 {"values", words.values}};
+    if (!words.quantities.empty()) {
+      // Only queries of several drives have slots, identified by the CAN identifier.
+      const std::uint32_t asked = timed.frame.id;
+      json["says"] = quantities_text(words.quantities, asked, Language::kEnglish);
+      json["says_zh"] = quantities_text(words.quantities, asked, Language::kChinese);
+    }
+    if (!words.mark.empty()) json["mark"] = words.mark;
+    if (!words.drawback.empty()) json["drawback"] = words.drawback;
+    // Advice on this frame that is known by now.
+    const std::string_view advice = line_.adviser().mark_of(gathered.number);
+    if (!advice.empty()) json["advice"] = advice;
+    return json;
+  }
+
+  void tell(std::string text) {
+    writing_ = true;
+    text_ = std::move(text);
+    write(text_);
+  }
+
+  void on_written() override {
+    writing_ = false;
+    if (!gathered_.empty()) tell_soon();
+  }
+
+  void end() override {
+    if (listener_) line_.remove_listener(*listener_);
+    listener_.reset();
+  }
+
+  Line& line_;
+  FrameReader reader_;
+  std::uint64_t moves_ = 0;  // address changes of the bus that the reader has applied
+  std::optional<Line::ListenerKey> listener_;
+  std::vector<Gathered> gathered_;
+  std::string text_;  // being sent
+  bool writing_ = false;
+  std::uint64_t lost_ = 0;  // frames since the stream began
+};
+
+}  // namespace
+
+void stream_frames(HttpStream stream, HttpUpgrade upgrade, Line& line,
+                   std::shared_ptr<HttpShared> shared, std::shared_ptr<Entrance> entrance) {
+  std::make_shared<FrameStream>(std::move(stream), line, std::move(shared), std::move(entrance))
+      ->start(std::move(upgrade));
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <boost/asio/generic/stream_protocol.hpp>
+#include <boost/beast/core/basic_stream.hpp>
+#include <boost/beast/http/message.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "emulator/io/control/control_api.hpp"
+#include "emulator/io/control/control_options.hpp"
+#include "emulator/io/control/http_access.hpp"
+
+namespace lk::emulator {
+
+/// State shared by all connections; may outlive the server.
+struct HttpShared {
+  explicit HttpShared(World& world) : api(world) {}
+  ControlApi api;
+  double telemetry_values = 0;  // per second, of all streams
+  int frame_streams = 0;
+  int body_streams = 0;
+};
+
+/// One listening place and its connections. Each entrance has its own limits, so that clients of
+/// one cannot block another. May outlive the server.
+struct Entrance {
+  Access access;
+  Patience patience;
+  std::string page_language;  // see ControlOptions
+  bool same_user = false;     // only this user can connect
+  int connections = 0;
+  int streams = 0;  // WebSockets among them; never idle
+  /// Each closes one idle connection; the longest idle is first.
+  std::list<std::function<void()>> idle;
+  std::set<std::string> told;  // kinds of refusal already logged
+};
+
+// Limits that protect the drives from clients (docs/control.md).
+inline constexpr int kMostConnections = 64;  // at each entrance
+inline constexpr int kMostStreams = 48;      // of these: the rest is left for new clients
+inline constexpr std::uint32_t kLongestHeader = 8 * 1024;
+// A scenario is parsed on the loop of the drives: this size takes a few milliseconds.
+inline constexpr std::uint64_t kLongestBody = 65'536;
+/// Bytes of a WebSocket message from a client.
+inline constexpr std::size_t kLongestMessage = 4096;
+
+using HttpSocket = boost::asio::generic::stream_protocol::socket;
+using HttpStream = boost::beast::basic_stream<boost::asio::generic::stream_protocol>;
+/// A request for a WebSocket.
+using HttpUpgrade = boost::beast::http::request<boost::beast::http::string_body>;
+
+/// Serves one client until it has gone; keeps itself alive.
+void serve_http(HttpSocket socket, std::shared_ptr<HttpShared> shared,
+                std::shared_ptr<Entrance> entrance);
+
+/// Logs a refusal and its reason, once for each `kind`, which clients must not be able to choose.
+void tell_of_refusal(Entrance& entrance, const std::string& kind, const std::string& reason);
+
+}  // namespace lk::emulator

@@ -1,0 +1,133 @@
+// WebSocket streams of the control interface.
+
+#include "emulator/io/control/stream_client.hpp"
+
+#include <boost/asio/buffer.hpp>
+#include <utility>
+
+#include "emulator/io/control/body_stream.hpp"
+#include "emulator/io/control/control_api.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace beast = boost::beast;
+namespace websocket = boost::beast::websocket;
+using boost::system::error_code;
+
+/// A page can show its token only among the protocols that it offers (http_access.hpp). It expects
+/// one of them to be chosen.
+void choose_protocol(websocket::stream<HttpStream, false>& socket, const HttpUpgrade& upgrade) {
+  const auto offered = upgrade[beast::http::field::sec_websocket_protocol];
+  if (!offers_protocol({offered.data(), offered.size()})) return;
+  socket.set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
+    response.set(beast::http::field::sec_websocket_protocol, std::string(kWebSocketProtocol));
+  }));
+}
+
+}  // namespace
+
+StreamClient::StreamClient(HttpStream stream, std::shared_ptr<HttpShared> shared,
+                           std::shared_ptr<Entrance> entrance)
+    : socket_(std::move(stream)),
+      timer_(socket_.get_executor()),
+      shared_(std::move(shared)),
+      entrance_(std::move(entrance)) {
+  ++entrance_->connections;
+  ++entrance_->streams;
+}
+
+StreamClient::~StreamClient() {
+  --entrance_->connections;
+  --entrance_->streams;
+}
+
+void StreamClient::start(HttpUpgrade upgrade) {
+  socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
+  socket_.read_message_max(kLongestMessage);
+  choose_protocol(socket_, upgrade);
+  upgrade_ = std::move(upgrade);
+  socket_.async_accept(upgrade_, [self = shared_from_this()](const error_code& error) {
+    if (error) return;
+    self->begin();
+    self->read();
+  });
+}
+
+void StreamClient::write(const std::string& text) {
+  socket_.text(true);
+  socket_.async_write(boost::asio::buffer(text),
+                      [self = shared_from_this()](const error_code& error, std::size_t /*n*/) {
+                        if (error) {
+                          self->leave();
+                        } else {
+                          self->on_written();
+                        }
+                      });
+}
+
+/// The timer does not own the stream, which may end earlier.
+void StreamClient::do_after(std::chrono::nanoseconds delay, std::function<void()> what) {
+  timer_.expires_after(delay);
+  timer_.async_wait([weak = weak_from_this(), what = std::move(what)](const error_code& error) {
+    const auto self = weak.lock();
+    if (!error && self && !self->gone_) what();
+  });
+}
+
+/// Ignores messages of the client; only detects its end.
+void StreamClient::read() {
+  incoming_.clear();
+  socket_.async_read(incoming_,
+                     [self = shared_from_this()](const error_code& error, std::size_t /*n*/) {
+                       if (error) {
+                         self->leave();
+                       } else {
+                         self->read();
+                       }
+                     });
+}
+
+void StreamClient::leave() {
+  gone_ = true;
+  timer_.cancel();
+  end();
+}
+
+/// Reached only by requests without an upgrade.
+void ControlApi::get_telemetry(const ApiRequest& request, const Parts& /*parts*/,
+                               const Reply& reply) {
+  read_telemetry_request(request);
+  reply(error_response(426, "Upgrade", "telemetry comes over a WebSocket"));
+}
+
+void ControlApi::get_frames(const ApiRequest& request, const Parts& /*parts*/, const Reply& reply) {
+  read_frames_request(request);
+  reply(error_response(426, "Upgrade", "frames come over a WebSocket"));
+}
+
+/// Without an upgrade: returns the shape to which the stream's poses belong.
+void ControlApi::get_body(const ApiRequest& request, const Parts& /*parts*/, const Reply& reply) {
+  read_body_request(request);
+  catch_up();
+  reply({200, body_json(world_), ""});
+}
+
+void ControlApi::read_body_request(const ApiRequest& request) const {
+  if (!request.query.empty()) {
+    throw ApiError(400, request.query.begin()->first, "unknown; this request has no parameters");
+  }
+  if (looks_of(world_) == nullptr)
+    throw ApiError(404, "body", "the drives turn the joints of no body");
+}
+
+Line& ControlApi::read_frames_request(const ApiRequest& request) {
+  const std::string* bus = nullptr;
+  for (const auto& [key, value] : request.query) {
+    if (key != "bus") throw ApiError(400, key, "unknown; there is bus");
+    bus = &value;
+  }
+  return line_of(bus);
+}
+
+}  // namespace lk::emulator

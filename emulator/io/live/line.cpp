@@ -1,0 +1,281 @@
+#include "emulator/io/live/line.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+
+#include "emulator/core/scenario/sampler.hpp"
+#include "emulator/io/transports/make_port.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// Longest step of a bus, so that the loop gets control. Not shorter than the loop's sleep, as
+/// every step but the last reads the clock.
+constexpr SimTime kStep = std::chrono::milliseconds(5);
+/// Unsent replies at which time waits for them, if it can: a quarter of the port's queue.
+constexpr std::size_t kMostLeaving = 256;
+
+/// Frames sent before a slip are read within this time after it.
+constexpr SimTime kAfterSlip = std::chrono::milliseconds(2);
+/// A host that sent more frames during a slip does not wait for replies (assumed: one query every
+/// 10 ms for 0.6 s). Its frames go on the bus when it has room; at most this many wait.
+constexpr std::size_t kMostSpaced = 64;
+/// Longest wait for a quiet line.
+constexpr SimTime kLongestWait = std::chrono::seconds(1);
+
+SimTime whole_us(SimTime time) { return std::chrono::ceil<std::chrono::microseconds>(time); }
+
+/// "1-4,7"
+std::string print_ids(const std::vector<ServoConfig>& servos) {
+  std::string text;
+  for (std::size_t i = 0; i < servos.size();) {
+    std::size_t last = i;
+    while (last + 1 < servos.size() && servos[last + 1].id == servos[last].id + 1) ++last;
+    if (i > 0) text += ',';
+    text += std::to_string(servos[i].id);
+    if (last > i) text += '-';
+    if (last > i) text += std::to_string(servos[last].id);
+    i = last + 1;
+  }
+  return text;
+}
+
+/// All watchers of a line as one.
+struct AllWatchers {
+  std::list<Watcher>& watchers;
+
+  SimTime next_due() const {
+    SimTime due = SimTime::max();
+    for (const Watcher& watcher : watchers) due = std::min(due, watcher.next_due());
+    return due;
+  }
+  void look(const Bus& bus) const {
+    for (const Watcher& watcher : watchers) {
+      if (watcher.next_due() <= bus.time()) watcher.look(bus);
+    }
+  }
+};
+
+}  // namespace
+
+SimTime frame_instant(SimTime at, SimTime reached) { return whole_us(std::max(at, reached)); }
+
+Line::Line(const BusConfig& config)
+    : config_(config),
+      ids_(print_ids(config.servos)),
+      bus_(config),
+      gate_(config),
+      adviser_(config) {}
+
+void Line::connect(boost::asio::io_context& loop, Interfaces allowed,
+                   std::function<void()> on_frames) {
+  port_ = make_port(loop, config_, allowed, std::move(on_frames));
+}
+
+void Line::take_in(const TimedFrame& in) {
+  spaced_ = spaced_ && (bus_.time() < spaced_until_ || !backlog_.empty() || !bus_.line_is_quiet());
+  if (spaced_ && backlog_.size() >= kMostSpaced) {
+    spaced_ = false;
+    flooded_ = true;
+  }
+  if (flooded_) {  // the backlog goes first, as far as there is room
+    if (advancing_) {
+      take_from_backlog();
+    } else {
+      bring_to(frame_instant(in.at, bus_.time()), MonoTime::max(), Patience::kNone);
+    }
+  }
+  // The bus drops a frame for which there is no room in either queue.
+  const bool is_lost = flooded_ && backlog_.size() >= kMostSpaced && bus_.host_queue_full();
+  if (spaced_ || (!backlog_.empty() && !is_lost)) {
+    keep_for_later(in);
+    return;
+  }
+  // Called here, as the bus alone would advance without calling watchers.
+  if (in.at > bus_.time() && (bus_.host_queue_full() || bus_.adapted() || !listeners_.empty())) {
+    advance_to(in.at);
+  }
+  put_on_bus(in);
+}
+
+void Line::put_on_bus(const TimedFrame& in) {
+  TimedFrame effective = in;
+  effective.at = frame_instant(in.at, bus_.time());
+  if (!listeners_.empty()) {  // listeners get earlier replies before this frame
+    bus_.advance_to(effective.at);
+    send_replies();
+  }
+  adviser_.hear(effective);
+  if (port_ && !told_terminal_ && effective.frame.kind == protocol::FrameKind::kSerial) {
+    const TerminalFlags& flags = port_->host_flags();
+    told_terminal_ = !flags.empty();
+    adviser_.hear_terminal(flags, effective);
+  }
+  for (const Listener& listener : listeners_) {
+    if (listener.query) listener.query(effective);
+  }
+  bus_.receive(effective);
+}
+
+void Line::keep_for_later(const TimedFrame& in) {
+  if (backlog_.size() < kMostBacklog) {
+    backlog_.push_back(in);
+    return;
+  }
+  if (backlog_lost_++ == 0) {
+    spdlog::warn("{}: {} frames wait for time to move; more are lost", name(), kMostBacklog);
+  }
+}
+
+void Line::note_slip() {
+  spaced_ = config_.serial.has_value();
+  spaced_until_ = bus_.time() + kAfterSlip;
+  adviser_.note_slip(bus_.time());
+}
+
+bool Line::backlog_waits() const {
+  if (bus_.host_queue_full()) return true;
+  return spaced_ && bus_.time() < spaced_until_ + kLongestWait && !bus_.line_is_quiet();
+}
+
+void Line::take_from_backlog() {
+  while (!backlog_.empty() && !backlog_waits() && backlog_.front().at <= bus_.time()) {
+    put_on_bus(backlog_.front());
+    backlog_.pop_front();
+  }
+  flooded_ = flooded_ && !backlog_.empty();
+}
+
+void Line::advance_to(SimTime until) {
+  AllWatchers all{watchers_};
+  const bool from_watcher = std::exchange(advancing_, true);
+  deliver_watched(bus_, until, all);
+  advancing_ = from_watcher;
+  send_replies();  // replies do not wait for unrelated motors
+  bus_.settle();
+  look_after_hosts();
+}
+
+void Line::look_after_hosts() {
+  if (std::exchange(moves_, bus_.moves()) != bus_.moves() && on_move) on_move();
+  adviser_.look(bus_);
+  for (; advice_told_ < adviser_.given().size(); ++advice_told_) {
+    if (on_advice) on_advice(adviser_.given()[advice_told_]);
+  }
+}
+
+Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patience) {
+  for (;;) {
+    take_from_backlog();
+    SimTime target = std::min(until, bus_.time() + kStep);
+    if (!backlog_.empty()) {
+      // The next frame follows as soon as there is room.
+      const SimTime frame =
+          backlog_waits() ? whole_us(bus_.next_due().value_or(target)) : backlog_.front().at;
+      target = std::max(std::min(target, frame), bus_.time());
+    }
+    advance_to(target);
+    const bool more_is_due =
+        !backlog_.empty() && !backlog_waits() && backlog_.front().at <= bus_.time();
+    if (bus_.time() >= until && !more_is_due) return Progress::kThere;
+    if (patience == Patience::kForReplies && crowded()) return Progress::kBlocked;
+    if (monotonic_now() >= deadline) return Progress::kOutOfTime;
+  }
+}
+
+Line::Progress Line::reach(SimTime due, MonoTime deadline, Patience patience) {
+  if (bus_.time() >= due) return Progress::kThere;
+  const Progress progress = bring_to(std::max(due - SimTime{1}, bus_.time()), deadline, patience);
+  if (progress == Progress::kThere) bus_.reach(due);
+  return progress;
+}
+
+void Line::announce(const std::string& json) const {
+  for (const Listener& listener : listeners_) {
+    if (listener.directive) listener.directive(bus_.time(), json);
+  }
+}
+
+bool Line::perform(const TimedDirective& directive) {
+  return directive.when || directive.at > bus_.time() ? bus_.plan(directive)
+                                                      : bus_.apply(directive.directive);
+}
+
+void Line::send_replies() {
+  keep_rom();
+  replies_.clear();
+  bus_.take_replies(replies_);
+  leaving_.clear();
+  const bool up = is_up();
+  for (const TimedFrame& reply : replies_) {
+    if (reply.sender != 0) {
+      send(leaving_);
+      leaving_.clear();
+      if (port_) port_->pass_on(reply.frame, reply.sender);
+      continue;
+    }
+    const int id = reply.said_by != 0 ? reply.said_by : static_cast<int>(reply.frame.id & 0x3FU);
+    if (!reply.echo) {
+      if (up) ++sent_[static_cast<std::size_t>(id)];
+      adviser_.hear_reply(reply.frame);
+    }
+    for (const Listener& listener : listeners_) {
+      if (listener.reply) listener.reply(reply);
+    }
+    gate_.pass(reply, leaving_);
+  }
+  send(leaving_);
+  if (port_ && !replies_.empty()) port_->end_turn();
+}
+
+void Line::send(const std::vector<protocol::Frame>& frames) {
+  if (port_ && !frames.empty()) port_->send(frames);
+}
+
+void Line::keep_rom() {
+  rom_writes_.clear();
+  bus_.take_rom_writes(rom_writes_);
+  for (const RomWrite& write : rom_writes_) {
+    gate_.begin(write);
+    if (on_rom_write) {
+      on_rom_write(write);
+    } else {
+      settle_rom(write, 0);
+    }
+  }
+}
+
+/// Logs only the first refused write and the recovery: hosts may write hundreds of times a second.
+void Line::tell_of_rom(int id, int error) {
+  std::uint64_t& refused = refused_[id];
+  if (error != 0) {
+    if (refused++ > 0) return;
+    spdlog::error("{}:{}: ROM not written: {}; the drive continues with RAM", name(), id,
+                  std::generic_category().message(error));
+  } else if (refused > 0) {
+    spdlog::info("{}:{}: ROM is written again; {} writes were refused", name(), id,
+                 std::exchange(refused, 0));
+  }
+}
+
+void Line::settle_rom(const RomWrite& write, int error) {
+  tell_of_rom(write.id, error);
+  leaving_.clear();
+  if (const auto* kept = gate_.settle(write, error == 0, leaving_)) {
+    bus_.restore_rom(write.id, kept->rom, kept->wear);
+    for (const Listener& listener : listeners_) {
+      if (listener.restored_rom) listener.restored_rom(bus_.time(), write.id, *kept);
+    }
+  }
+  send(leaving_);
+  if (port_) port_->end_turn();
+}
+
+bool Line::replies_have_left() const { return gate_.idle() && (!port_ || port_->pending() == 0); }
+
+bool Line::crowded() const { return port_ && port_->pending() > kMostLeaving; }
+
+}  // namespace lk::emulator

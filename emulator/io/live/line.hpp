@@ -1,0 +1,169 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <list>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "emulator/core/bus/bus.hpp"
+#include "emulator/files/rom_store.hpp"
+#include "emulator/io/live/pacer.hpp"
+#include "emulator/io/transports/netlink.hpp"
+#include "emulator/io/transports/port.hpp"
+#include "emulator/io/transports/socketcan.hpp"
+#include "emulator/monitor/advice/adviser.hpp"
+#include "protocol/opcodes.hpp"
+
+namespace lk::emulator {
+
+/// Returns when a host's frame of time `at` counts on a bus at `reached`. The result is not in the
+/// past, and a whole microsecond, the resolution of a log.
+SimTime frame_instant(SimTime at, SimTime reached);
+
+/// Reads a bus whenever it is due (sampler.hpp).
+struct Watcher {
+  std::function<SimTime()> next_due;
+  std::function<void(const Bus&)> look;
+};
+
+/// Callbacks for the traffic of a line. Functions may be empty.
+struct Listener {
+  std::function<void(const TimedFrame&)> query;  // a host's frame; `at`: when the bus takes it in
+  std::function<void(const TimedFrame&)> reply;  // when it has left the wire
+  // A request of directives, as JSON; called before it is executed.
+  std::function<void(SimTime now, const std::string& json)> directive;
+  // The disk refused a write of a drive: its ROM holds these values again.
+  std::function<void(SimTime now, int id, const RomGate::Kept&)> restored_rom;
+};
+
+/// One bus with its port and its observers. `take_in` accepts frames, `bring_to` advances time, and
+/// replies leave by the port meanwhile. Tests use lines without a port.
+class Line {
+ public:
+  /// Limit of frames queued while time stands still.
+  static constexpr std::size_t kMostBacklog = 1'000'000;
+
+  explicit Line(const BusConfig& config);
+  Line(const Line&) = delete;
+  Line& operator=(const Line&) = delete;
+  ~Line() = default;
+
+  /// Creates the port. Throws StartError.
+  void connect(boost::asio::io_context& loop, Interfaces allowed, std::function<void()> on_frames);
+
+  const BusConfig& config() const { return config_; }
+  const std::string& name() const { return config_.interface; }
+  const std::string& ids() const { return ids_; }  // "1-4,7"
+  const Bus& bus() const { return bus_; }
+  Port* port() { return port_.get(); }
+  const Port* port() const { return port_.get(); }
+  const RomGate& gate() const { return gate_; }
+  bool is_up() const { return !port_ || port_->is_up(); }
+
+  /// Accepts a host's frame that arrived at `at`.
+  void take_in(const TimedFrame& in);
+  /// Notes that simulated time has slipped: frames that hosts sent meanwhile come together. On
+  /// RS-485 each then waits until the line is quiet, so that it does not spoil the previous reply.
+  void note_slip();
+  /// Queues a host's frame until the bus reaches its time.
+  void keep_for_later(const TimedFrame& in);
+  enum class Progress : std::uint8_t {
+    kThere,
+    kOutOfTime,  // `deadline` came first
+    kBlocked,    // replies have to leave first
+  };
+  /// Whether time waits for replies that cannot leave as fast as they come. A clock that follows
+  /// real time does not wait: late replies are lost, as on a robot.
+  enum class Patience : std::uint8_t { kNone, kForReplies };
+  /// Advances the bus to `until`, or as far as it gets before `deadline`. Everything due up to and
+  /// including `until` has then happened, watchers were called, and replies were sent.
+  Progress bring_to(SimTime until, MonoTime deadline, Patience patience);
+  /// As `bring_to`, for the body of the line's drives: everything before `due` has happened
+  /// (Bus::reach).
+  Progress reach(SimTime due, MonoTime deadline, Patience patience);
+  /// For the code that moves that body.
+  Bus& bus_on_body() { return bus_; }
+  /// Notifies listeners of directives that will be executed next.
+  void announce(const std::string& json) const;
+  /// Executes or plans a directive. Returns false, without effect, if the bus has no room.
+  bool perform(const TimedDirective& directive);
+
+  /// Returns true if no reply waits any more.
+  bool replies_have_left() const;
+  /// Frames of this drive that left the wire while the interface was up.
+  std::uint64_t sent(int id) const { return sent_[static_cast<std::size_t>(id)]; }
+
+  /// Finds mistakes of hosts on this bus.
+  const Adviser& adviser() const { return adviser_; }
+  /// Called when the address of a drive has changed.
+  std::function<void()> on_move;
+  /// Called once with each new advice.
+  std::function<void(const Advice&)> on_advice;
+
+  /// Called with each write to ROM. Empty: the write counts as saved at once.
+  std::function<void(const RomWrite&)> on_rom_write;
+  /// Ends a write to ROM; `error` is the disk's: 0 or errno.
+  void settle_rom(const RomWrite& write, int error);
+
+  /// Kept until removed. A callback of the line must not remove any.
+  using WatcherKey = std::list<Watcher>::iterator;
+  WatcherKey add_watcher(Watcher watcher) {
+    return watchers_.insert(watchers_.end(), std::move(watcher));
+  }
+  void remove_watcher(WatcherKey watcher) { watchers_.erase(watcher); }
+  using ListenerKey = std::list<Listener>::iterator;
+  ListenerKey add_listener(Listener listener) {
+    return listeners_.insert(listeners_.end(), std::move(listener));
+  }
+  void remove_listener(ListenerKey listener) { listeners_.erase(listener); }
+  /// Returns true if an observer needs events without delay.
+  bool watched() const { return !watchers_.empty() || !listeners_.empty(); }
+
+  std::size_t backlog() const { return backlog_.size(); }
+  std::uint64_t backlog_lost() const { return backlog_lost_; }
+
+ private:
+  void put_on_bus(const TimedFrame& in);
+  void take_from_backlog();
+  /// Returns true if the backlog waits for the wire.
+  bool backlog_waits() const;
+  /// Advances to `until`, calls watchers, and sends replies that are due.
+  void advance_to(SimTime until);
+  void keep_rom();
+  void tell_of_rom(int id, int error);
+  void look_after_hosts();
+  void send_replies();
+  void send(const std::vector<protocol::Frame>& frames);
+  bool crowded() const;
+
+  BusConfig config_;
+  std::string ids_;
+  Bus bus_;
+  RomGate gate_;
+  Adviser adviser_;
+  bool told_terminal_ = false;  // that the host's terminal is not raw
+  std::size_t advice_told_ = 0;
+  std::unique_ptr<Port> port_;
+  std::list<Watcher> watchers_;
+  std::list<Listener> listeners_;
+  std::deque<TimedFrame> backlog_;  // not on the bus yet: time stands still, or the wire is full
+  bool spaced_ = false;             // after a slip: frames wait until the line is quiet,
+  SimTime spaced_until_{0};         // at least until then
+  bool flooded_ = false;            // too many frames for that: the backlog only waits for room
+  bool advancing_ = false;          // watchers run, and may put frames on the bus
+  std::uint64_t moves_ = 0;         // address changes of the bus at the last check
+  std::uint64_t backlog_lost_ = 0;
+  std::array<std::uint64_t, protocol::kMaxId + 1> sent_{};  // by drive
+  std::map<int, std::uint64_t> refused_;                    // failed ROM writes in a row; by drive
+  std::vector<TimedFrame> replies_;  // these three are members to reuse their memory
+  std::vector<RomWrite> rom_writes_;
+  std::vector<protocol::Frame> leaving_;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,373 @@
+#include "emulator/io/live/world.hpp"
+
+#include <spdlog/spdlog.h>
+#include <sys/prctl.h>
+
+#include <algorithm>
+#include <boost/asio/post.hpp>
+#include <utility>
+
+namespace lk::emulator {
+namespace {
+
+/// During traffic the model advances at least this often, so that a query finds little to catch up.
+constexpr MonoTime kShortSleep = std::chrono::milliseconds(1);
+/// Longest sleep without traffic: saves wake-ups, but the first query finds more to do.
+constexpr MonoTime kLongSleep = std::chrono::milliseconds(5);
+constexpr MonoTime kTrafficEnds = std::chrono::milliseconds(200);
+/// Longest time that timers and clients are starved by back-to-back frames.
+constexpr MonoTime kLinger = std::chrono::milliseconds(3);
+/// Longest receive that waits: a tick of the kernel, and one more.
+constexpr MonoTime kLongestReceive = std::chrono::milliseconds(20);
+/// Longest piece of work, so that the loop can serve others.
+constexpr MonoTime kSlice = std::chrono::milliseconds(10);
+/// Step of an advance for all lines together, so that the advance can end anywhere.
+constexpr SimTime kStride = std::chrono::milliseconds(1);
+constexpr auto kReplyPoll = std::chrono::milliseconds(1);
+
+}  // namespace
+
+World::World(boost::asio::io_context& loop, ClockMode mode)
+    : loop_(loop),
+      seen_(monotonic_now()),
+      last_frame_(seen_ - kTrafficEnds),
+      clock_(seen_, mode),
+      timer_(loop, [this] { wake(); }),
+      patience_(loop) {}
+
+Line& World::add(const BusConfig& bus) {
+  lines_.push_back(std::make_unique<Line>(bus));
+  return *lines_.back();
+}
+
+Line* World::find_line(const std::string& bus) {
+  for (const auto& line : lines_) {
+    if (line->name() == bus) return line.get();
+  }
+  return nullptr;
+}
+
+SimTime World::time() const {
+  SimTime time = SimTime::max();
+  for (const auto& line : lines_) time = std::min(time, line->bus().time());
+  return lines_.empty() ? SimTime{0} : time;
+}
+
+void World::start() {
+  // By default the kernel ends sleeps up to 50 µs late, to save wake-ups.
+  ::prctl(PR_SET_TIMERSLACK, 1);
+  couple();
+  clock_ = SimClock(monotonic_now(), clock_.mode());
+  serve_all();
+}
+
+void World::couple() {
+  std::vector<BusConfig> robot;
+  for (const auto& line : lines_) {
+    robot.push_back(line->config());
+    buses_.push_back(&line->bus_on_body());
+  }
+  if (Coupling::needed(robot)) coupling_.emplace(robot, buses_);
+}
+
+void World::stop() {
+  stopped_ = true;
+  end_advance(Advanced::kCancelled);
+}
+
+/// A query needs as few system calls as possible, as on some machines one takes as long as the rest
+/// of an answer. The kernel's stamp gives the time, and no timer is set.
+void World::serve(std::size_t index) {
+  if (stopped_) return;
+  Line& line = *lines_[index];
+  take_in(line);
+  bring_to_now(line);
+  linger();
+  arm_timer();
+}
+
+void World::serve_all() {
+  if (stopped_) return;
+  seen_ = monotonic_now();
+  for (const auto& line : lines_) {
+    take_in(*line);
+    bring_to_now(*line);
+  }
+  slip_reporter_.check(seen_);
+  arm_timer();
+}
+
+/// Timer callback.
+void World::wake() {
+  if (stopped_) return;
+  seen_ = monotonic_now();
+  for (const auto& line : lines_) {
+    if (busy()) take_in(*line);  // frames that came while the machine was busy are earlier than now
+    bring_to_now(*line);
+  }
+  slip_reporter_.check(seen_);
+  arm_timer();
+}
+
+/// Polls the sockets briefly after a frame: cheaper than returning to the event loop.
+void World::linger() {
+  const MonoTime leave = seen_ + kLinger;
+  while (!stopped_ && !clock_.mode().stepped && !on_body_step && seen_ < leave) {
+    sockets_.clear();
+    for (const auto& line : lines_) {
+      if (!line->replies_have_left()) return;  // they wait for an event of the loop
+      sockets_.push_back({line->port() != nullptr ? line->port()->descriptor() : -1, POLLIN, 0});
+    }
+    if (only_frames_are_waited_for()) {
+      if (take_in(*lines_.front(), CanSocket::Wait::kForOne).any) {
+        bring_to_now(*lines_.front());
+        continue;
+      }
+      bring_to_now(*lines_.front());
+      return;
+    }
+    const MonoTime due = next_due();
+    const MonoTime wake = std::min(due, seen_ + kShortSleep);
+    const bool frames = wait_for_frames(sockets_, wake - seen_);
+    if (!frames) seen_ = monotonic_now();
+    bool any = false;
+    for (std::size_t n = 0; n < lines_.size(); ++n) {
+      const bool readable = frames && sockets_[n].revents != 0;
+      if (readable) any = take_in(*lines_[n]).any || any;
+      if (readable || !frames || due <= seen_) bring_to_now(*lines_[n]);
+    }
+    if (!any && due > seen_) return;
+  }
+}
+
+/// A receive that waits saves the call that asks for readable sockets.
+bool World::only_frames_are_waited_for() const {
+  const Port* const port = lines_.front()->port();
+  return lines_.size() == 1 && !coupling_ && port != nullptr && port->can_wait() &&
+         !lines_.front()->watched() && next_due() > seen_ + kLongestReceive;
+}
+
+/// Takes frames that have arrived on a line. Updates `seen_` even if there were only invalid bytes:
+/// a host that sends those must not stop time.
+World::Taken World::take_in(Line& line, CanSocket::Wait wait) {
+  Taken taken;
+  if (line.port() == nullptr) return taken;
+  const auto take = [&](std::span<const ReceivedFrame> frames) {
+    taken.any = true;
+    seen_ = stamps_.reached(frames.back().stamp, seen_);
+    // Without a wire a query is answered at its own instant. Otherwise the clock counts, as some
+    // time has passed.
+    if (line.config().bitrate > 0) seen_ = std::max(seen_, monotonic_now());
+    last_frame_ = seen_;
+    follow_clock(line);
+    for (const ReceivedFrame& in : frames) {
+      const TimedFrame frame{.at = clock_.shows(stamps_.arrival(in.stamp, seen_)),
+                             .frame = in.frame,
+                             .sender = in.sender};
+      // A line with a body must not get ahead of the other lines.
+      const bool later = clock_.mode().stepped || coupling_;
+      later ? line.keep_for_later(frame) : line.take_in(frame);
+    }
+  };
+  taken.more = line.port()->receive(take, wait);
+  if (!taken.any) seen_ = monotonic_now();
+  return taken;
+}
+
+/// Returns the time at which the line should be. Slips if it is too far behind.
+SimTime World::follow_clock(Line& line) {
+  const auto [now, slipped] = clock_.read(seen_, line.bus().time());
+  if (slipped > SimTime{0}) {
+    slip_reporter_.slipped(seen_, slipped);
+    for (const auto& one : lines_) one->note_slip();
+  }
+  return now;
+}
+
+void World::bring_to_now(Line& line) {
+  if (!clock_.mode().stepped) bring_on(line);
+  if (line.port() != nullptr) line.port()->end_turn();
+}
+
+void World::bring_on(Line& line) {
+  const SimTime now = std::max(follow_clock(line), line.bus().time());
+  // A fast clock may ask for more than fits into a slice: the rest waits, or slips.
+  if (coupling_) {
+    bring_all_to(now, seen_ + kSlice, Line::Patience::kNone);
+  } else {
+    line.bring_to(now, seen_ + kSlice, Line::Patience::kNone);
+  }
+}
+
+Line::Progress World::bring_all_to(SimTime until, MonoTime deadline, Line::Patience patience) {
+  while (coupling_ && coupling_->next_due() <= until) {
+    const SimTime due = coupling_->next_due();
+    for (const auto& line : lines_) {
+      const auto progress = line->reach(due, deadline, patience);
+      if (progress != Line::Progress::kThere) return progress;
+    }
+    if (!exchange()) return due == until ? Line::Progress::kThere : Line::Progress::kBlocked;
+  }
+  for (const auto& line : lines_) {
+    const auto progress = line->bring_to(std::max(until, line->bus().time()), deadline, patience);
+    if (progress != Line::Progress::kThere) return progress;
+  }
+  return Line::Progress::kThere;
+}
+
+bool World::exchange() {
+  const bool was_well = !coupling_->failure();
+  if (coupling_->under_way()) {
+    coupling_->finish(buses_);
+    body_is_ready_ = !on_body_step || on_body_step();
+  }
+  if (!std::exchange(body_is_ready_, false)) return false;
+  coupling_->begin(buses_);
+  if (was_well && coupling_->failure()) {
+    spdlog::error("{}; it stands still", *coupling_->failure());
+  }
+  return true;
+}
+
+void World::couple(std::unique_ptr<Mechanism> body, std::span<const CoupledDrive> drives) {
+  SimTime now{0};
+  for (const auto& line : lines_) now = std::max(now, line->bus().time());
+  const SimTime step = body->step();
+  coupling_.emplace(std::move(body), drives, (now + step - SimTime{1}) / step * step);
+  body_is_ready_ = true;
+}
+
+void World::uncouple() {
+  coupling_.reset();
+  if (advance_) go_on_soon();
+}
+
+void World::body_is_ready() {
+  body_is_ready_ = true;
+  if (advance_) {
+    go_on_soon();
+  } else if (!clock_.mode().stepped) {
+    serve_all();
+  }
+}
+
+MonoTime World::next_due() const {
+  MonoTime first = MonoTime::max();
+  if (waits_for_body()) return first;
+  // The owner of the body needs each step in time.
+  if (coupling_ && on_body_step) first = clock_.to_mono(coupling_->next_due());
+  for (const auto& line : lines_) {
+    if (const auto due = line->bus().next_due()) first = std::min(first, clock_.to_mono(*due));
+  }
+  return first;
+}
+
+/// Returns true if there are observers or recent frames.
+bool World::busy() const {
+  return seen_ - last_frame_ < kTrafficEnds ||
+         std::ranges::any_of(lines_, [](const auto& line) { return line->watched(); });
+}
+
+void World::arm_timer() {
+  if (clock_.mode().stepped) return;
+  const MonoTime sleep = busy() ? kShortSleep : kLongSleep;
+  timer_.wake_by(std::min(seen_ + sleep, next_due()), seen_);
+}
+
+void World::set_clock(ClockMode mode) {
+  if (stopped_) return;
+  serve_all();
+  end_advance(Advanced::kCancelled);
+  SimTime now{0};
+  for (const auto& line : lines_) now = std::max(now, line->bus().time());
+  clock_.switch_to(mode, monotonic_now(), now);
+  serve_all();
+}
+
+// --- stepped
+
+void World::advance(SimTime to, OnAdvanced done) {
+  advance_ = Advance{to, std::move(done), ++advances_, std::nullopt, 0};
+  take_in_all();
+  go_on_soon();
+}
+
+/// Frames that hosts sent before the advance are in the sockets by now. A CAN socket delivers to
+/// all others of this machine; TCP hosts that wait for an acknowledgement get it from `end_turn`.
+/// Bounded, as a host may keep sending.
+void World::take_in_all() {
+  constexpr int kMostRounds = 100;
+  for (const auto& line : lines_) {
+    for (int n = 0; n < kMostRounds; ++n) {
+      const Taken taken = take_in(*line);
+      if (line->port() != nullptr) line->port()->end_turn();
+      if (!taken.any && !taken.more) break;
+    }
+  }
+}
+
+void World::go_on_soon() {
+  boost::asio::post(loop_, [this, mine = advance_->number] {
+    if (advance_ && advance_->number == mine) go_on();
+  });
+}
+
+void World::go_on() {
+  const Line::Progress progress = move(monotonic_now() + kSlice);
+  if (progress == Line::Progress::kBlocked && waits_for_body()) return;  // until body_is_ready
+  if (progress == Line::Progress::kOutOfTime) {
+    go_on_soon();
+    return;
+  }
+  const bool left =
+      std::ranges::all_of(lines_, [](const auto& line) { return line->replies_have_left(); });
+  if (progress == Line::Progress::kThere && left) {
+    end_advance(Advanced::kThere);
+  } else {
+    wait_for_replies();
+  }
+}
+
+Line::Progress World::move(MonoTime deadline) {
+  for (;;) {
+    const SimTime next = std::min(advance_->to, time() + kStride);
+    const auto progress = bring_all_to(next, deadline, Line::Patience::kForReplies);
+    if (progress != Line::Progress::kThere) return progress;
+    clock_.step_to(next);
+    if (next >= advance_->to) return Line::Progress::kThere;
+    if (monotonic_now() >= deadline) return Line::Progress::kOutOfTime;
+  }
+}
+
+std::uint64_t World::replies_sent() const {
+  std::uint64_t sent = 0;
+  for (const auto& line : lines_) sent += line->port() != nullptr ? line->port()->stats().sent : 0;
+  return sent;
+}
+
+void World::wait_for_replies() {
+  const MonoTime now = monotonic_now();
+  const std::uint64_t sent = replies_sent();
+  if (!advance_->give_up || sent != advance_->sent) advance_->give_up = now + kMostPatience;
+  advance_->sent = sent;
+  if (now >= *advance_->give_up) {
+    end_advance(Advanced::kStuck);
+    return;
+  }
+  patience_.expires_after(kReplyPoll);
+  patience_.async_wait([this, mine = advance_->number](const auto& /*error*/) {
+    if (advance_ && advance_->number == mine) go_on();
+  });
+}
+
+void World::end_advance(Advanced how) {
+  if (!advance_) return;
+  const OnAdvanced done = std::move(advance_->done);
+  advance_.reset();
+  SimTime now{0};
+  for (const auto& line : lines_) now = std::max(now, line->bus().time());
+  clock_.step_to(now);
+  done(how);
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,132 @@
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "emulator/core/coupling/coupling.hpp"
+#include "emulator/io/live/line.hpp"
+#include "emulator/io/live/pacer.hpp"
+
+namespace lk::emulator {
+
+/// All lines of a process and their common clock, on the loop of the process.
+class World {
+ public:
+  World(boost::asio::io_context& loop, ClockMode mode);
+  /// Pre: `start` was not called yet.
+  Line& add(const BusConfig& bus);
+
+  std::vector<std::unique_ptr<Line>>& lines() { return lines_; }
+  const std::vector<std::unique_ptr<Line>>& lines() const { return lines_; }
+  Line* find_line(const std::string& bus);
+  const SimClock& clock() const { return clock_; }
+  /// Time that all lines have reached.
+  SimTime time() const;
+  /// Body whose joints the drives turn; null: none, or `start` was not called yet.
+  const Mechanism* body() const { return coupling_ ? coupling_->body() : nullptr; }
+
+  /// Starts time.
+  void start();
+  /// Stops time for good: nothing more happens on the buses.
+  void stop();
+  bool stopped() const { return stopped_; }
+
+  /// Processes frames of a line, sends replies, and waits briefly for more frames.
+  void serve(std::size_t index);
+  /// Brings all lines to now, with all frames that have arrived.
+  void serve_all();
+
+  /// Changes the clock at the present instant. Cancels an advance.
+  void set_clock(ClockMode mode);
+
+  enum class Advanced : std::uint8_t {
+    kThere,      // all replies up to then are handed to the interfaces
+    kCancelled,  // by `cancel_advance`, a change of clock, or the end
+    kStuck,      // replies cannot leave: the disk or an interface does not take them
+  };
+  using OnAdvanced = std::function<void(Advanced)>;
+  /// Pre: the clock is stepped, and no other advance runs. Moves time to `to`; frames that hosts
+  /// sent before are then on the buses. Calls `done` once, from the loop.
+  void advance(SimTime to, OnAdvanced done);
+  bool advancing() const { return advance_.has_value(); }
+  void cancel_advance() { end_advance(Advanced::kCancelled); }
+
+  /// Couples these drives to the joints of `body`. Its steps begin at multiples of their length.
+  void couple(std::unique_ptr<Mechanism> body, std::span<const CoupledDrive> drives);
+  void uncouple();
+  const Coupling* coupling() const { return coupling_ ? &*coupling_ : nullptr; }
+  /// Called when the drives have done a step; returns whether the body has done it too. If not,
+  /// time waits for `body_is_ready`. Must not couple or uncouple. Empty: always true.
+  std::function<bool()> on_body_step;
+  void body_is_ready();
+
+  /// Owner of the clock, for the 409 message; empty if free.
+  std::string clock_is_held_by;
+
+  /// Longest wait of an advance for replies that cannot leave.
+  static constexpr auto kMostPatience = std::chrono::seconds(5);
+
+ private:
+  struct Advance {
+    SimTime to;
+    OnAdvanced done;
+    unsigned number;
+    std::optional<MonoTime> give_up;  // time-out if no reply leaves
+    std::uint64_t sent;               // replies sent before the last wait
+  };
+
+  void wake();
+  void linger();
+  bool only_frames_are_waited_for() const;
+  MonoTime next_due() const;
+  struct Taken {
+    bool any = false;
+    bool more = false;  // may follow
+  };
+  Taken take_in(Line& line, CanSocket::Wait wait = CanSocket::Wait::kNot);
+  SimTime follow_clock(Line& line);
+  void bring_to_now(Line& line);
+  void bring_on(Line& line);
+  /// Advances all lines and the body of their drives. kBlocked: the body has not done its step, or
+  /// as for a line.
+  Line::Progress bring_all_to(SimTime until, MonoTime deadline, Line::Patience patience);
+  void couple();
+  /// Exchanges values at the end of a step. Returns false if the body has not done it yet.
+  bool exchange();
+  bool waits_for_body() const { return coupling_ && !coupling_->under_way() && !body_is_ready_; }
+  void take_in_all();
+  void go_on();
+  void go_on_soon();
+  /// Does one slice of an advance.
+  Line::Progress move(MonoTime deadline);
+  std::uint64_t replies_sent() const;
+  void wait_for_replies();
+  void end_advance(Advanced how);
+  bool busy() const;
+  void arm_timer();
+
+  boost::asio::io_context& loop_;
+  MonoTime seen_;  // latest known monotonic time
+  MonoTime last_frame_;
+  SimClock clock_;
+  StampClock stamps_;
+  std::vector<pollfd> sockets_;  // by line
+  SlipReporter slip_reporter_;
+  std::vector<std::unique_ptr<Line>> lines_;
+  std::vector<Bus*> buses_;           // of the lines
+  std::optional<Coupling> coupling_;  // if the robot has a body
+  bool body_is_ready_ = false;        // the next step may begin
+  WakeTimer timer_;
+  boost::asio::steady_timer patience_;
+  std::optional<Advance> advance_;
+  unsigned advances_ = 0;
+  bool stopped_ = false;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,403 @@
+#include "emulator/io/program/daemon.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <boost/asio/post.hpp>
+#include <cerrno>
+#include <cinttypes>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "emulator/config/bus_name.hpp"
+#include "emulator/core/start_error.hpp"
+#include "emulator/io/program/answered_ids.hpp"
+#include "emulator/io/program/config_listing.hpp"
+#include "emulator/io/program/process.hpp"
+#include "emulator/io/transports/make_port.hpp"
+#include "emulator/io/transports/socketcan.hpp"
+#include "emulator/monitor/scenario/scenario_report.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// Time-out for the disk at the end. A write that was not acknowledged may be lost.
+constexpr auto kLongestGoodbye = std::chrono::seconds(3);
+/// Time-out for the interfaces after it: a full bus sends all that a port queues in this time.
+constexpr auto kLongestFlush = std::chrono::milliseconds(150);
+constexpr auto kGoodbyeStep = std::chrono::milliseconds(2);
+
+void check_can_support() {
+  const std::string problem = can_problem();
+  if (!problem.empty()) {
+    throw StartError(problem + ": try " + offer_without_can() +
+                     "; or sudo modprobe can-raw vcan, or run it under scripts/with-vcan");
+  }
+}
+
+void make(const std::string& interface) {
+  try {
+    create_vcan(interface);
+  } catch (const std::system_error& problem) {
+    const int error = problem.code().value();
+    if (error == EPERM || error == EACCES) {
+      throw StartError("no permission to make " + interface +
+                       ": --create-bus needs root or CAP_NET_ADMIN");
+    }
+    if (error == EOPNOTSUPP) {
+      throw StartError("cannot make " + interface +
+                       ": this kernel has no vcan (sudo modprobe vcan)");
+    }
+    if (link_state(interface).index != 0) {
+      throw StartError("cannot bring up " + interface + " (" + problem.code().message() +
+                       "); set its bit rate first: sudo ip link set " + interface +
+                       " type can bitrate 1000000");
+    }
+    throw StartError("cannot make " + interface + ": " + problem.code().message());
+  }
+}
+
+void check_interface(const std::string& interface, const LinkState& link, Interfaces allowed) {
+  if (link.index == 0) {
+    throw StartError("there is no interface " + interface + "; create it with: sudo ip link add " +
+                     interface + " type vcan && sudo ip link set " + interface +
+                     " up (or start with --create-bus)");
+  }
+  if (!link.is_can) throw StartError(interface + " is not a CAN interface");
+  if (!link.is_virtual() && allowed == Interfaces::kVirtualOnly) {
+    throw StartError(interface +
+                     " is not virtual (vcan, vxcan): real drives may be on it, and one with the "
+                     "same ID would answer too; if there is none, start with --real-bus");
+  }
+}
+
+bool is_socketcan(const BusConfig& bus) {
+  return scheme_of(bus.interface).transport == Transport::kSocketCan;
+}
+
+/// Prints only what happened: zeros would hide the important number.
+void print_nonzero(const char* what, std::uint64_t count) {
+  if (count > 0) std::printf("    %-44s %10" PRIu64 "\n", what, count);
+}
+
+void print_bus(const BusStats& bus, const std::string& title) {
+  std::printf("  %-46s %10" PRIu64 " frames, %" PRIu64 " queries, %" PRIu64 " replies\n",
+              title.c_str(), bus.frames, bus.queries, bus.replies);
+  for (std::size_t cause = 0; cause < kDropKinds; ++cause) {
+    print_nonzero(("not answered: " + std::string(to_string(static_cast<Drop>(cause)))).c_str(),
+                  bus.dropped[cause]);
+  }
+  print_nonzero("replies lost: with the power or by a fault",
+                bus.replies_lost - bus.replies_collided - bus.replies_overrun);
+  print_nonzero("replies lost: in collisions on the line", bus.replies_collided);
+  print_nonzero("replies lost: the hosts' adapter was full", bus.replies_overrun);
+  print_nonzero("unrequested frames of drives", bus.extra_frames);
+  print_nonzero("error frames", bus.error_frames);
+  print_nonzero("RS-485: bytes that start no packet", bus.receiver.skipped_bytes);
+  print_nonzero("RS-485: headers whose sum is wrong", bus.receiver.bad_headers);
+  print_nonzero("RS-485: packets longer than any", bus.receiver.too_long);
+  print_nonzero("RS-485: packets whose sum is wrong", bus.receiver.bad_data);
+  print_nonzero("RS-485: packets broken off", bus.receiver.broken_off);
+  print_nonzero("motion not executed: drive off or in error", bus.refused_motion);
+  print_nonzero("motion not executed: target out of range", bus.invalid_targets);
+  print_nonzero("writes to ROM", bus.rom_writes);
+}
+
+void print_gate(const RomGate& gate) {
+  print_nonzero("writes to ROM that failed: not kept", gate.failed_writes());
+  print_nonzero("replies not sent: not kept in ROM", gate.lost_replies());
+  print_nonzero("drives whose last ROM write is not confirmed", gate.waiting());
+}
+
+void print_port(const PortStats& port) {
+  print_nonzero("replies lost: interface down", port.lost_link_down);
+  print_nonzero("replies lost: send queue full", port.lost_queue_full);
+  print_nonzero("replies lost: still in the send queue at the end", port.pending);
+  print_nonzero("waits for the send queue", port.waits_for_queue);
+  print_nonzero("frames dropped by the kernel", port.kernel_drops);
+  print_nonzero("times the interface went down or away", port.link_losses);
+  print_nonzero("frames lost: a client did not read", port.lost_unread);
+  print_nonzero("lines or datagrams that made no sense", port.malformed);
+  print_nonzero("datagrams of others, dropped", port.foreign);
+  print_nonzero("clients refused: no room", port.refused);
+}
+
+/// Adds the option to an error of the scenario.
+void with_scenario(const std::function<void()>& act) {
+  try {
+    act();
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(std::string("--scenario: ") + problem.what());
+  }
+}
+
+/// Returns the output paths that the user has given.
+std::vector<std::filesystem::path> places_of(const RunOptions& options,
+                                             const std::vector<BusConfig>& buses) {
+  std::vector<std::filesystem::path> places;
+  for (const BusConfig& bus : buses) {
+    const BusName name = bus_name(bus.interface);
+    if (name.scheme->place == BusPlace::kPath) places.emplace_back(name.path);
+  }
+  const std::string& socket = options.control.socket;
+  if (!socket.empty() && socket != "none") places.emplace_back(socket);
+  if (options.shafts && !options.shafts->path.empty()) places.emplace_back(options.shafts->path);
+  for (const auto& place : {options.rom.directory, options.record, options.junit}) {
+    if (place) places.push_back(*place);
+  }
+  return places;
+}
+
+}  // namespace
+
+Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
+    : world_(loop_, options.clock),
+      scenario_(loop_, world_),
+      recording_(world_, options.overrides, options.texts),
+      planned_(options.scenario),
+      judged_(options.scenario.has_value()),
+      language_(options.language),
+      strict_(options.strict),
+      links_(loop_, [this] { follow_links(); }),
+      signals_(loop_, SIGINT, SIGTERM),
+      patience_(loop_),
+      started_(monotonic_now()),
+      rom_writer_([this](const RomPlace& place, const RomWrite& write, int error) {
+        tell_written(place, write, error);
+      }) {
+  if (std::ranges::any_of(buses, is_socketcan)) check_can_support();
+  const auto allowed = options.real_bus ? Interfaces::kAll : Interfaces::kVirtualOnly;
+  // Checks everything that exists before anything is created or brought up.
+  for (const BusConfig& bus : buses) {
+    LinkState link;
+    if (is_socketcan(bus)) {
+      link = link_state(bus.interface);
+      if (link.index != 0 || !options.create_buses) check_interface(bus.interface, link, allowed);
+    } else {
+      link.name = place_of(bus.interface);
+    }
+    answered_ids_.take(bus, link);
+    if (!is_socketcan(bus)) check_place(bus.interface);
+  }
+  const bool keeps_rom = !options.rom.in_memory;
+  if (keeps_rom) rom_store_.emplace(options.rom, buses);
+  if (options.junit) junit_.emplace(*options.junit, "--junit");
+  for (std::size_t i = 0; i < buses.size(); ++i) {
+    Line& line = world_.add(buses[i]);  // with the ROM contents of its drives
+    answered_ids_.start(line);
+    line.on_move = [this, &line] { answered_ids_.follow(line); };
+    line.on_advice = [this, &line](const Advice& advice) {
+      // A host may probe a command once.
+      const bool may_be_right = advice.found.kind == AdviceKind::kUnknownCommand;
+      spdlog::log(may_be_right ? spdlog::level::info : spdlog::level::warn, "{}",
+                  advice_line(line.name(), advice, language_));
+    };
+    if (keeps_rom) line.on_rom_write = [this, i](const RomWrite& write) { keep_rom(i, write); };
+  }
+  if (options.end_with_input) {
+    input_.emplace(loop_, [this] {
+      spdlog::info("standard input has ended: stopping");
+      begin_stop();
+    });
+  }
+  if (planned_) with_scenario([this] { scenario_.check_room(*planned_); });
+  control_.emplace(loop_, world_, options.control);
+  if (options.shafts && Coupling::needed(buses)) {
+    throw StartError(
+        "--shafts: the drives of this robot have a [body] or a battery in common already");
+  }
+  if (options.shafts) shafts_.emplace(loop_, world_, *options.shafts);
+  for (const BusConfig& bus : buses) {
+    if (options.create_buses && is_socketcan(bus)) make(bus.interface);
+  }
+  for (std::size_t i = 0; i < buses.size(); ++i) {
+    world_.lines()[i]->connect(loop_, allowed, [this, i] { world_.serve(i); });
+    world_.lines()[i]->port()->check_link();  // opens an interface
+  }
+  // The receive buffers above were the last step that needs a capability.
+  give_up_privileges(places_of(options, buses));
+  // Late, as a failed start would leave a directory that is not empty.
+  if (options.record) recording_.start(*options.record, RunRecording::From::kBeginning);
+  // Last, as it cannot be undone.
+  if (keeps_rom && options.rom.wipe) rom_store_->wipe();
+  for (const BusConfig& bus : buses) {
+    for (const std::string& line : spoken(bus)) spdlog::info("{}", line);
+  }
+  for (const std::string& line : seen_otherwise(buses)) spdlog::info("{}", line);
+  control_->api().scenario = scenario_.for_clients();
+  // The actions of a simulator are not recorded.
+  if (!shafts_) control_->api().recording = recording_.for_clients();
+}
+
+int Daemon::run() {
+  // The first signal ends the program with time-outs; the second one ends it at once.
+  signals_.async_wait([this](const auto& /*error*/, int /*signal*/) {
+    signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { loop_.stop(); });
+    begin_stop();
+  });
+  started_ = monotonic_now();
+  world_.start();
+  if (shafts_) shafts_->start();
+  follow_links();
+  if (!ready_) tell_service_manager("STATUS=waiting for an interface to be up");
+  loop_.run();
+  print_summary();
+  if (!judged_) print_advice();
+  const int status = conclude_scenario();
+  if (!disk_is_done()) {
+    // The writer's thread may block in a system call for any time. Ending the process acts like a
+    // power cut: an unfinished file keeps its old content.
+    control_.reset();
+    shafts_.reset();
+    spdlog::default_logger()->flush();
+    std::fflush(nullptr);
+    std::_Exit(status);
+  }
+  return status;
+}
+
+RunReport Daemon::judged_report() const {
+  if (auto report = scenario_.report()) return *std::move(report);
+  RunReport report;
+  report.name = planned_->name;
+  report.about = planned_->about;
+  report.seed = planned_->robot.front().seed;
+  for (const BusConfig& bus : planned_->robot) report.drives += bus.servos.size();
+  report.verdict.outcome = Outcome::kInvalid;
+  report.verdict.invalid = {"the scenario never began, an interface was down"};
+  return report;
+}
+
+int Daemon::conclude_scenario() {
+  if (!judged_) return strict_ && !advice().empty() ? EXIT_FAILURE : EXIT_SUCCESS;
+  RunReport report = judged_report();
+  report.advice = advice();
+  report.strict = strict_;
+  std::fputs(report_text(report, false, language_).c_str(), stdout);
+  std::fflush(stdout);
+  if (!junit_) return exit_status(report.outcome());
+  try {
+    junit_->write(junit_xml({report}));
+    junit_->commit();
+  } catch (const StartError& problem) {
+    // Printed here: an exception would join the writers' threads and wait for their disk.
+    std::fprintf(stderr, "lk-emu: %s\n", problem.what());
+    return 2;
+  }
+  return exit_status(report.outcome());
+}
+
+std::vector<GivenAdvice> Daemon::advice() const {
+  std::vector<GivenAdvice> all;
+  for (const auto& line : world_.lines()) {
+    for (const Advice& advice : line->adviser().given()) all.push_back({line->name(), advice});
+  }
+  return all;
+}
+
+/// On standard error, as programs read the summary. A scenario's report already has it.
+void Daemon::print_advice() const {
+  const std::vector<GivenAdvice> all = advice();
+  if (all.empty()) return;
+  constexpr Words kTitle{"advice about the host:", "对主机的建议："};
+  std::string text = std::string(kTitle.in(language_)) + '\n';
+  for (const auto& [bus, advice] : all) text += "  " + advice_line(bus, advice, language_) + '\n';
+  for (const auto& line : world_.lines()) {
+    if (const std::uint64_t more = line->adviser().left_out()) {
+      constexpr Words kMore{" times more, of causes that are not listed", " 次，原因未列出"};
+      text += "  " + line->name() + ": " + std::to_string(more);
+      text += std::string(kMore.in(language_)) + '\n';
+    }
+  }
+  std::fputs(text.c_str(), stderr);
+}
+
+void Daemon::keep_rom(std::size_t line, const RomWrite& write) {
+  rom_writer_.write(rom_store_->place(line, write.id), write);
+}
+
+void Daemon::tell_written(const RomPlace& place, const RomWrite& write, int error) {
+  boost::asio::post(loop_, [this, bus = place.bus, write, error] {
+    world_.lines()[bus]->settle_rom(write, error);
+  });
+}
+
+bool Daemon::rom_is_settled() const {
+  return std::ranges::all_of(world_.lines(), [](const auto& line) { return line->gate().idle(); });
+}
+
+bool Daemon::replies_have_left() const {
+  return std::ranges::all_of(world_.lines(),
+                             [](const auto& line) { return line->port()->stats().pending == 0; });
+}
+
+/// Writes are acknowledged before the power is cut, if the disk answers in time.
+void Daemon::begin_stop() {
+  if (std::exchange(stopping_, true)) return;
+  tell_service_manager("STOPPING=1");
+  scenario_.finish();
+  world_.stop();
+  recording_.stop();
+  give_up_disk_ = monotonic_now() + kLongestGoodbye;
+  give_up_ = give_up_disk_ + kLongestFlush;
+  wait_to_end();
+}
+
+void Daemon::wait_to_end() {
+  const MonoTime now = monotonic_now();
+  const bool done_with_disk = disk_is_done() || now >= give_up_disk_;
+  if (done_with_disk) give_up_ = std::min(give_up_, now + kLongestFlush);
+  if (done_with_disk && (replies_have_left() || now >= give_up_)) {
+    loop_.stop();
+    return;
+  }
+  patience_.expires_after(kGoodbyeStep);
+  patience_.async_wait([this](const auto& /*error*/) { wait_to_end(); });
+}
+
+void Daemon::follow_links() {
+  for (auto& line : world_.lines()) line->port()->check_link();
+  answered_ids_.hang_up();
+  say_ready_once();
+}
+
+void Daemon::say_ready_once() {
+  const bool all_up =
+      std::ranges::all_of(world_.lines(), [](const auto& line) { return line->is_up(); });
+  if (ready_ || !all_up) return;
+  ready_ = true;
+  std::string text = "ready";
+  for (const auto& line : world_.lines())
+    text += " " + line->name() + ":" + line->ids() + moved_text(*line);
+  std::printf("lk-emu %s\n", text.c_str());
+  std::fflush(stdout);
+  tell_service_manager("READY=1\nSTATUS=" + text);
+  if (!planned_) return;
+  // Checked again, as clients may have added faults while an interface was down.
+  with_scenario([this] { scenario_.start(std::move(*planned_), [this] { begin_stop(); }); });
+  planned_.reset();
+}
+
+void Daemon::print_summary() const {
+  std::printf("lk-emu stopped after %.1f s\n", in_seconds(monotonic_now() - started_));
+  for (const auto& line : world_.lines()) {
+    print_bus(line->bus().stats(), line->name() + ":" + line->ids());
+    print_gate(line->gate());
+    print_port(line->port()->stats());
+    print_nonzero("frames lost while time was stopped", line->backlog_lost());
+    print_nonzero("frames still waiting for the stepped clock", line->backlog());
+  }
+  const SimClock& clock = world_.clock();
+  if (clock.slips() > 0) {
+    std::printf("simulated time slipped %" PRIu64 " time%s, %.3f s in all\n", clock.slips(),
+                clock.slips() == 1 ? "" : "s", in_seconds(clock.total_slip()));
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace lk::emulator

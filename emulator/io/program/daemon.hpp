@@ -1,0 +1,101 @@
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "emulator/files/output_file.hpp"
+#include "emulator/files/rom_store.hpp"
+#include "emulator/io/control/control_server.hpp"
+#include "emulator/io/live/world.hpp"
+#include "emulator/io/program/answered_ids.hpp"
+#include "emulator/io/program/process.hpp"
+#include "emulator/io/program/run_recording.hpp"
+#include "emulator/io/program/scenario_activity.hpp"
+#include "emulator/io/shafts/shaft_server.hpp"
+#include "emulator/io/transports/netlink.hpp"
+
+namespace lk::emulator {
+
+/// Options of a run.
+struct RunOptions {
+  bool create_buses = false;
+  bool real_bus = false;  // allow interfaces that are not virtual
+  RomOptions rom;
+  ClockMode clock;
+  ControlOptions control;
+  std::optional<ShaftOptions> shafts;  // address for an external simulator
+  std::optional<Scenario> scenario;    // the run ends with it
+  std::optional<std::filesystem::path> junit;
+  std::optional<std::filesystem::path> record;  // recording from the beginning
+  Language language = Language::kEnglish;       // of advice
+  bool strict = false;                          // advice counts as a failure
+  bool end_with_input = false;                  // end when standard input ends
+  // Sources of the buses.
+  Overrides overrides;
+  ConfigTexts texts;
+};
+
+/// The running program: buses on their interfaces, paced by the clock, in one thread and one loop.
+/// Only disk access uses other threads.
+class Daemon {
+ public:
+  /// Throws StartError if an interface, an ID, the ROM or a control address is not available.
+  Daemon(std::vector<BusConfig> buses, const RunOptions& options);
+
+  /// Runs until SIGINT, SIGTERM or the end of a watched standard input. Then waits briefly for the
+  /// disk and prints the summary. Returns the exit status: 0, or that of the scenario's verdict; 1
+  /// after advice if strict. If the disk still has not answered, ends the process instead of
+  /// returning.
+  int run();
+
+ private:
+  void keep_rom(std::size_t line, const RomWrite& write);
+  /// Called from any thread.
+  void tell_written(const RomPlace& place, const RomWrite& write, int error);
+  void begin_stop();
+  void wait_to_end();
+  bool rom_is_settled() const;
+  bool disk_is_done() const { return rom_is_settled() && recording_.done(); }
+  bool replies_have_left() const;
+  void follow_links();
+  void say_ready_once();
+  void print_summary() const;
+  std::vector<GivenAdvice> advice() const;
+  void print_advice() const;
+  /// Report of the scenario of this run.
+  RunReport judged_report() const;
+  /// Prints the verdict, if any; returns the exit status.
+  int conclude_scenario();
+
+  AnsweredIds answered_ids_;
+  boost::asio::io_context loop_{1};
+  World world_;
+  ScenarioActivity scenario_;
+  RunRecording recording_;
+  std::optional<Scenario> planned_;  // starts when the interfaces are up
+  bool judged_ = false;              // the run is for a scenario
+  Language language_;
+  bool strict_;
+  std::optional<OutputFile> junit_;
+  LinkMonitor links_;
+  boost::asio::signal_set signals_;
+  std::optional<InputWatch> input_;
+  boost::asio::steady_timer patience_;  // at the end: for the disk, then the interfaces
+  bool stopping_ = false;
+  MonoTime give_up_disk_{};
+  MonoTime give_up_{};
+  MonoTime started_;
+  bool ready_ = false;
+  std::optional<RomStore> rom_store_;  // absent: ROM ends with the process
+  std::optional<ControlServer> control_;
+  std::optional<ShaftServer> shafts_;
+  RomWriter rom_writer_;  // last: its thread ends before the members that it calls
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "emulator/core/scenario/judge.hpp"
+#include "emulator/core/scenario/scenario.hpp"
+#include "emulator/io/live/line.hpp"
+#include "emulator/monitor/scenario/scenario_report.hpp"
+
+namespace lk::emulator {
+
+/// Throws std::invalid_argument if a bus of `lines` has no room for the faults of `scenario`. Pre:
+/// the scenario's robot has these buses in this order.
+void check_room(const Scenario& scenario, const std::vector<Line*>& lines);
+
+/// A scenario on running buses, in addition to other hosts: executes its events on time, sends its
+/// frames as a host, and checks the replies.
+class LiveScenario {
+ public:
+  /// Starts now. Pre: `scenario.robot` describes `lines`, in this order; they outlive this object.
+  /// Calls `on_over` once, from a line, at the scenario's end; call `finish` later, not from there.
+  /// If the body's motion is no longer valid, `body_failure` returns why. Throws
+  /// std::invalid_argument if a bus has no room for the faults.
+  LiveScenario(Scenario scenario, std::vector<Line*> lines, std::function<void()> on_over,
+               std::function<std::optional<std::string>()> body_failure);
+  LiveScenario(const LiveScenario&) = delete;
+  LiveScenario& operator=(const LiveScenario&) = delete;
+  ~LiveScenario() { finish(); }
+
+  const Scenario& scenario() const { return scenario_; }
+  bool running() const { return !final_; }
+  /// Returns the result so far; the final one after `finish`.
+  RunReport report() const;
+  /// Ends the scenario: clears its faults, drops its pending events, and fixes the verdict.
+  void finish();
+
+ private:
+  /// State for one bus.
+  struct Part {
+    Line* line;
+    HostScript host;
+    Judge judge;
+    ErrorWatch errors;
+    std::vector<TimedDirective> events;  // ordered by time since the start
+    std::size_t next_event = 0;
+    std::vector<std::string> refused = {};  // events without room, one sentence each
+    Beginning beginning;
+    std::uint64_t replies = 0;  // replies of drives so far
+    std::uint64_t replies_hash = 0;
+    // Verdict at its end; later events do not count.
+    std::optional<Verdict> over = std::nullopt;
+    SimTime over_at{0};
+    Line::WatcherKey watcher{};
+    Line::ListenerKey listener{};
+  };
+
+  SimTime next_due(const Part& part) const;
+  void look(Part& part, const Bus& bus);
+  void perform_due(Part& part, SimTime now);
+  static void hear(Part& part, const TimedFrame& reply);
+  Verdict verdict_of(const Part& part) const;
+  /// Clears the part's faults and fixes its verdict.
+  void end(Part& part);
+
+  Scenario scenario_;
+  std::function<void()> on_over_;
+  std::function<std::optional<std::string>()> body_failure_;
+  std::vector<std::unique_ptr<Part>> parts_;
+  MonoTime began_;
+  std::optional<RunReport> final_;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,140 @@
+#pragma once
+
+/// @file Messages of the shaft port (lk_shafts.h) as bytes. Received bytes are not trusted.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "emulator/core/coupling/mechanism.hpp"
+#include "emulator/io/shafts/lk_shafts.h"
+
+namespace lk::emulator {
+
+/// Behaviour of the drives when their simulator stops, vanishes or sends invalid data.
+enum class ShaftsLost : std::uint8_t {
+  kFree,  // they keep running: shafts keep their last inertia, without external torque
+  kStop,  // time stands still until a simulator connects
+};
+
+/// Address for simulators (--shafts).
+struct ShaftOptions {
+  std::string path = {};     // Unix socket path; empty: TCP
+  std::string address = {};  // an IP address
+  std::uint16_t port = 0;    // 0: any free port
+  ShaftsLost lost = ShaftsLost::kFree;
+};
+
+/// Parses "unix:PATH" or "tcp:[ADDR:]PORT"; returns the error otherwise.
+std::variant<ShaftOptions, std::string> parse_shafts_place(const std::string& text);
+/// Parses "free" or "stop".
+std::optional<ShaftsLost> parse_shafts_lost(const std::string& text);
+
+using ShaftBytes = std::vector<unsigned char>;
+
+ShaftBytes offer_message(std::span<const lk_shafts_offer> offers, std::uint64_t step_ns);
+ShaftBytes torques_message(std::span<const lk_shafts_torque> torques, std::uint32_t steps,
+                           std::uint64_t number);
+/// Truncates `why` to the longest text of such a message.
+ShaftBytes end_message(std::string_view why);
+
+/// Message of a simulator, with its records.
+struct ShaftAccept {
+  lk_shafts_head head;
+  std::vector<lk_shafts_accept> records;
+};
+struct ShaftStates {
+  lk_shafts_head head;
+  std::vector<lk_shafts_state> records;
+};
+
+/// Splits the bytes of a simulator into messages for this number of joints.
+class ShaftReader {
+ public:
+  explicit ShaftReader(std::uint32_t joints) : joints_(joints) {}
+
+  struct More {};  // the message is incomplete
+  using Message = std::variant<More, ShaftAccept, ShaftStates, std::string>;
+  /// Number of bytes missing of the message; above 0.
+  std::size_t wants() const;
+  /// Pre: at most `wants()` bytes. A string is an error, after which nothing more is read.
+  Message take(std::span<const unsigned char> bytes);
+
+ private:
+  std::uint32_t joints_;
+  ShaftBytes bytes_;       // of the incomplete message
+  lk_shafts_head head_{};  // its head, if complete
+  std::string wrong_;
+};
+
+/// Returns whether rotor and output of a gear are one shaft for a simulator, as with a stiff gear
+/// (Coupling). Assumes no load behind the spring, as the load may be absent or unknown. A spring
+/// that is slow enough for the step stays in the drive's model.
+bool is_one_shaft(const model::MechanicsParams& gear, SimTime step);
+
+/// A joint that a simulator has accepted.
+struct ShaftJoint {
+  std::string name;  // "vcan0:1"
+  lk_shafts_accept terms{};
+  // State of the drive's output shaft now.
+  double angle_rad = 0;
+  double speed_rad_s = 0;
+  double armature_kg_m2 = 0;
+};
+
+/// Joints of an external simulator (docs/shafts.md) as a body whose steps are computed elsewhere.
+/// Method `torques` returns the last input until `take` brings its result.
+class ShaftBody final : public Mechanism {
+ public:
+  ShaftBody(std::vector<ShaftJoint> joints, SimTime step);
+
+  std::unique_ptr<Mechanism> clone() const override { return std::make_unique<ShaftBody>(*this); }
+  SimTime step() const override { return step_; }
+  std::span<const std::string> joints() const override { return names_; }
+  JointView joint(std::size_t joint) const override;
+  void set_armature(std::size_t joint, double inertia_kg_m2) override;
+  void update() override {}
+  /// Joints stay where the drives leave them until the simulator sends new states.
+  void advance(std::span<const JointTorque> torques) override;
+  /// Other parts belong to the simulator: nothing can be pushed from here.
+  std::span<const std::string> parts() const override { return {}; }
+  void push(std::size_t, const std::array<double, 3>&, const std::array<double, 3>&) override {}
+  void carry(std::size_t, double) override {}
+  void freeze(bool) override {}
+  std::optional<std::string> failure() const override { return std::nullopt; }
+
+  /// Returns the error in these states of its joints; nullopt if they are valid.
+  std::optional<std::string> problem_of(std::span<const lk_shafts_state> states) const;
+  /// Takes the simulator's answer to `torques`; before the first step, its initial states.
+  void take(std::span<const lk_shafts_state> states);
+  /// Mean torques over the steps since the last `take`, and the number of these steps.
+  std::vector<lk_shafts_torque> torques() const;
+  unsigned steps() const { return steps_; }
+
+ private:
+  struct Joint {
+    lk_shafts_accept terms;
+    lk_shafts_state state;                                  // now
+    double armature_kg_m2;                                  // now
+    double told_armature_kg_m2;                             // included in the state's inertia
+    std::optional<double> told_speed_rad_s = std::nullopt;  // in the last `take`
+    double torque_Nm = 0;                                   // sum of means since then
+    double slope_Nm_s = 0;                                  // in the last step
+  };
+  static double inertia_of(const Joint& joint);
+  /// Estimates the torque on a joint besides its drive, from its motion since the last `take`.
+  double found_torque_of(const Joint& joint, double speed_rad_s) const;
+
+  SimTime step_;
+  std::vector<std::string> names_;
+  std::vector<Joint> joints_;
+  unsigned steps_ = 0;
+};
+
+}  // namespace lk::emulator

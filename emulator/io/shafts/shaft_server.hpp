@@ -1,0 +1,114 @@
+#pragma once
+
+#include <spdlog/common.h>
+
+#include <array>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "emulator/io/live/world.hpp"
+#include "emulator/io/shafts/shaft_body.hpp"
+#include "emulator/io/transports/socket_listener.hpp"
+
+namespace lk::emulator {
+
+/// Connects the shafts of all drives to one simulator at a time (docs/shafts.md). Runs on the loop
+/// of the world, which no simulator can stop or delay. Without a simulator the drives have the
+/// loads of their robot file.
+class ShaftServer {
+ public:
+  /// Throws StartError if it cannot listen there.
+  ShaftServer(boost::asio::io_context& loop, World& world, const ShaftOptions& options);
+  ShaftServer(const ShaftServer&) = delete;
+  ShaftServer& operator=(const ShaftServer&) = delete;
+  ~ShaftServer();
+
+  /// Call after the start of the world. With ShaftsLost::kStop, time then waits for a simulator.
+  void start();
+  /// "unix:/tmp/shafts", "tcp:127.0.0.1:29600"
+  const std::string& place() const { return place_; }
+
+ private:
+  struct Shaft {
+    std::size_t bus;
+    int id;
+    std::string name;
+    const ServoConfig* servo;
+  };
+  /// The connected simulator.
+  struct Simulator {
+    Simulator(boost::asio::io_context& loop, int fd, std::uint32_t joints, unsigned its_number)
+        : socket(loop, fd), reader(joints), number(its_number) {}
+    boost::asio::posix::stream_descriptor socket;
+    ShaftReader reader;
+    unsigned number;
+    std::optional<ShaftAccept> accepted;
+    std::vector<std::size_t> taken;  // indices of the shafts that it has accepted
+    ShaftBody* body = nullptr;       // owned by the world's coupling; null before the first STATES
+    std::uint64_t steps_done = 0;
+    std::uint64_t answers = 0;  // number that the next STATES must have
+    bool owes = true;           // STATES are pending
+    bool late = false;          // was late; logged
+    bool unread = false;        // does not read
+    bool is_told = true;        // may be logged
+  };
+
+  model::MountedShaft now(const Shaft& shaft) const;
+  bool is_stiff(const Shaft& shaft) const;
+  void listen(const ShaftOptions& options);
+  void meet(int fd);
+  void hear();
+  void hear_all();
+  bool is_here(unsigned number) const { return simulator_ && simulator_->number == number; }
+  /// Returns false if there is no more to read now.
+  bool hear_some();
+  void hear_message(ShaftReader::Message message);
+  void hear_accept(ShaftAccept accept);
+  void hear_states(const ShaftStates& states);
+  void begin(const ShaftStates& states);
+  /// Called when the drives have done a step; returns whether they may continue.
+  bool end_step();
+  void go_on_without_answer();
+  void send_torques();
+  void step_clock();
+  void take_clock();
+  void send(const ShaftBytes& bytes);
+  /// Disconnects the simulator; sends it the reason if `at_fault`.
+  void part(const std::string& why, bool at_fault);
+  void leave();
+  /// Logs "the simulator `why`" and disconnects it.
+  void release(spdlog::level::level_enum level, const std::string& why);
+  /// Gives the drives their loads without a simulator.
+  void leave_drives();
+  bool has_time() const {
+    return simulator_ && simulator_->accepted &&
+           simulator_->accepted->head.what == LK_SHAFTS_TIME_IS_SIMULATORS;
+  }
+
+  boost::asio::io_context& loop_;
+  World& world_;
+  ShaftsLost lost_;
+  std::string place_;
+  std::optional<SocketListener> listener_;
+  std::vector<Shaft> shafts_;
+  std::optional<Simulator> simulator_;
+  boost::asio::steady_timer manners_;  // time-out before the first STATES
+  WakeTimer patience_;                 // time-out of a step in real time
+  MonoTime give_up_{0};
+  MonoTime poll_until_{0};
+  ClockMode clock_before_;
+  bool clock_is_stopped_ = false;  // because the simulator was lost
+  bool step_is_due_ = false;       // while the clock is still advancing
+  SimTime step_{std::chrono::milliseconds(1)};
+  unsigned simulators_ = 0;
+  TellLimit told_;        // limits messages about simulators
+  bool refused_ = false;  // a second simulator; logged
+};
+
+}  // namespace lk::emulator

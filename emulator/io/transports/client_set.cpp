@@ -1,0 +1,274 @@
+#include "emulator/io/transports/client_set.hpp"
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <spdlog/spdlog.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <sys/timerfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <utility>
+
+#include "emulator/core/start_error.hpp"
+#include "emulator/io/transports/wall_clock.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// The kernel does not probe a connection while a reply is unacknowledged: it repeats the reply for
+/// about 15 min. This limit equals the time to the last probe of an idle connection.
+constexpr int kAcknowledgeTimeout_ms = 60'000;
+
+}  // namespace
+
+void keep_connections_alive(int listening_socket) {
+  // Assumed: a person who restarts a host waits no longer than a minute.
+  constexpr struct {
+    int level, option, value;
+  } kSettings[] = {{SOL_SOCKET, SO_KEEPALIVE, 1},
+                   {IPPROTO_TCP, TCP_KEEPIDLE, 30},   // seconds of silence before the first probe
+                   {IPPROTO_TCP, TCP_KEEPINTVL, 10},  // seconds between probes
+                   {IPPROTO_TCP, TCP_KEEPCNT, 3},     // probes without an answer
+                   {IPPROTO_TCP, TCP_USER_TIMEOUT, kAcknowledgeTimeout_ms}};
+  for (const auto& [level, option, value] : kSettings) {
+    ::setsockopt(listening_socket, level, option, &value, sizeof value);
+  }
+}
+
+namespace {
+
+/// Bytes read at once from one client, and from all together. No client delays the others, and many
+/// clients delay the loop no longer than two.
+constexpr std::size_t kClientBytes = 4096;
+constexpr std::size_t kBytesOfAll = 2 * kClientBytes;
+constexpr std::size_t kMostEvents = 64;
+// Event tags; values between them are client numbers.
+constexpr std::uint64_t kWatched = 0;
+constexpr std::uint64_t kAlarm = UINT64_MAX;
+
+/// Acknowledges at once: otherwise the client's kernel may hold back its next bytes (RFC 896).
+/// Bytes from a client on this machine arrive before this returns.
+void acknowledge(const Descriptor& socket) {
+  const int now = 1;
+  if (socket) ::setsockopt(socket.get(), IPPROTO_TCP, TCP_QUICKACK, &now, sizeof now);
+}
+
+}  // namespace
+
+ClientSet::ClientSet(std::string name)
+    : name_(std::move(name)),
+      epoll_(::epoll_create1(EPOLL_CLOEXEC)),
+      alarm_(::timerfd_create(CLOCK_REALTIME, TFD_NONBLOCK | TFD_CLOEXEC)),
+      bytes_(kClientBytes) {
+  epoll_event event{.events = EPOLLIN, .data = {.u64 = kAlarm}};
+  if (!epoll_ || !alarm_ || ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, alarm_.get(), &event) != 0) {
+    throw StartError(name_ + ": " + reason_of(errno));
+  }
+}
+
+void ClientSet::watch(int fd) {
+  epoll_event event{.events = EPOLLIN, .data = {.u64 = kWatched}};
+  ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event);  // EEXIST: already watched
+}
+
+void ClientSet::ignore(int fd) { ::epoll_ctl(epoll_.get(), EPOLL_CTL_DEL, fd, nullptr); }
+
+void ClientSet::add(Descriptor fd, std::string who, std::unique_ptr<ClientProtocol> protocol) {
+  Client client;
+  client.fd = fd.get();
+  client.own = std::move(fd);
+  client.who = std::move(who);
+  client.protocol = std::move(protocol);
+  add(std::move(client));
+}
+
+void ClientSet::add_lent(int fd, std::string who, std::unique_ptr<ClientProtocol> protocol) {
+  Client client;
+  client.fd = fd;
+  client.who = std::move(who);
+  client.protocol = std::move(protocol);
+  add(std::move(client));
+}
+
+void ClientSet::add(Client client) {
+  client.number = ++last_number_;
+  epoll_event event{.events = EPOLLIN, .data = {.u64 = client.number}};
+  if (::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, client.fd, &event) != 0) {
+    spdlog::warn("{}: {}: {}", name_, client.who, reason_of(errno));
+    return;
+  }
+  spdlog::debug("{}: {} has come", name_, client.who);
+  client.unsent = client.protocol->greeting();
+  Client& there = clients_.emplace(client.number, std::move(client)).first->second;
+  if (!flush(there)) clients_.erase(there.number);
+}
+
+ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out,
+                                        std::chrono::milliseconds patience) {
+  std::array<epoll_event, kMostEvents> events{};
+  const int count =
+      ::epoll_wait(epoll_.get(), events.data(), kMostEvents, static_cast<int>(patience.count()));
+  Collected collected;
+  collected.more = count == static_cast<int>(kMostEvents);
+  for (int n = 0; n < count; ++n) {
+    const epoll_event& event = events[static_cast<std::size_t>(n)];
+    collected.watched = collected.watched || event.data.u64 == kWatched;
+    if (event.data.u64 == kAlarm) take_alarm(out);
+    const auto found = clients_.find(static_cast<std::uint32_t>(event.data.u64));
+    if (event.data.u64 > UINT32_MAX || found == clients_.end()) continue;
+    Client& client = found->second;
+    const bool speaks = client.own && (event.events & ~EPOLLOUT) != 0;  // others: see below
+    const bool there = ((event.events & EPOLLOUT) == 0 || flush(client)) &&
+                       (!speaks || listen_to(client, out, collected.more));
+    if (there) continue;
+    spdlog::debug("{}: {} has left", name_, client.who);
+    clients_.erase(found);
+  }
+  // Bytes written to a terminal may not have arrived yet. A read fetches them; epoll does not (the
+  // kernel's n_tty_read).
+  for (auto& [number, client] : clients_) {
+    if (!client.own) listen_to(client, out, collected.more);
+  }
+  set_alarm();
+  return collected;
+}
+
+bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool& more) {
+  if (client.leaves_at) return false;  // sending side already closed: the event is a reset
+  const std::size_t share = std::min(kClientBytes, kBytesOfAll / clients_.size());
+  const ssize_t size = ::read(client.fd, bytes_.data(), share);
+  if (size < 0) return errno == EAGAIN || errno == EINTR;
+  if (size == 0) {
+    client.leaves_at = wall_now() + kLastReply;
+    set_interest(client);
+    return true;
+  }
+  more = more || static_cast<std::size_t>(size) == share;
+  client.unheard = true;
+  const auto now = wall_now();
+  heard_ = {};
+  client.protocol->take({bytes_.data(), static_cast<std::size_t>(size)}, now, heard_);
+  for (const protocol::Frame& frame : heard_.frames) out.push_back({now, frame, client.number});
+  stats_.malformed += heard_.malformed;
+  const bool troubles = !heard_.trouble.empty() && !std::exchange(client.troubled, true);
+  if (troubles && trouble_.may_tell(name_)) {
+    spdlog::warn("{}: {} {}", name_, client.who, heard_.trouble);
+  }
+  put(client, heard_.answer, kMostUnsent + kMostAnswers);
+  return true;
+}
+
+void ClientSet::take_alarm(std::vector<ReceivedFrame>& out) {
+  std::uint64_t times = 0;
+  if (::read(alarm_.get(), &times, sizeof times) < 0) return;  // the timer was reset
+  alarm_at_.reset();
+  for (auto& [number, client] : clients_) take_due(client, out);
+  std::erase_if(clients_, [now = wall_now()](const auto& entry) {
+    return entry.second.leaves_at && *entry.second.leaves_at <= now;
+  });
+}
+
+void ClientSet::drop_finished() {
+  std::erase_if(clients_, [](const auto& entry) { return entry.second.leaves_at.has_value(); });
+}
+
+void ClientSet::take_due(Client& client, std::vector<ReceivedFrame>& out) {
+  const auto now = wall_now();
+  heard_.frames.clear();
+  client.protocol->take_due(now, heard_.frames);
+  for (const protocol::Frame& frame : heard_.frames) out.push_back({now, frame, client.number});
+}
+
+void ClientSet::set_alarm() {
+  std::optional<ClientProtocol::Time> first;
+  for (const auto& [number, client] : clients_) {
+    for (const auto& due : {client.protocol->next_due(), client.leaves_at}) {
+      if (due && (!first || *due < *first)) first = due;
+    }
+  }
+  if (first == std::exchange(alarm_at_, first)) return;
+  itimerspec when{};
+  if (first) {
+    const auto seconds = std::chrono::floor<std::chrono::seconds>(*first);
+    when.it_value = {.tv_sec = seconds.count(), .tv_nsec = (*first - seconds).count()};
+  }
+  ::timerfd_settime(alarm_.get(), TFD_TIMER_ABSTIME, &when, nullptr);
+}
+
+void ClientSet::flush() {
+  for (auto& [number, client] : clients_) {
+    if (!client.unsent.empty() && !client.waits) flush(client);
+    if (std::exchange(client.unheard, false)) acknowledge(client.own);
+  }
+}
+
+void ClientSet::tell(std::span<const protocol::Frame> frames, std::uint32_t except) {
+  for (auto& [number, client] : clients_) {
+    if (number != except) show(client, frames);
+  }
+}
+
+void ClientSet::show(Client& client, std::span<const protocol::Frame> frames) {
+  const auto now = wall_now();
+  for (const protocol::Frame& frame : frames) {
+    shown_.clear();
+    client.protocol->show(frame, now, shown_);
+    put(client, shown_, kMostUnsent);
+  }
+}
+
+/// Queues all bytes or none, so that at most `most` bytes are unsent.
+void ClientSet::put(Client& client, std::string_view bytes, std::size_t most) {
+  if (bytes.empty()) return;
+  // The next read detects a client that has gone.
+  if (client.unsent.size() + bytes.size() > most && !client.waits) flush(client);
+  if (client.unsent.size() + bytes.size() <= most) {
+    client.unsent += bytes;
+    return;
+  }
+  ++stats_.lost_unread;
+  client.protocol->note_loss();
+  if (!std::exchange(client.loses, true) && trouble_.may_tell(name_)) {
+    spdlog::warn("{}: {} does not read: frames for it are lost", name_, client.who);
+  }
+}
+
+bool ClientSet::flush(Client& client) {
+  std::string_view left = client.unsent;
+  while (!left.empty()) {
+    const ssize_t size = ::write(client.fd, left.data(), left.size());
+    if (size < 0 && errno == EINTR) continue;
+    if (size < 0 && errno != EAGAIN) return false;
+    if (size < 0) break;
+    left.remove_prefix(static_cast<std::size_t>(size));
+    client.unheard = false;  // the acknowledgement goes with these bytes
+    if (client.leaves_at) client.leaves_at = wall_now() + kLastReply;
+  }
+  client.unsent.erase(0, client.unsent.size() - left.size());
+  wait_for_room(client, !client.unsent.empty());
+  const bool reads = client.unsent.empty() && std::exchange(client.loses, false);
+  if (reads && trouble_.may_tell(name_)) {
+    spdlog::info("{}: {} reads again", name_, client.who);
+  }
+  return true;
+}
+
+void ClientSet::wait_for_room(Client& client, bool waits) {
+  if (std::exchange(client.waits, waits) == waits) return;
+  set_interest(client);
+}
+
+/// epoll reports a reset even without any interest.
+void ClientSet::set_interest(const Client& client) {
+  std::uint32_t interest = 0;
+  if (!client.leaves_at) interest |= EPOLLIN;
+  if (client.waits) interest |= EPOLLOUT;
+  epoll_event event{.events = interest, .data = {.u64 = client.number}};
+  ::epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, client.fd, &event);
+}
+
+}  // namespace lk::emulator

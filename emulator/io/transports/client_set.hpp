@@ -1,0 +1,184 @@
+#pragma once
+
+/// Protocol of one client: bytes in, frames and answers out. Uses neither sockets nor clocks.
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "emulator/files/durable_file.hpp"
+#include "emulator/io/transports/port.hpp"
+#include "emulator/io/transports/socket_listener.hpp"
+#include "protocol/frame.hpp"
+
+namespace lk::emulator {
+
+/// Result of a client's bytes.
+struct FromClient {
+  std::vector<protocol::Frame> frames;  // for the bus
+  std::string answer;                   // for the client
+  std::string trouble;                  // warning for the log; empty: none
+  std::uint64_t malformed = 0;          // malformed lines
+};
+
+class ClientProtocol {
+ public:
+  using Time = std::chrono::nanoseconds;
+
+  ClientProtocol() = default;
+  ClientProtocol(const ClientProtocol&) = delete;
+  ClientProtocol& operator=(const ClientProtocol&) = delete;
+  virtual ~ClientProtocol() = default;
+
+  /// Returns the first bytes sent to a new client.
+  virtual std::string greeting() const { return ""; }
+  /// Parses bytes received at `now`, in pieces of any size; appends to `heard`.
+  virtual void take(std::span<const std::uint8_t> bytes, Time now, FromClient& heard) = 0;
+  /// Appends the client's bytes for a frame on the bus. `now` is a reading of the wall clock.
+  virtual void show(const protocol::Frame& frame, Time now, std::string& out) = 0;
+  /// Records that data for the client was lost.
+  virtual void note_loss() {}
+  /// Returns when the next frame that the client has scheduled is due.
+  virtual std::optional<Time> next_due() const { return std::nullopt; }
+  /// Appends the scheduled frames that are due by `now`.
+  virtual void take_due(Time /*now*/, std::vector<protocol::Frame>& /*out*/) {}
+};
+
+/// Splits a byte stream into lines; keeps an incomplete line for the next call.
+class LineBuffer {
+ public:
+  /// `longest`: limit for a line, without its end character.
+  LineBuffer(char end, std::size_t longest) : end_(end), longest_(longest) {}
+
+  /// Calls `on_line(std::string_view)` for each line, and `on_too_long()` at the end of each line
+  /// over the limit, which is discarded.
+  template <class OnLine, class OnTooLong>
+  void take(std::span<const std::uint8_t> bytes, OnLine on_line, OnTooLong on_too_long) {
+    for (const std::uint8_t byte : bytes) {
+      const char c = static_cast<char>(byte);
+      if (c != end_) {
+        too_long_ = too_long_ || line_.size() == longest_;
+        if (!too_long_) line_ += c;
+        continue;
+      }
+      if (too_long_) {
+        on_too_long();
+      } else {
+        on_line(std::string_view(line_));
+      }
+      line_.clear();
+      too_long_ = false;
+    }
+  }
+
+ private:
+  char end_;
+  std::size_t longest_;
+  std::string line_;
+  bool too_long_ = false;
+};
+
+/// Enables keep-alive for connections accepted at this TCP socket. A connection ends within a
+/// minute if its peer loses power or network, also while a reply is unacknowledged. A connection
+/// also ends if its peer reads nothing for a minute after its buffers are full.
+void keep_connections_alive(int listening_socket);
+
+/// Clients of a port, each with a descriptor and a protocol. No client can block others or grow
+/// memory without bound: one that does not read loses frames. A client that has closed its sending
+/// side still gets replies; it is removed after kLastReply without a write to it.
+class ClientSet {
+ public:
+  /// Unsent bytes kept for a client beyond the kernel's buffer: about 0.25 s of a full CAN bus.
+  static constexpr std::size_t kMostUnsent = std::size_t{64} * 1024;
+  /// Reserve for answers once `kMostUnsent` is used up, such as the overrun flag.
+  static constexpr std::size_t kMostAnswers = std::size_t{4} * 1024;
+
+  /// Longer than any reply takes (assumed). A client that has closed both sides keeps its place
+  /// that long, unless TCP resets the connection earlier.
+  static constexpr std::chrono::seconds kLastReply{1};
+
+  /// `name` is the bus's. Throws StartError.
+  explicit ClientSet(std::string name);
+
+  /// Readable when a client or a watched descriptor has data.
+  int descriptor() const { return epoll_.get(); }
+  /// Also watches `fd`; `collect` reports it in `watched`.
+  void watch(int fd);
+  void ignore(int fd);
+
+  /// Adds a client; `fd` is closed with it.
+  void add(Descriptor fd, std::string who, std::unique_ptr<ClientProtocol> protocol);
+  /// Adds a client whose descriptor is closed by its owner.
+  void add_lent(int fd, std::string who, std::unique_ptr<ClientProtocol> protocol);
+  std::size_t size() const { return clients_.size(); }
+  /// Removes the clients that have closed their sending side.
+  void drop_finished();
+
+  struct Collected {
+    bool watched = false;  // a watched descriptor is readable
+    bool more = false;     // clients may have more data
+  };
+  /// Appends frames from clients to `out`; waits at most `patience` for data.
+  Collected collect(std::vector<ReceivedFrame>& out,
+                    std::chrono::milliseconds patience = std::chrono::milliseconds(0));
+  /// Queues frames for all clients except number `except` (0: for all). `flush` sends them, so that
+  /// one system call serves many frames.
+  void tell(std::span<const protocol::Frame> frames, std::uint32_t except);
+
+  /// Sends queued bytes and acknowledges received ones.
+  void flush();
+
+  /// Only `lost_unread` and `malformed` are counted.
+  const PortStats& stats() const { return stats_; }
+
+ private:
+  struct Client {
+    std::uint32_t number = 0;
+    Descriptor own;
+    int fd = -1;
+    std::string who;
+    std::unique_ptr<ClientProtocol> protocol;
+    std::string unsent;
+    bool unheard = false;   // received bytes are not yet acknowledged (TCP)
+    bool waits = false;     // for room in the kernel's send buffer
+    bool loses = false;     // frames; the warning is logged
+    bool troubled = false;  // the warning of its protocol is logged
+    // Removal time: set when the client closes its sending side, postponed by each write to it.
+    std::optional<ClientProtocol::Time> leaves_at = std::nullopt;
+  };
+  using Clients = std::map<std::uint32_t, Client>;
+
+  void add(Client client);
+  /// Returns false if the client has gone.
+  bool listen_to(Client& client, std::vector<ReceivedFrame>& out, bool& more);
+  /// Timer callback: collects frames that are due, and removes clients whose time is over.
+  void take_alarm(std::vector<ReceivedFrame>& out);
+  void take_due(Client& client, std::vector<ReceivedFrame>& out);
+  void show(Client& client, std::span<const protocol::Frame> frames);
+  void put(Client& client, std::string_view bytes, std::size_t most);
+  /// Sends as much as the kernel takes; returns false if the client has gone.
+  bool flush(Client& client);
+  void wait_for_room(Client& client, bool waits);
+  void set_interest(const Client& client);
+  void set_alarm();
+
+  std::string name_;
+  TellLimit trouble_;
+  Descriptor epoll_;
+  Descriptor alarm_;  // timer: due frames, removals
+  std::optional<ClientProtocol::Time> alarm_at_;
+  Clients clients_;  // by number, which is `sender` in frames
+  std::uint32_t last_number_ = 0;
+  PortStats stats_;
+  std::vector<std::uint8_t> bytes_;
+  std::string shown_;
+  FromClient heard_;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,110 @@
+#include "emulator/io/transports/make_port.hpp"
+
+#include <filesystem>
+#include <utility>
+
+#include "emulator/config/bus_name.hpp"
+#include "emulator/core/start_error.hpp"
+#include "emulator/io/transports/multicast_port.hpp"
+#include "emulator/io/transports/serial_port.hpp"
+#include "emulator/io/transports/slcan.hpp"
+#include "emulator/io/transports/socketcan_port.hpp"
+#include "emulator/io/transports/socketcand.hpp"
+#include "emulator/io/transports/stream_port.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr std::size_t kLongestPlace = 85;
+/// For a CAN port: one robot's bus has few hosts.
+constexpr std::size_t kMostClients = 32;
+
+Reception reception_for(const BusConfig& bus) {
+  return bus.bitrate == 0 ? Reception::kDriveFrames : Reception::kEverything;
+}
+
+std::unique_ptr<Port> make_serial_port(boost::asio::io_context& loop, const BusConfig& bus,
+                                       const BusName& name, std::function<void()> on_frames) {
+  const SerialPortOptions options{.bitrate = bus.bitrate,
+                                  .as_tty = bus.serial->as_tty,
+                                  .enforces_rate = bus.serial->enforces_rate};
+  return std::make_unique<SerialPort>(loop, bus.interface, name.path, options,
+                                      std::move(on_frames));
+}
+
+StreamPort::Setup slcan(const BusName& name, const BusConfig& bus) {
+  return {name, kMostClients, "\a", [bitrate = bus.bitrate, acks = name.acks] {
+            return std::make_unique<Slcan>(bitrate, acks);
+          }};
+}
+
+StreamPort::Setup socketcand(const BusName& name) {
+  return {name, kMostClients, "< error too many clients >",
+          [] { return std::make_unique<Socketcand>(); }, true};
+}
+
+StreamPort::Setup rs485_tcp(const BusName& name) {
+  return {name, 1, "lk-emu: this line has its one host already\n",
+          [] { return std::make_unique<SerialBytes>(); }};
+}
+
+}  // namespace
+
+std::unique_ptr<Port> make_port(boost::asio::io_context& loop, const BusConfig& bus,
+                                Interfaces allowed, std::function<void()> on_frames) {
+  const BusName name = bus_name(bus.interface);
+  const auto stream = [&](StreamPort::Setup setup) {
+    return std::make_unique<StreamPort>(loop, bus.interface, std::move(setup),
+                                        std::move(on_frames));
+  };
+  switch (name.scheme->transport) {
+    case Transport::kSocketCan:
+      return std::make_unique<SocketCanPort>(loop, bus.interface, allowed, reception_for(bus),
+                                             std::move(on_frames));
+    case Transport::kRs485:
+      return make_serial_port(loop, bus, name, std::move(on_frames));
+    case Transport::kSlcanTcp:
+    case Transport::kSlcanPty:
+      return stream(slcan(name, bus));
+    case Transport::kSocketcand:
+      return stream(socketcand(name));
+    case Transport::kUdpMulticast:
+      return std::make_unique<MulticastPort>(loop, bus.interface, name, std::move(on_frames));
+    case Transport::kRs485Tcp:
+      return stream(rs485_tcp(name));
+  }
+  return nullptr;
+}
+
+void check_place(const std::string& bus) {
+  const BusName name = bus_name(bus);
+  if (name.scheme->place != BusPlace::kPath) return;
+  check_terminal_path(bus, name.path);
+  if (name.scheme->transport == Transport::kSlcanPty && is_serial_device(name.path)) {
+    throw StartError(bus + ": " + name.path +
+                     " is a serial port; slcan-pty makes a terminal of its own: give a path where "
+                     "nothing is");
+  }
+}
+
+std::string place_of(const std::string& bus) {
+  const BusName name = bus_name(bus);
+  if (name.scheme->place == BusPlace::kInterface) return bus;
+  if (name.scheme->place != BusPlace::kPath) {
+    return std::string(name.scheme->prefix) + name.address + ":" + std::to_string(name.port);
+  }
+  // Serial port: path of the device, links resolved. Pseudo-terminal: path of the link itself.
+  const std::filesystem::path path(name.path);
+  std::error_code error;
+  const auto place = is_serial_device(name.path)
+                         ? std::filesystem::canonical(path, error)
+                         : std::filesystem::weakly_canonical(
+                               std::filesystem::absolute(path).parent_path(), error) /
+                               path.filename();
+  const std::string text = error ? name.path : place.string();
+  // The name of a lock must fit into a socket address.
+  return text.size() <= kLongestPlace ? "path:" + text
+                                      : "path:" + std::to_string(std::hash<std::string>{}(text));
+}
+
+}  // namespace lk::emulator

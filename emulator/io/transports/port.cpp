@@ -1,0 +1,18 @@
+#include "emulator/io/transports/port.hpp"
+
+#include <algorithm>
+#include <ctime>
+
+#include "emulator/io/transports/socketcan.hpp"
+
+namespace lk::emulator {
+
+bool wait_for_frames(std::span<pollfd> sockets, std::chrono::nanoseconds patience) {
+  patience = std::max(patience, std::chrono::nanoseconds(0));
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(patience);
+  const timespec timeout{static_cast<time_t>(seconds.count()),
+                         static_cast<long>((patience - seconds).count())};
+  return ::ppoll(sockets.data(), sockets.size(), &timeout, nullptr) > 0;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,385 @@
+#include "emulator/monitor/advice/adviser.hpp"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "emulator/core/bus/bus.hpp"
+#include "emulator/monitor/advice/advice.hpp"
+#include "emulator/monitor/advice/bus_watches.hpp"
+#include "emulator/monitor/advice/field_watches.hpp"
+#include "emulator/monitor/advice/heard.hpp"
+#include "emulator/monitor/advice/host_watches.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr Words kLength{"{1} of 8 bytes: the drive does not answer",
+                        "{1} 个字节，应为 8 个：驱动器不回复"};
+constexpr Words kLen{"LEN {1} is not that of the command: the drive does not answer",
+                     "LEN {1} 不是该命令的长度：驱动器不回复"};
+constexpr Words kNobody{"no drive on this bus is in multi-drive mode: there is no answer",
+                        "总线上没有驱动器处于广播模式：无人回复"};
+constexpr Words kNotThis{"the frame has something for this drive, whose multi-drive mode is off",
+                         "帧里有给这台驱动器的内容，而它没有打开广播模式"};
+constexpr Words kNotAlone{"the drive is in multi-drive mode: it answers no frame for one drive",
+                          "驱动器处于广播模式：不回复单电机命令"};
+constexpr Words kNobodyKnows{"no drive on this bus has this identifier, in either mode",
+                             "总线上没有驱动器有这个标识符，与模式无关"};
+constexpr Words kNotKnown{"the drive is in multi-drive mode and does not have this identifier",
+                          "驱动器处于广播模式，但没有这个标识符"};
+
+constexpr Words kTwoHere{"drives {1} and {2} here both answer at ID {3}",
+                         "这里的驱动器 {1} 和 {2} 都以 ID {3} 回复"};
+constexpr Words kMoveOne{
+    "give one of them another ID with 0x42, save it with 0x44 and restart it, or start with "
+    "--wipe-rom",
+    "用 0x42 给其中一台换一个 ID，用 0x44 保存后重启，或者用 --wipe-rom 启动"};
+
+/// Returns true if the frame's slot for this drive is empty or missing.
+bool slot_is_empty(const protocol::Frame& frame, int id) {
+  const auto slot = static_cast<std::size_t>(id - protocol::kMinId);
+  if (slot >= protocol::kMultiDriveSlots) return true;
+  return frame.data[2 * slot] == 0 && frame.data[2 * slot + 1] == 0;
+}
+
+}  // namespace
+
+class Adviser::Desk {
+ public:
+  explicit Desk(const BusConfig& config) : serial_(config.serial.has_value()) {
+    for (const ServoConfig& servo : config.servos) drives_.emplace_back(KnownDrive(servo, config));
+    find_addresses();
+  }
+
+  void hear(const TimedFrame& in) {
+    ++heard_;
+    const bool serial = in.frame.kind == protocol::FrameKind::kSerial;
+    if (in.frame.kind == protocol::FrameKind::kBytes) {
+      if (const auto found = sum_.hear(in.frame)) note(kWholeBus, *found, in);
+      return;
+    }
+    if (serial && !disturbances_.after_slip(in.at)) {
+      if (const auto found = talk_.hear(in, echoes_)) note(kWholeBus, *found, in);
+    }
+    if (!serial && (in.frame.kind != protocol::FrameKind::kData || in.frame.extended)) return;
+    if (const auto found = wire_.hear()) note(kWholeBus, *found, in);
+    if (protocol::find_multi_drive(in.frame.id) != nullptr) {
+      hear_several(in);
+      return;
+    }
+    const auto id =
+        static_cast<std::size_t>(protocol::drive_at(in.frame.id, protocol::kSingleDriveId));
+    if (id == 0 || id >= at_address_.size()) {
+      recent_.keep(in.frame);
+      return;
+    }
+    if (!disturbances_.writes_stall(in.at)) {
+      note(static_cast<int>(id), dead_.hear(in, static_cast<int>(id)), in);
+    }
+    if (at_address_[id] < 0) {
+      recent_.keep(in.frame);  // perhaps the reply of a drive elsewhere
+      return;
+    }
+    if (const auto found = two_at(id)) note(kWholeBus, *found, in);
+    hear_single(drives_[static_cast<std::size_t>(at_address_[id])], in);
+  }
+
+  void hear_terminal(const TerminalFlags& flags, const TimedFrame& in) {
+    for (const TerminalFlag flag : flags) note(kWholeBus, not_raw(flag), in);
+  }
+
+  void hear_reply(const protocol::Frame& reply) {
+    recent_.keep(reply);
+    const auto id = static_cast<std::size_t>(reply.id & 0x3FU);
+    const bool readable =
+        reply.kind == protocol::FrameKind::kData || reply.kind == protocol::FrameKind::kSerial;
+    if (!readable || id == 0 || id >= at_address_.size()) return;
+    dead_.hear_reply(static_cast<int>(id));
+    if (at_address_[id] < 0) return;
+    Watched& watched = drives_[static_cast<std::size_t>(at_address_[id])];
+    watched.timeout.hear_reply();
+    // On RS-485 0x42 is in force at once, and is not an ID.
+    if (reply.kind == protocol::FrameKind::kData) watched.setting.hear_reply(reply.data);
+  }
+
+  void look(const Bus& bus) {
+    if (bus.time() < next_look_) return;
+    next_look_ = bus.time() + kLookStep;
+    // Reads one drive in turn: not only hosts may switch a drive on or off.
+    if (!drives_.empty()) {
+      Watched& one = drives_[turn_++ % drives_.size()];
+      one.looks = std::max(one.looks, 1);
+    }
+    echoes_ = bus.echoes();
+    const BusStats stats = bus.stats();
+    const std::uint64_t arrived = heard_ - std::min(stats.frames_waiting, heard_);
+    bool moved = false;
+    for (Watched& watched : drives_) {
+      const bool waits = watched.trouble.waits() || watched.calibration.runs();
+      if (watched.looks == 0 && !waits) continue;
+      watched.looks = std::max(0, watched.looks - 1);
+      const int address = watched.drive.address;
+      watched.drive.look(bus);
+      moved = moved || watched.drive.address != address;
+      if (!watched.drive.multi_drive) watched.in_vain = 0;
+      watched.wind_up.look(watched.drive);
+      watched.first_target.look(watched.drive);
+      if (const auto loaded = watched.calibration.look(watched.drive)) {
+        given_.note(watched.drive.id, *loaded, watched.last);
+      }
+      if (const auto seen = watched.trouble.look(bus.time(), arrived, watched.drive)) {
+        given_.note(watched.drive.id, seen->finding, seen->suspect, seen->times);
+      }
+    }
+    if (moved) find_addresses();
+    look_at_wire(bus, stats);
+  }
+
+  void note_slip(SimTime now) { disturbances_.note_slip(now); }
+
+  std::uint64_t heard() const { return heard_; }
+  const GivenList& given() const { return given_; }
+
+ private:
+  struct Watched {
+    explicit Watched(const KnownDrive& as_configured) : drive(as_configured) {}
+    KnownDrive drive;
+    int looks = kLooks;
+    Suspect last;            // last frame for the drive
+    std::uint64_t sent = 0;  // since the last look
+    int in_vain = 0;         // single-drive frames while in multi-drive mode
+    SimTime in_vain_at{0};   // time of the last of them
+    RomWatch rom;
+    GenerationWatch generation;
+    WaitWatch wait;
+    InputWatch input;
+    HostsWatch hosts;
+    DuplicateWatch duplicate;
+    JumpWatch jump;
+    WindUpWatch wind_up;
+    SpeedWatch speed;
+    TroubleWatch trouble;
+    ClearWatch clear;
+    FirstTargetWatch first_target;
+    TimeoutWatch timeout;
+    SettingWatch setting;
+    CalibrationWatch calibration;
+  };
+
+  /// Looks at a drive after a frame for it, which takes some time to arrive and act.
+  static constexpr int kLooks = 3;
+  /// A host may test which frames are answered.
+  static constexpr int kInVain = 10;                             // assumed
+  static constexpr SimTime kTryAgain = std::chrono::seconds(1);  // assumed
+  /// A host may test for a generation, and other devices may use these identifiers.
+  static constexpr int kForeign = 3;  // assumed
+
+  /// Watches the first of several drives with one ID.
+  void find_addresses() {
+    at_address_.fill(-1);
+    for (std::size_t n = drives_.size(); n-- > 0;) {
+      at_address_[static_cast<std::size_t>(drives_[n].drive.address)] = static_cast<int>(n);
+    }
+  }
+
+  /// Finds two drives that both answer at this ID.
+  std::optional<Finding> two_at(std::size_t address) const {
+    const KnownDrive* first = nullptr;
+    for (const Watched& watched : drives_) {
+      const KnownDrive& drive = watched.drive;
+      const bool answers = drive.alive && drive.on_bus && !drive.multi_drive;
+      if (!answers || drive.address != static_cast<int>(address)) continue;
+      if (first != nullptr) {
+        return Finding{.kind = AdviceKind::kDuplicateId,
+                       .what = &kTwoHere,
+                       .numbers = {static_cast<double>(first->id), static_cast<double>(drive.id),
+                                   static_cast<double>(address)},
+                       .todo = &kMoveOne};
+      }
+      first = &drive;
+    }
+    return std::nullopt;
+  }
+
+  void hear_single(Watched& watched, const TimedFrame& in) {
+    const KnownDrive& drive = watched.drive;
+    watched.looks = kLooks;
+    watched.last = {heard_, in.at, in.frame};
+    ++watched.sent;
+    const bool serial = protocol::is_serial(in.frame);
+    if (!serial && in.frame.dlc != 8) {
+      const double length = in.frame.dlc;
+      note(drive.id, Finding{AdviceKind::kWrongLength, &kLength, {length}}, in);
+      return;
+    }
+    for (const Finding& found : watched.setting.hear(in.frame.data, drive)) {
+      note(drive.id, found, in);
+    }
+    const auto decoded = protocol::decode_query(in.frame, drive.format);
+    const auto* query = std::get_if<protocol::Query>(&decoded);
+    if (!drive.alive) return;
+    if (const auto found = serial ? std::nullopt : watched.duplicate.hear(in, recent_)) {
+      note(drive.id, *found, in);
+      return;  // not from a host
+    }
+    if (drive.multi_drive) {
+      hear_in_vain(watched, in);
+      return;
+    }
+    const auto payload = serial ? wrong_payload(in.frame, drive) : std::nullopt;
+    note(drive.id, payload, in);
+    if (query == nullptr && std::get<protocol::Reject>(decoded) == protocol::Reject::kWrongLength) {
+      if (payload) return;  // the finding on the payload says more
+      const double length = in.frame.dlc - 1;
+      note(drive.id, Finding{AdviceKind::kWrongLength, &kLen, {length}}, in);
+      return;
+    }
+    if (query == nullptr) {
+      note(drive.id, unknown_command(in.frame, drive), in);
+      return;
+    }
+    if (serial) talk_.expect_reply(in, drive);
+    hear_understood(watched, in, *query);
+  }
+
+  /// Handles a single-drive frame, which a drive in multi-drive mode does not answer.
+  void hear_in_vain(Watched& watched, const TimedFrame& in) {
+    if (in.at - watched.in_vain_at > kTryAgain) watched.in_vain = 0;
+    watched.in_vain_at = in.at;
+    watched.in_vain = std::min(watched.in_vain + 1, kInVain);
+    if (watched.in_vain < kInVain) return;
+    note(watched.drive.id, Finding{AdviceKind::kSingleInMultiMode, &kNotAlone}, in);
+  }
+
+  /// Returns true if no drive accepts the identifier in any mode; other devices may use it.
+  bool is_foreign(const protocol::Frame& frame) const {
+    return std::ranges::none_of(drives_, [&frame](const Watched& watched) {
+      return protocol::knows_multi_drive(watched.drive.format, frame.id);
+    });
+  }
+
+  void hear_several(const TimedFrame& in) {
+    const bool anybody = std::ranges::any_of(
+        drives_, [](const Watched& watched) { return watched.drive.multi_drive; });
+    if (in.frame.dlc != 8) {
+      // Without a listening drive it may be for another device, for example CANopen.
+      const double length = in.frame.dlc;
+      if (anybody) note(kWholeBus, Finding{AdviceKind::kWrongLength, &kLength, {length}}, in);
+      return;
+    }
+    if (is_foreign(in.frame) && !anybody) {
+      foreign_ = std::min(foreign_ + 1, kForeign);
+      if (foreign_ == kForeign && !drives_.empty()) {
+        note(kWholeBus, Finding{AdviceKind::kOtherGeneration, &kNobodyKnows}, in);
+      }
+      return;
+    }
+    if (!anybody && !drives_.empty()) {
+      note(kWholeBus, Finding{AdviceKind::kMultiWithoutMode, &kNobody}, in);
+      return;
+    }
+    for (Watched& watched : drives_) {
+      watched.looks = kLooks;
+      if (watched.drive.alive) hear_slot(watched, in);
+    }
+  }
+
+  void hear_slot(Watched& watched, const TimedFrame& in) {
+    const KnownDrive& drive = watched.drive;
+    if (!drive.multi_drive) {
+      if (slot_is_empty(in.frame, drive.address)) return;
+      note(drive.id, Finding{AdviceKind::kMultiWithoutMode, &kNotThis}, in);
+      return;
+    }
+    if (!protocol::knows_multi_drive(drive.format, in.frame.id)) {
+      if (slot_is_empty(in.frame, drive.address)) return;
+      note(drive.id, Finding{AdviceKind::kOtherGeneration, &kNotKnown}, in);
+      return;
+    }
+    const auto decoded = protocol::decode_query(in.frame, drive.format);
+    const auto* several = std::get_if<protocol::Query>(&decoded);
+    if (several == nullptr) return;
+    const auto own = protocol::for_drive(drive.address, *several, drive.format);
+    const auto* query = std::get_if<protocol::Query>(&own);
+    if (query != nullptr) hear_understood(watched, in, *query);
+  }
+
+  void look_at_wire(const Bus& bus, const BusStats& stats) {
+    disturbances_.look(bus, stats);
+    const bool disturbed = disturbances_.last(bus.time());
+    wire_.look(bus, stats, disturbed);
+    Watched* most = nullptr;
+    for (Watched& watched : drives_) {
+      if (watched.sent > 0 && (most == nullptr || watched.sent > most->sent)) most = &watched;
+    }
+    if (most != nullptr) most_ = static_cast<std::size_t>(most - drives_.data());
+    // On RS-485 a drive does not receive while it replies: TalkWatch handles that.
+    if (const auto busy = busy_.look(stats); busy && most_ && !serial_ && !disturbed) {
+      given_.note(drives_[*most_].drive.id, busy->finding, drives_[*most_].last, busy->times);
+    }
+    for (Watched& watched : drives_) watched.sent = 0;
+  }
+
+  void hear_understood(Watched& watched, const TimedFrame& in, const protocol::Query& query) {
+    const Heard heard{in.at, query.data, query.command,
+                      motion_of(query.command, watched.drive.address)};
+    const KnownDrive& drive = watched.drive;
+    note(drive.id, beyond_range(heard, drive), in);
+    note(drive.id, watched.generation.hear(heard, drive), in);
+    note(drive.id, watched.rom.hear(heard, drive), in);
+    note(drive.id, watched.wait.hear(heard, drive), in);
+    note(drive.id, watched.input.hear(heard, drive), in);
+    note(drive.id, watched.hosts.hear(heard), in);
+    note(drive.id, watched.jump.hear(heard, drive), in);
+    note(drive.id, watched.wind_up.hear(heard, drive), in);
+    note(drive.id, watched.speed.hear(heard, drive), in);
+    note(drive.id, watched.clear.hear(heard, drive), in);
+    note(drive.id, watched.first_target.hear(heard, drive), in);
+    note(drive.id, watched.timeout.hear(heard, drive), in);
+    note(drive.id, watched.trouble.hear(heard, {heard_, in.at, in.frame}, drive), in);
+  }
+
+  void note(int id, const std::optional<Finding>& finding, const TimedFrame& in) {
+    if (finding) given_.note(id, *finding, {heard_, in.at, in.frame});
+  }
+
+  bool serial_;
+  std::vector<Watched> drives_;
+  std::array<int, protocol::kMaxId + 1> at_address_{};  // −1: no drive answers there
+  std::uint64_t heard_ = 0;
+  SimTime next_look_{0};
+  std::size_t turn_ = 0;  // drive to look at in turn
+  int foreign_ = 0;       // frames for several drives that no drive here accepts
+  RecentFrames recent_;
+  DeadWatch dead_;
+  Disturbances disturbances_;
+  WireWatch wire_;
+  BusyWatch busy_;
+  TalkWatch talk_;
+  SumWatch sum_;
+  bool echoes_ = false;              // hosts read what they send
+  std::optional<std::size_t> most_;  // drive with most frames at the last look that had any
+  GivenList given_;
+};
+
+Adviser::Adviser(const BusConfig& config) : desk_(std::make_unique<Desk>(config)) {}
+Adviser::Adviser(Adviser&&) noexcept = default;
+Adviser& Adviser::operator=(Adviser&&) noexcept = default;
+Adviser::~Adviser() = default;
+
+void Adviser::hear(const TimedFrame& in) { desk_->hear(in); }
+void Adviser::hear_terminal(const TerminalFlags& flags, const TimedFrame& in) {
+  desk_->hear_terminal(flags, in);
+}
+void Adviser::hear_reply(const protocol::Frame& reply) { desk_->hear_reply(reply); }
+void Adviser::note_slip(SimTime now) { desk_->note_slip(now); }
+std::uint64_t Adviser::heard() const { return desk_->heard(); }
+void Adviser::look(const Bus& bus) { desk_->look(bus); }
+const std::vector<Advice>& Adviser::given() const { return desk_->given().all(); }
+std::uint64_t Adviser::left_out() const { return desk_->given().left_out(); }
+std::string_view Adviser::mark_of(std::uint64_t number) const {
+  return desk_->given().mark_of(number);
+}
+
+}  // namespace lk::emulator

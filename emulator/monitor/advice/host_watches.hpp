@@ -1,0 +1,142 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "emulator/core/bus_config.hpp"
+#include "emulator/monitor/advice/advice.hpp"
+#include "emulator/monitor/advice/heard.hpp"
+#include "protocol/wire.hpp"
+
+namespace lk::emulator {
+
+/// Detects several hosts that command one drive. A CAN frame does not name its sender, and one host
+/// may alternate values (dither, corrections, noise). But one host sends one frame after the other:
+/// an unusual value replaces a usual one and leaves a gap in its rhythm. A second host's frame
+/// comes in between and leaves the rhythm unchanged.
+class HostsWatch {
+ public:
+  static constexpr SimTime kThereAndBack = std::chrono::milliseconds(100);  // assumed
+  static constexpr SimTime kAgain = std::chrono::seconds(1);                // assumed
+  static constexpr int kTimes = 8;                                          // assumed
+
+  std::optional<Finding> hear(const Heard& heard);
+
+ private:
+  struct Said {
+    SimTime at{0};
+    MotionCommand motion;
+  };
+  static constexpr std::size_t kKept = 32;
+  static constexpr std::size_t kRhythm = 7;  // frames needed for a rhythm (assumed)
+  const Said& back(std::size_t n) const { return said_[(count_ - 1 - n) % kKept]; }  // 0: the last
+  bool apart() const;
+  bool alike(const MotionCommand& one, const MotionCommand& other) const;
+  enum class Sign : std::uint8_t { kNone, kOneHost, kSeveral };
+  Sign sign() const;
+
+  std::array<Said, kKept> said_{};  // a ring
+  std::size_t count_ = 0;
+  int times_ = 0;  // signs of several hosts minus signs of one
+  SimTime last_time_{0};
+};
+
+/// Frames that a host may have received last, and may send again in bytes that it does not clear.
+class RecentFrames {
+ public:
+  /// Assumed: a host may query several drives, then read all replies into one buffer.
+  static constexpr std::size_t kKept = 16;
+
+  void keep(const protocol::Frame& frame) { kept_[next_++ % kKept] = frame.data; }
+  /// Returns true if a kept frame equals `data` in the bytes of `mask`; bit n is DATA[n].
+  bool have(const protocol::Payload& data, unsigned mask) const;
+
+ private:
+  std::array<protocol::Payload, kKept> kept_{};
+  std::size_t next_ = 0;
+};
+
+/// Detects another drive with this drive's ID. Its replies have the identifier of queries, but a
+/// temperature where a query has 0 or a direction. Replies to reads have values where a query has
+/// zeros. Such frames do not stop, as each drive takes the other's replies for queries. A host that
+/// does not clear unused bytes always sends values there, or bytes that it received before.
+class DuplicateWatch {
+ public:
+  static constexpr int kTimes = 8;  // assumed
+  /// Longest gap of replies: twice through a USB adapter, and two drives (assumed).
+  static constexpr SimTime kApart = std::chrono::milliseconds(4);
+  static constexpr int kSteady_C = 2;  // stray bytes vary more (assumed)
+
+  /// Pre: `in` has 8 bytes and is for this drive.
+  std::optional<Finding> hear(const TimedFrame& in, const RecentFrames& recent);
+
+ private:
+  /// Consecutive frames that may be replies.
+  struct Streak {
+    /// Returns the length with this frame; 1 if it is not `alike` the last one.
+    int add(const TimedFrame& in, bool alike);
+
+    int times = 0;
+    SimTime at{0};  // of the last frame
+    protocol::Payload data{};
+  };
+
+  std::uint32_t asked_ = 0;  // commands also seen as proper queries; one bit per row
+  Streak warm_;              // with a temperature
+  Streak reads_;             // with a value that was read
+};
+
+/// Finding for a command or parameter that this drive does not have. Given at the first time: a
+/// host may ask once, then give up or wait for ever.
+Finding unknown_command(const protocol::Frame& frame, const KnownDrive& drive);
+
+/// Returns true for a 32-bit target to a drive that reads only 16 bits.
+bool has_wide_target(const Heard& heard, const KnownDrive& drive);
+
+/// Detects fields that have a meaning only for drives of another generation.
+class GenerationWatch {
+ public:
+  /// Unused bytes may hold anything; one plausible limit, repeated so often, is meant (assumed).
+  static constexpr int kSameLimit = 10;
+
+  std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
+
+ private:
+  std::optional<Finding> hear_limit(std::int16_t limit_lsb, const KnownDrive& drive);
+
+  std::int16_t limit_lsb_ = 0;
+  int same_limit_ = 0;
+};
+
+/// Detects repeated clearing of errors because the reply shows the old errors.
+class ClearWatch {
+ public:
+  static constexpr SimTime kWithin = std::chrono::seconds(5);
+  static constexpr int kTimes = 3;
+
+  std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
+
+ private:
+  SimTime first_{0};
+  int times_ = 0;
+};
+
+/// Detects a first target after a start that relies on the turn count of before.
+class FirstTargetWatch {
+ public:
+  static constexpr double kFar_deg = 180;
+
+  std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
+  /// Call after each look at the drive.
+  void look(const KnownDrive& drive);
+
+ private:
+  std::uint32_t known_start_ = 0;  // start since which the host knows the position or has moved
+  std::uint32_t start_ = 0;        // start count at the last look
+  double angle_deg_ = 0;           // at the last look
+  std::optional<double> angle_before_deg_;  // last angle before this start
+};
+
+}  // namespace lk::emulator

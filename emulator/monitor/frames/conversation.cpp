@@ -1,0 +1,372 @@
+#include "emulator/monitor/frames/conversation.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "emulator/monitor/frames/log_pairing.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using protocol::Frame;
+using protocol::Opcode;
+
+/// A drive queues 16 replies, and a host waits for few.
+constexpr std::size_t kMostPending = 64;
+/// Equal bytes are the query again, not an echo, if they are later than the slowest reply by this
+/// factor plus this time (assumed).
+constexpr int kSlower = 4;
+constexpr SimTime kSlowerBy = std::chrono::milliseconds(1);
+
+bool all_zero(const Frame& frame, std::size_t from) {
+  return std::all_of(frame.data.begin() + static_cast<std::ptrdiff_t>(from), frame.data.end(),
+                     [](std::uint8_t byte) { return byte == 0; });
+}
+
+/// Queries without data, whose replies have a value that is rarely 0.
+bool zero_is_a_query(std::uint8_t command) {
+  return command == static_cast<std::uint8_t>(protocol::ReadPid::kOpcode) ||
+         command == static_cast<std::uint8_t>(protocol::ReadEncoder::kOpcode) ||
+         command == static_cast<std::uint8_t>(protocol::ReadMultiTurnAngle::kOpcode) ||
+         command == static_cast<std::uint8_t>(protocol::ReadSingleTurnAngle::kOpcode);
+}
+
+/// Has data that hosts rarely send: the temperature of a state, or the requested value.
+bool looks_like_a_reply(const Frame& frame) {
+  if (looks_like_a_state(frame)) return true;
+  const auto command = static_cast<Opcode>(frame.data[0]);
+  if (command == protocol::ReadParameter::kOpcode) return !all_zero(frame, 2);
+  return (zero_is_a_query(frame.data[0]) || command == protocol::ReadAcceleration::kOpcode ||
+          command == protocol::WriteZeroToRom::kOpcode) &&
+         !all_zero(frame, 1);
+}
+
+/// Looks like a query, independent of earlier frames.
+bool looks_like_a_query(const Frame& frame) {
+  const std::uint8_t command = frame.data[0];
+  if (protocol::has_state(command)) {
+    return protocol::is_serial(frame) ? !looks_like_a_state(frame) : frame.data[1] <= 1;
+  }
+  if (static_cast<Opcode>(command) == protocol::Brake::kOpcode) return frame.data[1] > 1;
+  return zero_is_a_query(command) && all_zero(frame, 1);
+}
+
+/// Such a reply takes as long as the memory write.
+bool writes_rom(const Frame& query) {
+  const auto* const command = protocol::command_of(query);
+  return command != nullptr && command->writes_rom;
+}
+
+bool can_be_query(const Frame& frame, const ReplyReader& reader) {
+  return std::holds_alternative<protocol::Query>(protocol::decode_query(frame, reader.format));
+}
+
+bool can_be_reply(const Frame& frame, const ReplyReader& reader) {
+  return has_length_of_reply(frame) &&
+         std::holds_alternative<protocol::ReplyFrame>(protocol::decode_reply(frame, reader.format));
+}
+
+}  // namespace
+
+/// Returns the reader for a frame of the drive.
+const ReplyReader& Conversation::reader_of(int id, const Frame& frame) const {
+  for (const FrameReader& one : readers_) {
+    const ReplyReader& reader = *one.reader_of(id);
+    if (can_be_query(frame, reader) || can_be_reply(frame, reader)) return reader;
+  }
+  return *readers_.front().reader_of(id);
+}
+
+Told Conversation::hear(const HeardFrame& heard) {
+  if (!first_) first_ = heard.at;
+  const Frame& frame = heard.frame;
+  if (!is_data(frame)) return {.frame = frame};
+  if (protocol::find_multi_drive(frame.id) != nullptr) return hear_several(heard);
+  if (const int id = protocol::drive_at(frame.id, protocol::kSingleDriveId)) {
+    note_direction(heard);
+    return hear_drive(id, heard);
+  }
+  if (protocol::is_serial(frame)) return {.frame = frame};  // its ID is above 32
+  for (const std::uint32_t base : protocol::kReplyIdBases) {
+    if (const int id = protocol::drive_at(frame.id, base)) return hear_own(id, base, heard);
+  }
+  return {.frame = frame};
+}
+
+/// A query to several drives; the ones that accept it are unknown.
+Told Conversation::hear_several(const HeardFrame& heard) {
+  const ReplyReader& any = *readers_.front().reader_of(protocol::kMinId);
+  const auto query = protocol::decode_query(heard.frame, any.format);
+  for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
+    if (!std::holds_alternative<protocol::Query>(query)) break;
+    if (id > protocol::kMultiDriveSlots && !drive(id).seen) continue;
+    const auto own = protocol::for_drive(id, std::get<protocol::Query>(query), any.format);
+    if (!std::holds_alternative<protocol::Query>(own)) continue;
+    const auto command = protocol::reply_command(std::get<protocol::Query>(own).command);
+    if (!command) continue;
+    expire(id, heard.at);
+    settle_run(id);
+    if (drive(id).pending.size() >= kMostPending) drop_first(id, Settled::How::kUnanswered);
+    drive(id).pending.push_back({.query = heard.frame,
+                                 .command = *command,
+                                 .asked = heard.frame.id,
+                                 .at = heard.at,
+                                 .required = false});
+  }
+  return {.role = Role::kQuery, .asked = heard.frame.id, .frame = heard.frame};
+}
+
+/// Frame with an identifier for replies. Other devices may use it, so the first one must fit.
+Told Conversation::hear_own(int id, std::uint32_t base, const HeardFrame& heard) {
+  HeardFrame own = heard;
+  own.frame.id = protocol::kSingleDriveId + static_cast<std::uint32_t>(id);
+  expire(id, heard.at);
+  const auto fits = fitting(id, own.frame);
+  if (fits.empty() && drive(id).reply_base != base) return {.frame = heard.frame};
+  drive(id).reply_base = base;
+  return reply(id, own, fits, true);
+}
+
+Told Conversation::hear_drive(int id, const HeardFrame& heard) {
+  Drive& own = drive(id);
+  expire(id, heard.at);
+  own.seen = true;
+  const bool late = heard.at && first_ && *heard.at - *first_ > kLongestReply;
+  own.begun = own.begun || late;
+  // The drive replies here: the frame with another identifier was not its own.
+  if (looks_like_a_state(heard.frame) && !fitting(id, heard.frame).empty()) {
+    own.reply_base = protocol::kSingleDriveId;
+  }
+  const auto from_host =
+      own.reply_base != protocol::kSingleDriveId ? std::optional(true) : direction(heard);
+  if (from_host == true) return query(id, heard, true);
+  const auto fits = fitting(id, heard.frame);
+  if (from_host == false) return reply(id, heard, fits, true);
+  if (!could_be_reply(id, heard.frame)) {
+    if (can_be_query(heard.frame, reader_of(id, heard.frame))) return query(id, heard, true);
+    return unclear(id, heard);
+  }
+  if (!fits.empty()) {
+    const Fit best = reply_fit(reader_of(id, heard.frame), own.pending[fits.front()].command,
+                               own.pending[fits.front()].query, heard.frame);
+    if (best == Fit::kYes) return reply(id, heard, fits, true);
+    // Equal bytes: an echo, or the query again.
+    const Pace pace = pace_of(id, own.pending[fits.back()], heard.at);
+    if (pace == Pace::kTooLate) return asked_again(id, heard, fits.back());
+    if ((own.alive || pace == Pace::kAsEver) && !zero_is_a_query(heard.frame.data[0]))
+      return reply(id, heard, fits, false);
+    return unclear(id, heard);
+  }
+  if (looks_like_a_reply(heard.frame) || !can_be_query(heard.frame, reader_of(id, heard.frame))) {
+    return reply(id, heard, fits, false);
+  }
+  if (own.begun || looks_like_a_query(heard.frame)) return query(id, heard, true);
+  return unclear(id, heard);
+}
+
+/// A state at 0 or 1 °C does not count.
+bool Conversation::could_be_reply(int id, const Frame& frame) const {
+  if (!can_be_reply(frame, reader_of(id, frame))) return false;
+  const bool at_zero = looks_like_a_query(frame) && !zero_is_a_query(frame.data[0]);
+  return !at_zero;
+}
+
+Told Conversation::reply(int id, const HeardFrame& heard, const std::vector<std::size_t>& fits,
+                         bool sure) {
+  Drive& own = drive(id);
+  Told told{.role = Role::kReply,
+            .sure = sure,
+            .drive = id,
+            .asked = heard.frame.data[0],
+            .frame = heard.frame,
+            .choices = fits.size()};
+  own.seen = true;
+  own.alive = own.alive || sure;
+  if (!own.run.empty() && fitting(id, own.run_frame) != fits) {
+    settle_run(id);
+    return reply(id, heard, fitting(id, heard.frame), sure);
+  }
+  if (fits.empty()) return told;
+  // Drives answer in order: earlier queries than the first match remain unanswered.
+  for (std::size_t n = 0; n < fits.front(); ++n) drop_first(id, Settled::How::kUnanswered);
+  told.asked = own.pending.front().asked;
+  if (fits.size() == 1) {
+    if (heard.at && own.pending.front().at) told.latency = *heard.at - *own.pending.front().at;
+    if (sure && told.latency) own.slowest = std::max(own.slowest, *told.latency);
+    answer_first(id, heard.at);
+    return told;
+  }
+  if (own.run.empty()) own.run_frame = heard.frame;
+  own.run.push_back(heard.at);
+  if (own.run.size() == fits.size()) settle_run(id);
+  return told;
+}
+
+/// Judges a frame equal to a pending query by the drive's latency so far.
+Conversation::Pace Conversation::pace_of(int id, const Pending& query,
+                                         const std::optional<SimTime>& now) const {
+  const SimTime slowest = drive(id).slowest;
+  if (slowest == SimTime{0} || !now || !query.at || writes_rom(query.query)) return Pace::kAny;
+  const SimTime age = *now - *query.at;
+  if (age > kSlower * slowest + kSlowerBy) return Pace::kTooLate;
+  return age <= 2 * slowest ? Pace::kAsEver : Pace::kAny;
+}
+
+/// Queries up to index `last` were not answered.
+Told Conversation::asked_again(int id, const HeardFrame& heard, std::size_t last) {
+  settle_run(id);
+  auto& pending = drive(id).pending;
+  last = std::min(last + 1, pending.size());
+  for (std::size_t n = 0; n < last; ++n) drop_first(id, Settled::How::kUnanswered);
+  drive(id).alive = false;
+  return query(id, heard, false);
+}
+
+Told Conversation::unclear(int id, const HeardFrame& heard) {
+  Drive& own = drive(id);
+  const auto fits = fitting(id, heard.frame);
+  const auto open = std::ranges::find_if(
+      fits, [&own](std::size_t place) { return !own.pending[place].maybe_answered; });
+  Told told{.role = Role::kUnclear,
+            .sure = false,
+            .drive = id,
+            .asked = heard.frame.data[0],
+            .frame = heard.frame};
+  if (open != fits.end()) {
+    Pending& query = own.pending[*open];
+    query.maybe_answered = true;
+    if (heard.at && query.at) told.latency = *heard.at - *query.at;
+  } else {
+    ask(id, heard, true);
+  }
+  return told;
+}
+
+Told Conversation::query(int id, const HeardFrame& heard, bool sure) {
+  drive(id).begun = true;
+  drive(id).seen = true;
+  ask(id, heard, false);
+  return {.role = Role::kQuery,
+          .sure = sure,
+          .drive = id,
+          .asked = heard.frame.data[0],
+          .frame = heard.frame};
+}
+
+/// Directions are relative to the logging machine; they are useful only if both occur.
+void Conversation::note_direction(const HeardFrame& heard) {
+  if (heard.from_host) (*heard.from_host ? sent_ : received_) = true;
+}
+
+std::optional<bool> Conversation::direction(const HeardFrame& heard) const {
+  return sent_ && received_ ? heard.from_host : std::nullopt;
+}
+
+void Conversation::ask(int id, const HeardFrame& heard, bool unclear) {
+  settle_run(id);
+  const ReplyReader& reader = reader_of(id, heard.frame);
+  const auto decoded = protocol::decode_query(heard.frame, reader.format);
+  const auto* known = std::get_if<protocol::Query>(&decoded);
+  if (known == nullptr) return;  // not answered
+  const auto command = protocol::reply_command(known->command);
+  if (!command) return;
+  Drive& own = drive(id);
+  if (own.pending.size() >= kMostPending) drop_first(id, Settled::How::kUnanswered);
+  own.pending.push_back({.query = heard.frame,
+                         .command = *command,
+                         .asked = heard.frame.data[0],
+                         .at = heard.at,
+                         .unclear = unclear});
+}
+
+/// Returns indices in `pending` of the queries that the frame can answer.
+std::vector<std::size_t> Conversation::fitting(int id, const Frame& frame) const {
+  const ReplyReader& reader = reader_of(id, frame);
+  std::vector<std::size_t> places;
+  const auto& pending = drive(id).pending;
+  for (std::size_t n = 0; n < pending.size(); ++n) {
+    if (reply_fit(reader, pending[n].command, pending[n].query, frame) != Fit::kNo) {
+      places.push_back(n);
+    }
+  }
+  return places;
+}
+
+/// Drops queries that waited too long; if time runs backwards, their outcome stays open.
+void Conversation::expire(int id, const std::optional<SimTime>& now) {
+  if (!now) return;
+  const auto& pending = drive(id).pending;
+  const auto over = [&now](const Pending& one) {
+    return one.at && (*now - *one.at > kLongestReply || *now < *one.at);
+  };
+  if (pending.empty() || !over(pending.front())) return;
+  settle_run(id);
+  while (!pending.empty() && over(pending.front())) {
+    const bool missed = *now > *pending.front().at;
+    drive(id).alive = drive(id).alive && !(missed && pending.front().required);
+    drop_first(id, missed ? Settled::How::kUnanswered : Settled::How::kOpen);
+  }
+}
+
+/// A run of n replies answers the last n of the matching queries.
+void Conversation::settle_run(int id) {
+  Drive& own = drive(id);
+  const auto replies = std::exchange(own.run, {});
+  if (replies.empty()) return;
+  std::size_t candidates = fitting(id, own.run_frame).size();
+  for (std::size_t answered = 0; answered < replies.size() && !own.pending.empty();) {
+    const Pending& first = own.pending.front();
+    const bool fits = reply_fit(reader_of(id, own.run_frame), first.command, first.query,
+                                own.run_frame) != Fit::kNo;
+    if (fits && candidates <= replies.size() - answered) {
+      answer_first(id, replies[answered++]);
+    } else {
+      drop_first(id, Settled::How::kUnanswered);
+    }
+    if (fits) --candidates;
+  }
+}
+
+void Conversation::drop_first(int id, Settled::How how) {
+  Drive& own = drive(id);
+  const Pending& first = own.pending.front();
+  if (first.required && !first.unclear) {
+    settled_.push_back({.how = first.maybe_answered ? Settled::How::kOpen : how,
+                        .drive = id,
+                        .asked = first.asked,
+                        .query = first.query,
+                        .at = first.at});
+  }
+  own.pending.pop_front();
+}
+
+void Conversation::answer_first(int id, const std::optional<SimTime>& at) {
+  Drive& own = drive(id);
+  const Pending& first = own.pending.front();
+  Settled settled{.drive = id,
+                  .asked = first.asked,
+                  .query = first.query,
+                  .at = first.at,
+                  .was_unclear = first.unclear};
+  if (at && first.at) settled.latency = *at - *first.at;
+  settled_.push_back(settled);
+  own.pending.pop_front();
+}
+
+void Conversation::forget_times() {
+  for (Drive& own : drives_) {
+    for (Pending& one : own.pending) one.at.reset();
+    for (auto& at : own.run) at.reset();
+  }
+}
+
+void Conversation::end() {
+  for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
+    settle_run(id);
+    while (!drive(id).pending.empty()) drop_first(id, Settled::How::kOpen);
+  }
+}
+
+std::vector<Settled> Conversation::take_settled() { return std::exchange(settled_, {}); }
+
+}  // namespace lk::emulator

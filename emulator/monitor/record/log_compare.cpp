@@ -1,0 +1,205 @@
+#include "emulator/monitor/record/log_compare.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "emulator/core/bus/bus.hpp"
+#include "emulator/monitor/frames/log_pairing.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// Converts a time of the log to a time of the bus.
+SimTime simulated(SimTime at, SimTime first) { return at - first + kBeforeLog; }
+
+/// Sends the frames to a bus and returns its replies in order.
+std::vector<TimedFrame> emulate(const std::vector<TimedFrame>& sent, SimTime first,
+                                const BusConfig& config) {
+  Bus bus(config);
+  std::vector<TimedFrame> replies;
+  for (const TimedFrame& frame : sent) {
+    const SimTime at = std::max(simulated(frame.at, first), bus.time());
+    bus.deliver_to(at);
+    bus.receive({at, frame.frame});
+  }
+  bus.deliver_to(bus.time() + kLongestReply);
+  bus.take_replies(replies);
+  return replies;
+}
+
+/// Finds the emulator's reply of each exchange. Relies on drives that answer in order and either
+/// always or never answer a command.
+std::vector<std::optional<TimedFrame>> assign(const PairedLog& log, SimTime first,
+                                              const std::vector<TimedFrame>& replies,
+                                              const std::map<int, ReplyReader>& readers) {
+  std::vector<std::optional<TimedFrame>> answers(log.exchanges.size());
+  std::map<int, std::vector<std::size_t>> asked;  // indices of exchanges
+  for (std::size_t n = 0; n < log.exchanges.size(); ++n) asked[log.exchanges[n].id].push_back(n);
+  std::map<int, std::size_t> next;
+  for (const TimedFrame& reply : replies) {
+    for (const auto& [id, reader] : readers) {
+      if (reply.frame.id != reader.format.dialect.reply_id_base + static_cast<std::uint32_t>(id)) {
+        continue;
+      }
+      const auto& own = asked[id];
+      for (std::size_t n = next[id]; n < own.size(); ++n) {
+        const Exchange& exchange = log.exchanges[own[n]];
+        if (simulated(log.sent[exchange.query].at, first) > reply.at) break;
+        if (!reader.answers_with(exchange.command, reply.frame.data[0])) continue;
+        answers[own[n]] = reply;
+        next[id] = n + 1;
+        break;
+      }
+    }
+  }
+  return answers;
+}
+
+Latency latency(std::vector<SimTime> all) {
+  if (all.empty()) return {};
+  std::ranges::sort(all);
+  return {all[all.size() / 2], all.back()};
+}
+
+/// Sums over all exchanges.
+class Account {
+ public:
+  void add(const Exchange& exchange, SimTime asked_at, SimTime asked_simulated,
+           const std::optional<TimedFrame>& emulated, const ReplyReader& reader) {
+    Entry& entry = entries_[exchange.command];
+    ComparedCommand& command = entry.command;
+    command.command = exchange.command;
+    ++command.queries;
+    if (exchange.reply) {
+      ++command.in_log;
+      entry.in_log.push_back(exchange.reply->at - asked_at);
+    }
+    if (emulated) {
+      ++command.emulated;
+      entry.emulated.push_back(emulated->at - asked_simulated);
+    }
+    if (exchange.reply && emulated) {
+      compare(entry, *exchange.reply, *emulated, reader);
+    } else if (exchange.reply) {
+      ++command.missing;
+    } else if (emulated) {
+      ++command.extra;
+    }
+  }
+
+  void write(LogComparison& out) {
+    for (auto& [byte, entry] : entries_) {
+      entry.command.latency_in_log = latency(std::move(entry.in_log));
+      entry.command.latency_emulated = latency(std::move(entry.emulated));
+      out.commands.push_back(entry.command);
+      out.values.insert(out.values.end(), entry.values.begin(), entry.values.end());
+    }
+  }
+
+ private:
+  struct Entry {
+    ComparedCommand command;
+    std::vector<ComparedValue> values;
+    std::vector<SimTime> in_log;
+    std::vector<SimTime> emulated;
+  };
+
+  static void compare(Entry& entry, const TimedFrame& in_log, const TimedFrame& emulated,
+                      const ReplyReader& reader) {
+    protocol::Frame as_own = in_log.frame;  // the log's drive may use other identifiers
+    as_own.id = emulated.frame.id;
+    const auto theirs = reader.values(as_own);
+    const auto ours = reader.values(emulated.frame);
+    if (theirs.size() != ours.size()) {
+      ++entry.command.undecodable;
+      return;
+    }
+    for (std::size_t n = 0; n < ours.size(); ++n) {
+      auto place = std::ranges::find(entry.values, ours[n].name, &ComparedValue::name);
+      if (place == entry.values.end()) {
+        place = entry.values.insert(place, {entry.command.command, ours[n].name});
+      }
+      const double difference = std::abs(value_difference(theirs[n], ours[n]));
+      ++place->count;
+      if (difference == 0) ++place->equal;
+      place->sum += difference;
+      if (difference <= place->most) continue;
+      place->most = difference;
+      place->most_at = in_log.at;
+      place->most_id = reader.id;
+    }
+  }
+
+  std::map<std::uint8_t, Entry> entries_;
+};
+
+double in_ms(SimTime time) { return std::chrono::duration<double, std::milli>(time).count(); }
+double in_s(SimTime time) { return std::chrono::duration<double>(time).count(); }
+
+}  // namespace
+
+LogComparison compare_log(const std::vector<LoggedFrame>& log, const BusConfig& bus) {
+  const PairedLog paired = pair_log(log, bus);
+  LogComparison out;
+  if (bus.serial) out.framing = protocol::Framing::kSerial;
+  out.sent = paired.sent.size();
+  out.ambiguous = paired.ambiguous;
+  out.orphans = paired.orphans;
+  out.strangers = paired.strangers;
+  if (paired.sent.empty()) return out;
+  std::map<int, ReplyReader> readers;
+  for (const ServoConfig& servo : bus.servos) readers.emplace(ReplyReader(servo).id, servo);
+  const SimTime first = paired.sent.front().at;
+  const auto answers = assign(paired, first, emulate(paired.sent, first, bus), readers);
+  Account account;
+  for (std::size_t n = 0; n < answers.size(); ++n) {
+    const Exchange& exchange = paired.exchanges[n];
+    const SimTime asked_at = paired.sent[exchange.query].at;
+    account.add(exchange, asked_at, simulated(asked_at, first), answers[n],
+                readers.at(exchange.id));
+  }
+  account.write(out);
+  return out;
+}
+
+std::string comparison_text(const LogComparison& comparison) {
+  std::string text =
+      fmt::format("{} frame{} sent", comparison.sent, comparison.sent == 1 ? "" : "s");
+  const auto note = [&text](std::uint64_t count, const char* what) {
+    if (count > 0) text += fmt::format(", {} {}", count, what);
+  };
+  note(comparison.ambiguous, "that could be query or reply");
+  note(comparison.orphans, "replies to nothing in the log");
+  note(comparison.strangers, "of drives that the robot does not have, left out");
+  text +=
+      "\n\n| command | queries | replies: log | emulator | missing | extra | latency ms, median "
+      "(max): log | emulator |\n|---|---|---|---|---|---|---|---|\n";
+  for (const ComparedCommand& one : comparison.commands) {
+    const auto latency_text = [](const Latency& of) {
+      return fmt::format("{:.3f} ({:.3f})", in_ms(of.median), in_ms(of.most));
+    };
+    const auto* row = protocol::find_command(one.command, comparison.framing);
+    text += fmt::format("| {:02X} {} | {} | {} | {} | {} | {} | {} | {} |\n", one.command,
+                        row != nullptr ? row->name : "", one.queries, one.in_log, one.emulated,
+                        one.missing, one.extra, latency_text(one.latency_in_log),
+                        latency_text(one.latency_emulated));
+    if (one.undecodable > 0) {
+      text += fmt::format("| | | {} not to be read | | | | | |\n", one.undecodable);
+    }
+  }
+  text +=
+      "\n| command | quantity | compared | equal | mean difference | most | where |\n"
+      "|---|---|---|---|---|---|---|\n";
+  for (const ComparedValue& one : comparison.values) {
+    const std::string where =
+        one.most > 0 ? fmt::format("drive {} at {:.6f} s", one.most_id, in_s(one.most_at)) : "";
+    text += fmt::format("| {:02X} | {} | {} | {} | {:.4g} | {:.4g} | {} |\n", one.command, one.name,
+                        one.count, one.equal, one.mean(), one.most, where);
+  }
+  return text;
+}
+
+}  // namespace lk::emulator

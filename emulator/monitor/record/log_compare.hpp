@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "emulator/core/bus_config.hpp"
+#include "emulator/monitor/frames/log_pairing.hpp"
+
+namespace lk::emulator {
+
+/// Latencies of a drive's replies, from query to reply.
+struct Latency {
+  SimTime median{0};
+  SimTime most{0};
+};
+
+/// Replies to one command, in the log and from the emulator.
+struct ComparedCommand {
+  std::uint8_t command = 0;
+  std::uint64_t queries = 0;
+  std::uint64_t in_log = 0;       // replies
+  std::uint64_t emulated = 0;     // replies
+  std::uint64_t missing = 0;      // replies in the log but not from the emulator
+  std::uint64_t extra = 0;        // replies from the emulator but not in the log
+  std::uint64_t undecodable = 0;  // replies of the log that such a drive never sends
+  Latency latency_in_log;
+  Latency latency_emulated;
+};
+
+/// One quantity in the replies to one command.
+struct ComparedValue {
+  std::uint8_t command = 0;
+  std::string_view name;
+  std::uint64_t count = 0;  // pairs of replies
+  std::uint64_t equal = 0;
+  double sum = 0;  // of absolute differences
+  double most = 0;
+  SimTime most_at{0};  // in the time of the log
+  int most_id = 0;
+
+  double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0; }
+};
+
+struct LogComparison {
+  std::vector<ComparedCommand> commands;  // ascending
+  std::vector<ComparedValue> values;      // by command, in the order of the reply
+  protocol::Framing framing = protocol::Framing::kCan;
+  std::uint64_t sent = 0;
+  std::uint64_t ambiguous = 0;
+  std::uint64_t orphans = 0;
+  std::uint64_t strangers = 0;
+};
+
+/// Simulated time before the first frame of a log, so that filters settle (assumed).
+inline constexpr SimTime kBeforeLog = std::chrono::milliseconds(100);
+
+/// Sends the hosts' frames of the log to a bus of this configuration, at the log's times, and
+/// compares the replies quantity by quantity.
+LogComparison compare_log(const std::vector<LoggedFrame>& log, const BusConfig& bus);
+
+/// Formats the result as Markdown.
+std::string comparison_text(const LogComparison& comparison);
+
+}  // namespace lk::emulator

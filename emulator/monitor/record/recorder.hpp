@@ -1,0 +1,122 @@
+#pragma once
+
+#include <array>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "emulator/core/rom_write.hpp"
+#include "emulator/core/sim_time.hpp"
+#include "emulator/files/durable_file.hpp"
+#include "emulator/monitor/record/recording.hpp"
+
+namespace lk::emulator {
+
+/// Writes the lines of two logs on a thread of its own, so that nobody waits for the disk. What a
+/// kill leaves of the second log never runs ahead of the first.
+class LogWriter {
+ public:
+  /// Limit of unwritten bytes: about 300 000 frames, half a minute of a full bus.
+  static constexpr std::size_t kMostWaiting = std::size_t{16} << 20U;
+
+  /// Called once, on any thread, with the reason why nothing more is written.
+  using OnEnd = std::function<void(const std::string& reason)>;
+
+  static constexpr std::size_t kFiles = 2;
+
+  LogWriter(std::array<Descriptor, kFiles> files, OnEnd on_end,
+            std::size_t most_waiting = kMostWaiting);
+  LogWriter(const LogWriter&) = delete;
+  LogWriter& operator=(const LogWriter&) = delete;
+  /// Waits until everything is written or has failed.
+  ~LogWriter();
+
+  /// Ends the logs without waiting: after the remaining lines, `last_lines` go to the first log.
+  void finish(std::string last_lines);
+  /// Finished, and everything is written.
+  bool done() const;
+
+  /// Adds a line and its end; never waits.
+  void add(std::size_t log, std::string_view line);
+  /// Returns true after an error.
+  bool failed() const;
+
+ private:
+  using Batch = std::array<std::string, kFiles>;  // lines of each log, with their ends
+
+  void run();
+  /// Appends to the first file before it appends to the second. Returns 0 or errno.
+  int write(const Batch& batch);
+
+  std::array<Descriptor, kFiles> files_;
+  OnEnd on_end_;
+  std::size_t most_waiting_;
+  mutable std::mutex mutex_;  // protects all members below
+  std::condition_variable changed_;
+  Batch waiting_;
+  std::size_t waiting_bytes_ = 0;
+  bool failed_ = false;
+  bool stop_ = false;
+  bool done_ = false;
+  std::string last_lines_;
+  std::thread thread_;
+};
+
+/// Settings of a recording.
+struct RecordRequest {
+  std::filesystem::path directory;
+  Overrides overrides;
+  ConfigTexts texts;
+  std::string clock = "realtime";
+};
+
+/// Makes recording.json for a recording that begins now, at simulated time `start`.
+RecordingInfo recording_info(const RecordRequest& request, SimTime start);
+
+/// Writes a recording (docs/record.md). Calls come in the order of events on the buses and never
+/// wait for the disk. If the disk fails, the recording ends with one log line; the emulator
+/// continues.
+class Recorder {
+ public:
+  /// `buses` are as the drives start, or started. Throws StartError.
+  Recorder(std::filesystem::path directory, const RecordingInfo& info, const ConfigTexts& texts,
+           std::vector<BusConfig> buses);
+
+  const std::filesystem::path& directory() const { return directory_; }
+  /// The disk has failed.
+  bool failed() const { return writer_->failed(); }
+
+  // `bus` is an index into the buses.
+  /// Records a host's frame as given to the bus. Pre: `at` is in whole microseconds; the bus has
+  /// reached it; earlier replies are recorded.
+  void host_frame(std::size_t bus, SimTime at, const protocol::Frame& frame);
+  /// Records a drive's frame that has left the wire.
+  void reply(std::size_t bus, const TimedFrame& reply);
+  /// Records a directive that was applied or planned; `json` is the request.
+  void directive(std::size_t bus, SimTime at, std::string json);
+  /// Records that the disk refused a ROM write: the ROM holds these values again.
+  void restored_rom(std::size_t bus, SimTime at, int id, const Registers& rom, const RomWear& wear);
+  /// Ends the recording; the buses have reached `times`.
+  void end(const std::vector<SimTime>& times);
+  /// The end is on the disk, or has failed.
+  bool done() const { return writer_->done(); }
+
+ private:
+  void start_writer();
+  std::string input_line(std::size_t bus, SimTime at, decltype(RecordedInput::what) what) const;
+
+  std::filesystem::path directory_;
+  std::vector<BusConfig> buses_;
+  std::uint64_t host_frames_ = 0;
+  std::unique_ptr<LogWriter> writer_;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,452 @@
+#include "emulator/monitor/record/recording.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <sstream>
+
+#include "emulator/config/bus_name.hpp"
+#include "emulator/config/profile.hpp"
+#include "emulator/config/rom_file.hpp"
+#include "emulator/core/start_error.hpp"
+#include "emulator/files/json_table.hpp"
+#include "emulator/files/output_file.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Returns a whole number in range. The library would convert any number silently.
+template <class Number>
+Number whole(const Json& json) {
+  constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<Number>::max());
+  constexpr auto kLeast = static_cast<std::int64_t>(std::numeric_limits<Number>::min());
+  const bool fits = json.is_number_unsigned()
+                        ? json.get<std::uint64_t>() <= kMost
+                        : json.is_number_integer() && json.get<std::int64_t>() >= kLeast;
+  if (!fits) throw JsonError("", "is not a whole number in range: " + json.dump());
+  return json.get<Number>();
+}
+
+RomWear read_wear(const Json& json) {
+  RomWear wear{};  // earlier versions had fewer parameters
+  for (std::size_t p = 0; p < std::min(wear.size(), json.size()); ++p) {
+    wear[p] = whole<std::uint32_t>(json.at(p));
+  }
+  return wear;
+}
+
+std::vector<int> read_ids(const Json& json) {
+  std::vector<int> ids;
+  for (const Json& id : json) ids.push_back(whole<int>(id));
+  return ids;
+}
+
+// --- recording.json
+
+void print_firmware(const FirmwareRequest& firmware, Json& json) {
+  if (firmware.generation) json["generation"] = *firmware.generation;
+  if (!firmware.quirks.empty()) json["quirks"] = firmware.quirks;
+}
+
+FirmwareRequest parse_firmware(const Json& json) {
+  FirmwareRequest firmware;
+  if (json.contains("generation")) firmware.generation = json["generation"].get<std::string>();
+  if (json.contains("quirks")) json["quirks"].get_to(firmware.quirks);
+  return firmware;
+}
+
+Json print_overrides(const Overrides& overrides) {
+  Json json = Json::object();
+  for (const BusRequest& request : overrides.buses) {
+    Json bus = {{"bus", request.interface}};
+    if (request.ids) bus["ids"] = *request.ids;
+    print_firmware(request.firmware, bus);
+    json["buses"].push_back(std::move(bus));
+  }
+  if (overrides.motor) json["motor"] = *overrides.motor;
+  if (overrides.seed) json["seed"] = *overrides.seed;
+  if (overrides.bitrate) json["bitrate"] = *overrides.bitrate;
+  if (overrides.baud) json["baud"] = *overrides.baud;
+  if (overrides.boot_angle_deg) json["boot_angle_deg"] = *overrides.boot_angle_deg;
+  print_firmware(overrides.firmware, json);
+  return json;
+}
+
+Overrides parse_overrides(const Json& json) {
+  Overrides overrides;
+  for (const Json& bus : json.value("buses", Json::array())) {
+    overrides.buses.push_back(
+        {bus.at("bus").get<std::string>(), std::nullopt, parse_firmware(bus)});
+    if (bus.contains("ids")) overrides.buses.back().ids = read_ids(bus["ids"]);
+  }
+  overrides.firmware = parse_firmware(json);
+  if (json.contains("motor")) overrides.motor = json["motor"].get<std::string>();
+  if (json.contains("seed")) overrides.seed = whole<std::uint64_t>(json["seed"]);
+  if (json.contains("bitrate")) overrides.bitrate = whole<std::int64_t>(json["bitrate"]);
+  if (json.contains("baud")) overrides.baud = whole<std::int64_t>(json["baud"]);
+  if (json.contains("boot_angle_deg"))
+    overrides.boot_angle_deg = json["boot_angle_deg"].get<double>();
+  return overrides;
+}
+
+/// Describes the buses, so that users recognise the recording.
+Json describe_buses(const std::vector<BusConfig>& buses) {
+  Json all = Json::array();
+  for (const BusConfig& bus : buses) {
+    Json ids = Json::array();
+    for (const ServoConfig& servo : bus.servos) ids.push_back(servo.id);
+    all.push_back(
+        {{"bus", bus.interface}, {"ids", ids}, {"seed", bus.seed}, {"bitrate", bus.bitrate}});
+  }
+  return all;
+}
+
+/// Maps each requested motor to the name of its file copy. A file requested under two names has one
+/// copy; two files of the same name have two copies.
+std::map<std::string, std::string> copies_of(const MotorFiles& motors) {
+  std::map<std::string, std::string> copies;
+  std::map<std::string, std::string> taken;  // copy to original
+  for (const auto& [asked, motor] : motors) {
+    const bool has_end = motor.name.ends_with(".toml");
+    const std::string stem = has_end ? motor.name.substr(0, motor.name.size() - 5) : motor.name;
+    std::string copy = stem + ".toml";
+    for (int n = 2; taken.emplace(copy, motor.file).first->second != motor.file; ++n) {
+      copy = stem + "-" + std::to_string(n) + ".toml";
+    }
+    copies[asked] = copy;
+  }
+  return copies;
+}
+
+Json print_motors(const MotorFiles& motors) {
+  Json json = Json::object();
+  for (const auto& [asked, copy] : copies_of(motors)) {
+    const MotorFile& motor = motors.at(asked);
+    json[asked] = {{"name", motor.name}, {"file", motor.file}, {"copy", copy}};
+  }
+  return json;
+}
+
+std::string print_info(const RecordingInfo& info, const ConfigTexts& texts,
+                       const std::vector<BusConfig>& buses) {
+  const Json json = {{"format", kRecordingFormat},
+                     {"lk_emu", info.version},
+                     {"replayable", info.replayable},
+                     {"started_utc", info.started_utc},
+                     {"start_ns", info.start.count()},
+                     {"clock", info.clock},
+                     {"config", texts.config ? Json("config.toml") : Json(nullptr)},
+                     {"config_file", texts.config_file},
+                     {"motors", print_motors(texts.motors)},
+                     {"command_line", print_overrides(info.overrides)},
+                     {"buses", describe_buses(buses)}};
+  return json.dump(2) + '\n';
+}
+
+/// A motor file of a recording.
+struct RecordedMotor {
+  std::string name;
+  std::string file;  // original path
+  fs::path copy;     // path in the recording
+};
+
+struct ParsedInfo {
+  RecordingInfo info;
+  bool has_config = false;
+  std::string config_file;                      // original path
+  std::map<std::string, RecordedMotor> motors;  // by requested name
+};
+
+std::map<std::string, RecordedMotor> parse_motors(const Json& json, const fs::path& directory) {
+  std::map<std::string, RecordedMotor> motors;
+  for (const auto& [asked, motor] : json.items()) {
+    const auto copy = motor.at("copy").get<std::string>();
+    if (copy.find('/') != std::string::npos) throw JsonError("motors", "a copy is elsewhere");
+    motors[asked] = {motor.at("name").get<std::string>(), motor.at("file").get<std::string>(),
+                     directory / "motors" / copy};
+  }
+  return motors;
+}
+
+ParsedInfo parse_info(const std::string& text, const fs::path& file) {
+  try {
+    const Json json = Json::parse(text);
+    const int format = whole<int>(json.at("format"));
+    if (format != kRecordingFormat) {
+      throw StartError(file.string() + ": format " + std::to_string(format) +
+                       " is not known to this version of lk-emu, " +
+                       std::to_string(kRecordingFormat) + " is");
+    }
+    ParsedInfo parsed;
+    parsed.info.version = json.at("lk_emu").get<std::string>();
+    parsed.info.replayable = json.at("replayable").get<bool>();
+    parsed.info.overrides = parse_overrides(json.at("command_line"));
+    parsed.info.clock = json.at("clock").get<std::string>();
+    parsed.info.start = SimTime(whole<std::int64_t>(json.at("start_ns")));
+    parsed.info.started_utc = json.at("started_utc").get<std::string>();
+    parsed.has_config = !json.at("config").is_null();
+    parsed.config_file = json.value("config_file", "");
+    parsed.motors = parse_motors(json.value("motors", Json::object()), file.parent_path());
+    return parsed;
+  } catch (const Json::exception& problem) {
+    throw StartError(file.string() + ": not as lk-emu writes it: " + problem.what());
+  } catch (const JsonError& problem) {
+    throw StartError(file.string() + ": not as lk-emu writes it: " + problem.what());
+  }
+}
+
+// --- files
+
+/// Files created for a recording. They are removed unless all could be created, as the next
+/// recording needs an empty directory.
+class MadeFiles {
+ public:
+  explicit MadeFiles(fs::path directory) : directory_(std::move(directory)) {}
+  MadeFiles(const MadeFiles&) = delete;
+  MadeFiles& operator=(const MadeFiles&) = delete;
+  ~MadeFiles() {
+    std::error_code ignored;
+    for (; !made_.empty(); made_.pop_back()) fs::remove(made_.back(), ignored);
+  }
+
+  void make_empty_directory() {
+    std::error_code error;
+    if (fs::create_directories(directory_, error)) made_.push_back(directory_);
+    if (!error && !fs::is_empty(directory_, error) && !error) {
+      throw StartError(directory_.string() +
+                       " is not empty; a recording needs a directory of its own");
+    }
+    check(error);
+  }
+  void make_directory(const fs::path& directory) {
+    std::error_code error;
+    if (fs::create_directory(directory, error)) made_.push_back(directory);
+    check(error);
+  }
+  void write(const fs::path& file, const std::string& text) {
+    made_.push_back(file);
+    errno = 0;
+    std::ofstream stream(file, std::ios::binary);
+    stream << text;
+    stream.close();
+    if (!stream) throw StartError("cannot write " + file.string() + ": " + reason_of(errno));
+  }
+  void keep() { made_.clear(); }
+
+ private:
+  void check(std::error_code error) const {
+    if (!error) return;
+    throw StartError("cannot record in " + directory_.string() + ": " + error.message());
+  }
+
+  fs::path directory_;
+  std::vector<fs::path> made_;  // in order of creation
+};
+
+fs::path rom_file(const BusConfig& bus, const ServoConfig& servo) {
+  return fs::path("rom") / rom_file_name(bus.interface, servo.id);
+}
+
+bool was_written(const ServoConfig& servo) {
+  return std::ranges::any_of(servo.wear, [](std::uint32_t writes) { return writes > 0; });
+}
+
+/// Finds motor files by requested name; their messages show the original path. Recordings of
+/// version 0.1.0 have them by motor name.
+FindProfile recorded_profiles(const fs::path& directory, const ParsedInfo& parsed) {
+  const FindMotorFile find_file = [&](const std::string& motor) -> MotorFile {
+    const auto found = parsed.motors.find(motor);
+    if (found == parsed.motors.end()) {
+      const fs::path file = directory / "motors" / (motor + ".toml");
+      if (is_path(motor) || !fs::exists(file)) {
+        throw UnknownMotor("no motor \"" + motor + "\" in this recording");
+      }
+      return {motor, file.string(), read_regular_file(file, kLongestText)};
+    }
+    return {found->second.name, found->second.file,
+            read_regular_file(found->second.copy, kLongestText)};
+  };
+  return
+      [find_file](const std::string& motor) { return parse_profile(find_file(motor), find_file); };
+}
+
+std::vector<BusConfig> read_config(const fs::path& directory, const ParsedInfo& parsed) {
+  const FindProfile find = recorded_profiles(directory, parsed);
+  if (!parsed.has_config) return default_config(parsed.info.overrides, find);
+  const fs::path copy = directory / "config.toml";
+  const std::string file = parsed.config_file.empty() ? copy.string() : parsed.config_file;
+  return parse_config(read_regular_file(copy, kLongestText), file, parsed.info.overrides, find);
+}
+
+/// Reports the error with the path of the copy.
+[[noreturn]] void fail_in_copy(const ConfigError& problem, const fs::path& directory,
+                               const ParsedInfo& parsed) {
+  std::string file = problem.file;
+  if (file == parsed.config_file) file = (directory / "config.toml").string();
+  for (const auto& [asked, motor] : parsed.motors) {
+    if (problem.file == motor.file) file = motor.copy.string();
+  }
+  throw ConfigError(file, problem.line, problem.key, problem.reason);
+}
+
+std::vector<BusConfig> read_buses(const fs::path& directory, const ParsedInfo& parsed) {
+  std::vector<BusConfig> buses;
+  try {
+    buses = read_config(directory, parsed);
+  } catch (const ConfigError& problem) {
+    fail_in_copy(problem, directory, parsed);
+  }
+  for (BusConfig& bus : buses) {
+    for (ServoConfig& servo : bus.servos) {
+      const fs::path rom = directory / rom_file(bus, servo);
+      if (fs::exists(rom))
+        read_rom(read_regular_file(rom, kLongestRom), rom.string(), bus.interface, servo);
+    }
+  }
+  return buses;
+}
+
+/// A file of a recording, by its name in it.
+struct RecordedText {
+  std::string name;
+  std::string text;
+};
+
+/// All that is known at the beginning; `buses` are as the drives start. recording.json is the last.
+std::vector<RecordedText> recorded_texts(const RecordingInfo& info, const ConfigTexts& texts,
+                                         const std::vector<BusConfig>& buses) {
+  std::vector<RecordedText> all;
+  if (texts.config) all.push_back({"config.toml", *texts.config});
+  for (const auto& [asked, copy] : copies_of(texts.motors)) {
+    all.push_back({"motors/" + copy, texts.motors.at(asked).text});
+  }
+  for (const BusConfig& bus : buses) {
+    for (const ServoConfig& servo : bus.servos) {
+      if (!was_written(servo)) continue;
+      const RomOwner owner{bus.interface, servo.id, servo.profile.name};
+      all.push_back({rom_file(bus, servo).string(), print_rom(owner, servo.rom, servo.wear)});
+    }
+  }
+  all.push_back({kRecordingFile, print_info(info, texts, buses)});
+  return all;
+}
+
+/// A line that a kill has cut off is none.
+std::vector<RecordedInput> read_inputs(const fs::path& file) {
+  const std::string text = read_regular_file(file, kLongestLog);
+  std::vector<RecordedInput> inputs;
+  int number = 0;
+  for (std::size_t begin = 0, end = 0; (end = text.find('\n', begin)) != std::string::npos;
+       begin = end + 1) {
+    inputs.push_back(parse_input(text.substr(begin, end - begin), file.string(), ++number));
+  }
+  return inputs;
+}
+
+}  // namespace
+
+// --- directives.jsonl
+
+std::string print_input(const RecordedInput& input) {
+  Json json = {
+      {"time_ns", input.at.count()}, {"after_frames", input.after_frames}, {"bus", input.bus}};
+  if (const auto* request = std::get_if<RecordedInput::Request>(&input.what)) {
+    json["directive"] = Json::parse(request->json);
+  } else if (const auto* rom = std::get_if<RecordedInput::RestoredRom>(&input.what)) {
+    json["restored_rom"] = {{"id", rom->id}, {"wear", rom->wear}, {"rom", rom->rom}};
+  } else {
+    json["end"] = true;
+  }
+  return json.dump();
+}
+
+RecordedInput parse_input(const std::string& line, const std::string& file, int number) {
+  try {
+    const Json json = parse_json(line);
+    RecordedInput input;
+    input.at = SimTime(whole<std::int64_t>(json.at("time_ns")));
+    input.after_frames = whole<std::uint64_t>(json.at("after_frames"));
+    input.bus = json.at("bus").get<std::string>();
+    if (json.contains("directive")) {
+      input.what = RecordedInput::Request{json["directive"].dump()};
+    } else if (json.contains("restored_rom")) {
+      const Json& rom = json["restored_rom"];
+      input.what = RecordedInput::RestoredRom{
+          whole<int>(rom.at("id")), rom.at("rom").get<std::string>(), read_wear(rom.at("wear"))};
+    } else if (json.contains("end")) {
+      input.what = RecordedInput::End{};
+    } else {
+      throw ConfigError(file, number, "", "neither directive, restored_rom nor end is in it");
+    }
+    return input;
+  } catch (const Json::exception& problem) {
+    throw ConfigError(file, number, "", std::string("not as lk-emu writes it: ") + problem.what());
+  } catch (const JsonError& problem) {
+    throw ConfigError(file, number, problem.where, problem.what());
+  }
+}
+
+RecordedInput::RestoredRom record_rom(const Registers& rom, const RomWear& wear,
+                                      const std::string& bus, const ServoConfig& servo) {
+  // A ROM file lists only parameters with a count. Here all count, as a fault may have damaged
+  // others.
+  RomWear everything;
+  everything.fill(1);
+  return {servo.id, print_rom({bus, servo.id, servo.profile.name}, rom, everything), wear};
+}
+
+Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::string& bus,
+                       const ServoConfig& servo) {
+  ServoConfig with_rom = servo;
+  // Parameters that are as wired are not in the text (print_rom).
+  with_rom.rom.driver_id = kAsWired;
+  with_rom.rom.bus_type = kAsWired;
+  with_rom.rom.serial_rate = kAsWired;
+  with_rom.rom.can_rate = kAsWired;
+  read_rom(restored.rom, kInputsFile, bus, with_rom);
+  return with_rom.rom;
+}
+
+// --- directory
+
+void begin_recording(const fs::path& directory, const RecordingInfo& info, const ConfigTexts& texts,
+                     const std::vector<BusConfig>& buses, const std::function<void()>& go_on) {
+  MadeFiles beginning(directory);
+  beginning.make_empty_directory();
+  for (const char* part : {"motors", "rom"}) beginning.make_directory(directory / part);
+  for (const char* log : {kFramesFile, kInputsFile}) beginning.write(directory / log, "");
+  // recording.json is last: a directory that has it is complete.
+  for (const auto& [name, text] : recorded_texts(info, texts, buses)) {
+    beginning.write(directory / name, text);
+  }
+  go_on();
+  beginning.keep();
+}
+
+Recording read_recording(const fs::path& directory) {
+  const fs::path file = directory / kRecordingFile;
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) {
+    throw StartError(directory.string() + " is not a recording: it has no " + kRecordingFile +
+                     " in it");
+  }
+  try {
+    const ParsedInfo parsed = parse_info(read_regular_file(file, kLongestText), file);
+    Recording recording{parsed.info, {}, {}};
+    recording.buses = read_buses(directory, parsed);
+    recording.inputs = read_inputs(directory / kInputsFile);
+    return recording;
+  } catch (const ConfigError& problem) {
+    throw StartError(problem.what());
+  } catch (const UnknownMotor& problem) {
+    throw StartError(file.string() + ": " + problem.what());
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(problem.what());
+  }
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,87 @@
+#include "emulator/monitor/scenario/csv_writer.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "emulator/config/config_reader.hpp"
+#include "emulator/core/scenario/scenario_text.hpp"
+#include "emulator/core/start_error.hpp"
+
+namespace lk::emulator {
+
+std::vector<const Signal*> find_signals(const std::vector<std::string>& names,
+                                        const BodySignals* body) {
+  const std::vector<const Signal*> all = signals_with(body);
+  std::vector<std::string> known;
+  for (const Signal* const signal : all) known.emplace_back(signal->name);
+  std::vector<const Signal*> found;
+  for (const std::string& name : names) {
+    const auto place = std::ranges::find(all, name, &Signal::name);
+    if (place != all.end()) {
+      found.push_back(*place);
+      continue;
+    }
+    if (name.starts_with(kBodyPrefix) && body == nullptr) {
+      throw StartError("--signals: " + name + ": there is no [body] here");
+    }
+    const std::string meant = nearest(name, known);
+    throw StartError("--signals: no signal \"" + name + "\"" +
+                     (meant.empty() ? "" : ", did you mean " + meant + "?"));
+  }
+  return found;
+}
+
+std::vector<std::vector<SampledColumn>> csv_columns(const std::vector<BusConfig>& buses,
+                                                    const std::vector<const Signal*>& signals,
+                                                    const std::vector<int>& ids) {
+  std::vector<std::vector<SampledColumn>> all(buses.size());
+  for (std::size_t n = 0; n < buses.size(); ++n) {
+    for (const ServoConfig& servo : buses[n].servos) {
+      if (!ids.empty() && std::ranges::find(ids, servo.id) == ids.end()) continue;
+      for (const Signal* const signal : signals) {
+        if (!signal->is_of_body()) all[n].push_back({servo.id, signal});
+      }
+    }
+  }
+  for (const Signal* const signal : signals) {
+    if (signal->is_of_body()) all.front().push_back({buses.front().servos.front().id, signal});
+  }
+  return all;
+}
+
+SimTime row_period(double rate_Hz) {
+  constexpr double kMost_Hz = 1e6;
+  if (!(rate_Hz >= 1e-3 && rate_Hz <= kMost_Hz)) {
+    throw StartError("--rate: must be 0.001 to 1000000 Hz");
+  }
+  return SimTime(std::llround(1e9 / rate_Hz));
+}
+
+std::string csv_header(const std::vector<std::string>& buses,
+                       const std::vector<Sampler>& samplers) {
+  std::string text = "time_s";
+  for (std::size_t n = 0; n < samplers.size(); ++n) {
+    for (const SampledColumn& column : samplers[n].columns()) {
+      text += ',';
+      const bool of_body = column.signal->is_of_body();
+      if (!of_body && buses.size() > 1) text += buses[n] + '.';
+      if (!of_body) text += std::to_string(column.id) + '.';
+      text += column.signal->name;
+    }
+  }
+  return text + '\n';
+}
+
+std::string csv_row(SimTime time, const std::vector<double>& values) {
+  std::string text = seconds_text(time);
+  for (const double value : values) {
+    char buffer[32];
+    const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
+    text += ',';
+    text.append(buffer, end);
+  }
+  return text + '\n';
+}
+
+}  // namespace lk::emulator

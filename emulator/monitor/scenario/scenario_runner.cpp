@@ -1,0 +1,338 @@
+#include "emulator/monitor/scenario/scenario_runner.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "emulator/config/candump_log.hpp"
+#include "emulator/core/scenario/scenario_text.hpp"
+#include "emulator/core/servo/signals.hpp"
+#include "emulator/core/sim_time.hpp"
+#include "emulator/core/start_error.hpp"
+#include "emulator/core/text.hpp"
+#include "emulator/files/durable_file.hpp"
+#include "emulator/files/output_file.hpp"
+#include "emulator/files/profile_files.hpp"
+#include "emulator/files/rom_store.hpp"
+#include "emulator/monitor/advice/adviser.hpp"
+#include "emulator/monitor/scenario/csv_writer.hpp"
+#include "emulator/monitor/scenario/pcapng.hpp"
+#include "emulator/monitor/scenario/scenario_report.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path robot_file(const std::string& name, const fs::path& directory) {
+  return is_path(name) ? directory / name : shipped_file(kRobots, name);
+}
+
+/// Returns "; its drive 1 on vcan0 is mg8016, here it is mf7015 (and 2 more)", or "".
+std::string foreign_text(const Scenario& scenario) {
+  if (scenario.foreign.empty()) return "";
+  const ForeignDrive& first = scenario.foreign.front();
+  const std::string here =
+      first.running.empty() ? "there is none here" : "here it is " + on_one_line(first.running);
+  const std::size_t more = scenario.foreign.size() - 1;
+  return "; its drive " + std::to_string(first.id) + " on " + on_one_line(first.bus) + " is " +
+         on_one_line(first.meant) + ", " + here +
+         (more > 0 ? " (and " + std::to_string(more) + " more)" : "");
+}
+
+template <class Parse>
+Scenario load(Parse parse) {
+  try {
+    return parse();
+  } catch (const ConfigError& problem) {
+    throw StartError(problem.what());
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(problem.what());
+  }
+}
+
+}  // namespace
+
+ScenarioFiles scenario_files(const fs::path& directory, FileLimits limits) {
+  return {
+      .robot =
+          [directory, limits](const std::string& name, const Overrides& overrides) {
+            const fs::path file = robot_file(name, directory);
+            MotorFiles motors;
+            return parse_config(read_regular_file(file, std::min(limits.each, kLongestText)),
+                                file.string(), overrides, profile_finder(motors), body_loader());
+          },
+      .text =
+          [directory, limits, played = std::uintmax_t{0}](const std::string& name) mutable {
+            if (limits.no_logs) {
+              throw std::invalid_argument("logs are played for clients of the Unix socket alone");
+            }
+            std::string text = read_regular_file(directory / name, limits.each);
+            played += text.size();
+            if (played <= limits.played) return text;
+            throw std::invalid_argument("what is played is longer than " +
+                                        std::to_string(limits.played) + " bytes in all");
+          },
+  };
+}
+
+Scenario load_scenario(const std::string& given, std::optional<std::uint64_t> seed) {
+  return load([&] {
+    const fs::path file = meant_file(kScenarios, given);
+    return parse_scenario(read_regular_file(file, kLongestText), file.string(), seed,
+                          scenario_files(file.parent_path()));
+  });
+}
+
+Scenario load_live_scenario(const std::string& given, const std::vector<BusConfig>& running,
+                            FileLimits limits) {
+  Scenario scenario = load([&] {
+    const fs::path file = meant_file(kScenarios, given);
+    return parse_live_scenario(read_regular_file(file, limits.each), file.string(), running,
+                               scenario_files(file.parent_path(), limits));
+  });
+  if (!scenario.robot_name.empty()) {
+    spdlog::info("scenario {}: its robot {} is not used, the drives are those that run{}",
+                 on_one_line(scenario.name), on_one_line(scenario.robot_name),
+                 foreign_text(scenario));
+  }
+  return scenario;
+}
+
+FrameFiles::FrameFiles(const FrameOutputs& outputs, std::span<const BusConfig> buses)
+    : marks_(outputs.marks) {
+  for (const BusConfig& bus : buses) buses_.push_back(bus.interface);
+  if (outputs.candump) candump_.emplace(*outputs.candump, "--candump");
+  if (!outputs.capture) return;
+  capture_.emplace(*outputs.capture, "--capture");
+  const std::vector<CapturedBus> captured(buses.begin(), buses.end());
+  capture_->write(pcapng_begin(captured));
+}
+
+void FrameFiles::write(std::size_t bus, SimTime at, const protocol::Frame& frame, bool from_host) {
+  using Direction = CandumpLine::Direction;
+  if (candump_) {
+    const Direction direction = !marks_     ? Direction::kUnsaid
+                                : from_host ? Direction::kSent
+                                            : Direction::kReceived;
+    candump_->write(candump_line(at, buses_[bus], frame, direction) + '\n');
+  }
+  if (capture_) capture_->write(pcapng_frame(bus, at, frame, from_host));
+}
+
+void FrameFiles::commit() {
+  if (candump_) candump_->commit();
+  if (capture_) capture_->commit();
+}
+
+namespace {
+
+/// Time between two looks of the advisers, which need the drives' state at each frame.
+constexpr SimTime kChunk = Adviser::kLookStep;
+
+/// Writes rows of signals at equal steps.
+class CsvOutput {
+ public:
+  CsvOutput(const RunOutputs::Csv& csv, const Scenario& scenario) : file_(csv.file, "--csv") {
+    for (const int id : csv.ids) {
+      const bool known = std::ranges::any_of(scenario.robot, [id](const BusConfig& bus) {
+        return std::ranges::find(bus.servos, id, &ServoConfig::id) != bus.servos.end();
+      });
+      if (!known) throw StartError("--ids: the robot has no drive " + std::to_string(id));
+    }
+    const BodySignals* const body = scenario.robot.front().body_signals.get();
+    for (auto& columns : csv_columns(scenario.robot, find_signals(csv.signals, body), csv.ids)) {
+      samplers_.emplace_back(std::move(columns), SimTime{0}, csv.period);
+    }
+    std::vector<std::string> buses;
+    for (const BusConfig& bus : scenario.robot) buses.push_back(bus.interface);
+    file_.write(csv_header(buses, samplers_));
+  }
+
+  SimTime next_due() const { return samplers_.front().next_due(); }
+  void look(const ScenarioRun& run) {
+    values_.clear();
+    for (std::size_t n = 0; n < samplers_.size(); ++n) {
+      samplers_[n].look(run.bus(n), row_);
+      values_.insert(values_.end(), row_.begin(), row_.end());
+    }
+    file_.write(csv_row(run.time(), values_));
+  }
+  void commit() { file_.commit(); }
+
+ private:
+  OutputFile file_;
+  std::vector<Sampler> samplers_;  // by bus
+  std::vector<double> row_;
+  std::vector<double> values_;
+};
+
+/// Saves ROM to files; each write is on the disk before the run continues.
+class RomOutput {
+ public:
+  RomOutput(const std::filesystem::path& directory, Scenario& scenario)
+      : store_({.directory = directory, .in_memory = false, .wipe = false}, scenario.robot) {}
+  void write(ScenarioRun& run) {
+    for (std::size_t n = 0; n < run.size(); ++n) {
+      writes_.clear();
+      run.take_rom_writes(n, writes_);
+      for (const RomWrite& write : writes_) {
+        const RomPlace& place = store_.place(n, write.id);
+        // The first write also syncs the directory, as a file is only as durable as its directory.
+        int error = std::exchange(durable_, true) ? 0 : sync_entry(place.directory_fd);
+        if (error == 0) {
+          error = write_durably(place.directory_fd, place.name,
+                                print_rom(place.owner, write.rom, write.wear));
+        }
+        if (error == 0) continue;
+        throw StartError("--rom: cannot write " + place.name + ": " +
+                         std::generic_category().message(error));
+      }
+    }
+  }
+
+ private:
+  RomStore store_;
+  bool durable_ = false;
+  std::vector<RomWrite> writes_;
+};
+
+/// One adviser per bus. They get frames a little late, but with the original times.
+class Advisers {
+ public:
+  explicit Advisers(const Scenario& scenario) {
+    for (const BusConfig& bus : scenario.robot) advisers_.push_back({bus.interface, Adviser(bus)});
+  }
+  void hear(const std::vector<Traffic>& traffic) {
+    for (const Traffic& one : traffic) {
+      Adviser& adviser = advisers_[one.bus].adviser;
+      if (one.from_host) {
+        adviser.hear(one.frame);
+      } else if (!one.frame.echo) {
+        adviser.hear_reply(one.frame.frame);
+      }
+    }
+  }
+  void look(const ScenarioRun& run) {
+    for (std::size_t n = 0; n < advisers_.size(); ++n) advisers_[n].adviser.look(run.bus(n));
+  }
+  std::vector<GivenAdvice> given() const {
+    std::vector<GivenAdvice> all;
+    for (const auto& [bus, adviser] : advisers_) {
+      for (const Advice& advice : adviser.given()) all.push_back({bus, advice});
+    }
+    return all;
+  }
+
+ private:
+  struct OfBus {
+    std::string bus;
+    Adviser adviser;
+  };
+  std::vector<OfBus> advisers_;
+};
+
+/// Finds protections that trip before the first frame and any event: the frames then meet a drive
+/// with an error. A trip less than kChunk before that frame is not found.
+class EarlyTrips {
+ public:
+  explicit EarlyTrips(const Scenario& scenario) : robot_(scenario.robot) {}
+
+  void hear(const std::vector<Traffic>& traffic) {
+    over_ = over_ || std::ranges::any_of(traffic, &Traffic::from_host);
+  }
+  /// Call every kChunk.
+  void look(const ScenarioRun& run) {
+    if (over_) return;
+    for (std::size_t n = 0; n < robot_.size(); ++n) {
+      const bool acted = !robot_[n].events.empty() && robot_[n].events.front().at <= run.time();
+      for (const ServoConfig& servo : robot_[n].servos) {
+        model::ErrorBits& known = errors_[{n, servo.id}];
+        const model::ErrorBits errors = run.bus(n).telemetry(servo.id).errors;
+        if (!acted) note(n, servo.id, errors, known, run.time());
+        known |= errors;
+      }
+    }
+  }
+  /// One sentence per protection; empty if no frame came.
+  std::vector<std::string> warnings() const { return over_ ? found_ : std::vector<std::string>(); }
+
+ private:
+  void note(std::size_t bus, int id, model::ErrorBits errors, model::ErrorBits known, SimTime at) {
+    for (int n = 0; n < model::kErrorKinds; ++n) {
+      const auto error = static_cast<model::Error>(n);
+      if ((errors & model::bit(error)) == 0 || (known & model::bit(error)) != 0) continue;
+      found_.push_back(fmt::format(
+          "{} drive {}: {} trips at {}, before the first frame; check settings.protection.{}",
+          robot_[bus].interface, id, error_word(error), time_text(at), error_word(error)));
+    }
+  }
+
+  std::vector<BusConfig> robot_;
+  std::map<std::pair<std::size_t, int>, model::ErrorBits> errors_;  // by bus and ID
+  std::vector<std::string> found_;
+  bool over_ = false;
+};
+
+std::size_t drives_of(const Scenario& scenario) {
+  std::size_t drives = 0;
+  for (const BusConfig& bus : scenario.robot) drives += bus.servos.size();
+  return drives;
+}
+
+}  // namespace
+
+RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
+  std::optional<RomOutput> rom;
+  std::optional<CsvOutput> csv;
+  if (outputs.rom) rom.emplace(*outputs.rom, scenario);
+  if (outputs.csv) csv.emplace(*outputs.csv, scenario);
+  FrameFiles frames(outputs.frames, scenario.robot);
+  Progress progress(scenario.name, scenario.duration, outputs.progress);
+  ScenarioRun run(scenario);
+  Advisers advisers(scenario);
+  EarlyTrips early_trips(scenario);
+  std::vector<Traffic> traffic;
+  for (;;) {
+    SimTime until = std::min((run.time() / kChunk + 1) * kChunk, scenario.duration);
+    if (csv) until = std::min(until, csv->next_due());
+    run.advance_to(until);
+    if (csv && csv->next_due() <= run.time()) csv->look(run);
+    traffic.clear();
+    run.take_traffic(traffic);
+    advisers.hear(traffic);
+    early_trips.hear(traffic);
+    // Advisers look at the same times, whatever is written.
+    const bool whole = run.time() > SimTime{0} && run.time() % kChunk == SimTime{0};
+    if (whole || run.time() >= scenario.duration) {
+      advisers.look(run);
+      early_trips.look(run);
+    }
+    for (const Traffic& one : traffic) {
+      frames.write(one.bus, one.frame.at, one.frame.frame, one.from_host);
+    }
+    if (rom) rom->write(run);
+    progress.show(run.time());
+    if (run.time() >= scenario.duration) break;
+  }
+  if (csv) csv->commit();
+  frames.commit();
+  return {.name = scenario.name,
+          .about = scenario.about,
+          .seed = scenario.robot.front().seed,
+          .drives = drives_of(scenario),
+          .simulated = scenario.duration,
+          .wall_s = progress.wall_s(),
+          .verdict = run.verdict(),
+          .advice = advisers.given(),
+          .strict = outputs.strict,
+          .warnings = early_trips.warnings()};
+}
+
+}  // namespace lk::emulator
