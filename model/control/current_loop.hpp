@@ -1,8 +1,7 @@
 #pragma once
 
-/// @file Space-vector PWM by min–max injection (docs/model.md §9).
-/// @file Field-oriented current control, once per PWM period (docs/model.md §10). Sees measurements
-/// only.
+/// @file Field-oriented current control, once per PWM period (docs/model.md §10), with space-vector
+/// PWM by min–max injection (§9). Sees measurements only.
 
 #include <tuple>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Reset, boot and brown-out of the controller (docs/model.md §13).
 /// @file Protections: quantities watched, delays counted, errors latched (docs/model.md §12).
+/// Reset, boot and brown-out of the controller (§13).
 
 #include <array>
 #include <cstdint>

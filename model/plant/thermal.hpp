@@ -1,8 +1,7 @@
 #pragma once
 
-/// @file Heat: winding → housing → ambient, and the board with the power stage → ambient
-/// (docs/model.md §6).
-/// @file Sensors read at the motion-loop rate: link voltage and temperatures (docs/model.md §7).
+/// @file Heat: winding → housing → ambient; board with power stage → ambient (docs/model.md §6).
+/// Sensors read at the motion-loop rate: link voltage and temperatures (§7).
 
 #include <cmath>
 

@@ -1,8 +1,7 @@
 #pragma once
 
-/// @file TOML as text, its numbers as short as they read back the same. toml++ writes 0.1 as
-/// 0.10000000000000001.
-/// @file From a requested case to a scenario that can run.
+/// @file From a requested case to a scenario that can run, and TOML as text with the shortest
+/// numbers that read back the same (toml++ writes 0.1 as 0.10000000000000001).
 
 #include <cstddef>
 #include <cstdint>
