@@ -1,6 +1,6 @@
-// Round trips over the byte protocols of docs/buses.md. `clients ask KIND PORT` queries drive 1 and
-// prints reply times and replies per second. `clients echo KIND PORT` is the reference: a server
-// that answers each query at once with bytes of equal length. bench/transports runs both.
+// Round trips over the byte protocols of docs/guides/buses.md. `clients ask KIND PORT` queries
+// drive 1 and prints reply times and replies per second. `clients echo KIND PORT` is the reference:
+// a server that answers each query at once with bytes of equal length. bench/transports runs both.
 
 #include <arpa/inet.h>
 #include <netinet/in.h>

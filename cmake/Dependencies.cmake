@@ -1,4 +1,4 @@
-# Finds the dependencies, all from the distribution; docs/decisions/0001-dependencies.md gives the reasons.
+# Finds the dependencies, all from the distribution; docs/internals/decisions/0001-dependencies.md gives the reasons.
 # LKEMU_PROGRAM, LKEMU_TESTS and LKEMU_BENCH select them. The core needs none, lk_config needs toml++.
 set(LKEMU_MISSING "")
 

@@ -1,5 +1,5 @@
 # find_package(lk-emu) gives lk::emulator; COMPONENTS config (needs toml++) adds lk::config. add_subdirectory and
-# FetchContent give the same names. For users: docs/cpp.md.
+# FetchContent give the same names. For users: docs/guides/tests.md.
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/lk-emu)
 

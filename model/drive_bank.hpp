@@ -117,8 +117,8 @@ class DriveBank {
   void set_faults(std::size_t drive, const Faults& faults);
   const Faults& faults(std::size_t drive) const;
   /// Returns true if the faults of `one`, without any others, have an effect on the drive now
-  /// (criteria: docs/model.md §14). They need not be active; effects that build up over time then
-  /// do not count.
+  /// (criteria: docs/internals/model.md §14). They need not be active; effects that build up over
+  /// time then do not count.
   bool takes_effect(std::size_t drive, const Faults& one) const;
 
   // Last values set by the caller; params() excludes the effect of faults.

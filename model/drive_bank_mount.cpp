@@ -1,4 +1,4 @@
-// Coupling of an output shaft to a body simulated elsewhere (docs/decisions/0031).
+// Coupling of an output shaft to a body simulated elsewhere (docs/internals/decisions/0031).
 #include <cassert>
 #include <cmath>
 

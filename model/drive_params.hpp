@@ -2,8 +2,8 @@
 
 /// @file Parameters of one drive in SI units, as a motor profile states them.
 ///
-/// Symbols are those of docs/notation.md. Angles in rad, speeds in rad/s of the *rotor* unless a
-/// name says `_out` (behind the gear). `configs/motors/` gives the source of every number.
+/// Symbols are those of docs/internals/model.md. Angles in rad, speeds in rad/s of the *rotor*
+/// unless a name says `_out` (behind the gear). `configs/motors/` gives the source of every number.
 
 namespace lk::model {
 
@@ -124,8 +124,9 @@ struct SlowSensorParams {
   double board_share = 0.0;
 };
 
-/// Rates of the firmware, and the rule that converts byte gains into physical ones (docs/model.md
-/// §11). A bandwidth is proportional to its byte; the value here is for the reference byte.
+/// Rates of the firmware, and the rule that converts byte gains into physical ones
+/// (docs/internals/model.md §11). A bandwidth is proportional to its byte; the value here is for
+/// the reference byte.
 struct ControlParams {
   int motion_divider = 4;             // current-loop periods per speed/position-loop period
   bool has_current_loop = true;       // false: MS series, the loops set the voltage vector

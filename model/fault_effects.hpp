@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Tests whether a fault has an effect now (docs/model.md §14): computes the next period with
-/// it and without it, from the same state.
+/// @file Tests whether a fault has an effect now (docs/internals/model.md §14): computes the next
+/// period with it and without it, from the same state.
 
 #include "model/plant/thermal.hpp"
 #include "model/tick.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Injectable faults of one drive (docs/model.md §14): a plain value in SI units, healthy by
-/// default. `DriveBank::set_faults` activates it.
+/// @file Injectable faults of one drive (docs/internals/model.md §14): a plain value in SI units,
+/// healthy by default. `DriveBank::set_faults` activates it.
 
 #include <array>
 #include <cstdint>

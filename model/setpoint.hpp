@@ -31,8 +31,8 @@ struct Lead {
 };  // rad/s, electrical
 using Setpoint = std::variant<Off, Idle, Torque, Speed, Position, OpenLoop, Lead>;
 
-/// Gains as sent on the wire: bytes in `legacy`, 16 bits in `v236`, on one scale. docs/model.md
-/// gives the rule that makes them physical.
+/// Gains as sent on the wire: bytes in `legacy`, 16 bits in `v236`, on one scale.
+/// docs/internals/model.md gives the rule that makes them physical.
 struct GainBytes {
   std::uint16_t angle_kp = 100, angle_ki = 100;
   std::uint16_t speed_kp = 50, speed_ki = 40;
@@ -41,7 +41,7 @@ struct GainBytes {
   friend bool operator==(const GainBytes&, const GainBytes&) = default;
 };
 
-/// Bits of errorState as the newest firmware numbers them (docs/protocol.md §6).
+/// Bits of errorState as the newest firmware numbers them (docs/reference/protocol.md §6).
 enum class Error : std::uint8_t {
   kUnderVoltage = 0,
   kOverVoltage,
@@ -110,7 +110,7 @@ struct Truth {
 };
 
 /// Energy since power-up, J. `supply` = the sum of all the others plus the change of `stored`, up
-/// to the integrator's error (docs/model.md §8).
+/// to the integrator's error (docs/internals/model.md §8).
 struct EnergyLedger {
   double supply = 0;  // at the drive's terminals
   double copper = 0;

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file Bit rates of drives, with the codes used in their settings and in the vendor's PC tool
-/// (docs/protocol.md §10.9, docs/rs485.md).
+/// (docs/reference/protocol.md §10.9, docs/reference/rs485.md).
 
 #include <cstdint>
 

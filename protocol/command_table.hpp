@@ -2,7 +2,7 @@
 
 /// @file The whole protocol: a row for each command, with one for each field of its query and
 /// reply. Other commands get no reply. Used for the codec, DBC files, the dissector, the table of
-/// docs/protocol.md, the words of decode and of scenarios, and the ranges of advice.
+/// docs/reference/protocol.md, the words of decode and of scenarios, and the ranges of advice.
 
 #include <variant>
 

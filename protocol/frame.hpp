@@ -15,7 +15,7 @@ inline constexpr std::uint32_t kMostStandardId = 0x7FF;
 inline constexpr std::uint32_t kMostExtendedId = 0x1FFFFFFF;
 /// Data bytes of a CAN frame.
 inline constexpr std::size_t kCanBytes = 8;
-/// Largest LEN of a packet on RS-485 (docs/rs485.md).
+/// Largest LEN of a packet on RS-485 (docs/reference/rs485.md).
 inline constexpr std::size_t kMostLen = 112;
 /// Size of that packet: 3E, CMD, ID, LEN, a sum, the data, another sum.
 inline constexpr std::size_t kMostBytes = 6 + kMostLen;

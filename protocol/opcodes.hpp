@@ -14,8 +14,8 @@ inline constexpr std::uint32_t kSingleDriveId = 0x140;
 inline constexpr int kMinId = 1;
 inline constexpr int kMaxId = 32;
 inline constexpr int kMaxDrivesPerBus = kMaxId - kMinId + 1;
-/// Identifiers of replies minus the ID. In order: real drives; an older manual (docs/protocol.md
-/// §8); MyActuator drives from V3 on, which are not emulated.
+/// Identifiers of replies minus the ID. In order: real drives; an older manual
+/// (docs/reference/protocol.md §8); MyActuator drives from V3 on, which are not emulated.
 inline constexpr std::array<std::uint32_t, 3> kReplyIdBases{kSingleDriveId, 0x180, 0x240};
 /// Returns the drive 1..32 whose ID plus `base` is `identifier`; 0 if none.
 constexpr int drive_at(std::uint32_t identifier, std::uint32_t base) {

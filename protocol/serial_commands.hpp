@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Queries on RS-485 only (docs/rs485.md): settings, and queries of the vendor's PC tool.
-/// Positions of their bytes: serial_table.hpp.
+/// @file Queries on RS-485 only (docs/reference/rs485.md): settings, and queries of the vendor's PC
+/// tool. Positions of their bytes: serial_table.hpp.
 
 #include <cstdint>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Packets of RS-485 (docs/rs485.md), their sums, and the receiver of a drive. To one drive:
-/// `3E CMD ID LEN HSUM data DSUM`; to the drives 1..4: `02 CMD d0..d7 SUM`.
+/// @file Packets of RS-485 (docs/reference/rs485.md), their sums, and the receiver of a drive. To
+/// one drive: `3E CMD ID LEN HSUM data DSUM`; to the drives 1..4: `02 CMD d0..d7 SUM`.
 
 #include <array>
 #include <chrono>
@@ -45,7 +45,7 @@ Frame bytes_frame(std::span<const std::uint8_t> bytes);
 /// Appends the packets in `bytes` to `out`; other bytes between them become kBytes frames.
 void append_frames(std::span<const std::uint8_t> bytes, std::vector<Frame>& out);
 
-/// Rules of a drive's receiver (docs/rs485.md, all of it assumed).
+/// Rules of a drive's receiver (docs/reference/rs485.md, all of it assumed).
 struct ReceiverRules {
   std::uint8_t max_len = kMostLen;            // a larger LEN is an error
   bool scan = true;                           // true: search the next start in a bad header

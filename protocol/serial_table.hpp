@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file RS-485: the rows of command_table.hpp with their positions there, and the commands that
-/// CAN does not have. DATA[0] is the command and DATA[1 + n] is D[n] of docs/rs485.md.
+/// CAN does not have. DATA[0] is the command and DATA[1 + n] is D[n] of docs/reference/rs485.md.
 
 #include <cstdint>
 #include <type_traits>

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Conditions of commands and fields, in the words of docs/configuration.md.
+/// @file Conditions of commands and fields, in the words of docs/reference/configuration.md.
 
 #include "protocol/field.hpp"
 

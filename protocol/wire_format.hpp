@@ -15,7 +15,7 @@ inline constexpr const char* name_of(Series series) {
   return kSeriesNames[static_cast<std::size_t>(series)];
 }
 
-/// Replies to 0x9A and 0x9B (docs/protocol.md §10.1).
+/// Replies to 0x9A and 0x9B (docs/reference/protocol.md §10.1).
 enum class State1Layout : std::uint8_t { kDeciVolt, kCentiVolt, kCentiVoltAndBusCurrent };
 
 /// Effect of 0x95: none; the effect intended by the manual; set the angle to its payload; set the
@@ -25,7 +25,7 @@ enum class ClearAngleMeaning : std::uint8_t { kIgnored, kImplemented, kSetsAngle
 /// Scale of currents: as the manual prints it, or by series.
 enum class CurrentScale : std::uint8_t { kManual, kSeries };
 
-/// Framing of bytes: CAN, or the packets of RS-485 (docs/rs485.md).
+/// Framing of bytes: CAN, or the packets of RS-485 (docs/reference/rs485.md).
 enum class Framing : std::uint8_t { kCan, kSerial };
 
 /// Wire differences between firmware generations; each has its own switch, because mixtures exist.
@@ -197,7 +197,7 @@ struct GenerationRow {
   Dialect dialect;  // on CAN
   Dialect serial;   // on RS-485
 };
-/// All generations, from old to new (docs/protocol.md §10.1).
+/// All generations, from old to new (docs/reference/protocol.md §10.1).
 inline constexpr std::array kGenerationRows = std::to_array<GenerationRow>({
     {"legacy", kLegacyDialect, kM23Dialect},
     {"late-legacy", kLateLegacyDialect, kLateM23Dialect},

@@ -1,6 +1,6 @@
 """Builds the wheel for pip (PEP 517 and 660) with the standard library alone.
 
-If the package is in an installation with a static lk-emu (docs/packages.md, the tarball), the wheel contains that
+If the package is in an installation with a static lk-emu (docs/start/install.md, the tarball), the wheel contains that
 program with its files and is platform-specific. Otherwise it contains only the package.
 """
 

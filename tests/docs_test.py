@@ -2,8 +2,9 @@
 """Checks the documents: `docs_test.py [DIR]`, where DIR is the source tree (default: its own). `docs_test.py --links
 DIR` checks only the links of installed documents in DIR.
 
-Fails if a link is dead, if README.md does not link to a page of docs/, or if it exceeds MAX_README_LINES. Chinese pages
-that lag behind the English ones are listed, without failure. The comparison covers language-independent parts. These
+Fails if a link is dead, if README.md does not link to a page of docs/, if README.md exceeds MAX_README_LINES or the pages
+exceed MAX_WORDS. Chinese pages that lag behind the English ones are listed, without failure; the others are in English
+only. The comparison covers language-independent parts. These
 are headings by level, code without comments, code words, options, and the keys, numbers and names in table rows that
 begin with a code word.
 """
@@ -13,6 +14,9 @@ import re
 import sys
 
 MAX_README_LINES = 120
+MAX_WORDS = 38_000
+FOLDERS = ("start", "guides", "reference", "internals")
+GENERATED = re.compile(r"<!-- begin .*?<!-- end [^>]*>", re.S)
 CODE_WORD = re.compile(r"``(.+?)``|`([^`]+)`", re.S)
 NUMBER = re.compile(r"0x[0-9A-Fa-f]+|(?<![\w.])\d+(?:[,_]\d{3})*(?:\.\d+)?")
 NAME = re.compile(r"\b[A-Za-z]\w*(?:\\\|\w+)+|\b[A-Za-z]+(?:_[A-Za-z0-9]+)+\b")
@@ -119,12 +123,20 @@ def dead_links(root):
                 yield f"{page.relative_to(root)}: link {link} leads nowhere"
 
 
+def pages(root):
+    """Returns the English pages, without decision records."""
+    return [page for folder in FOLDERS for page in sorted((root / "docs" / folder).glob("*.md"))]
+
+
 def problems_of(root):
     """Yields the problems of the documents in any language."""
     readme = root / "README.md"
     yield from dead_links(root)
-    for page in sorted({*(root / "docs").glob("*.md")} - linked(readme)):
+    for page in sorted({*pages(root)} - linked(readme)):
         yield f"README.md: has no link to {page.relative_to(root)}"
+    words = sum(len(GENERATED.sub("", page.read_text("utf-8")).split()) for page in pages(root))
+    if words > MAX_WORDS:
+        yield f"docs: {words} words, max {MAX_WORDS}"
     length = len(readme.read_text("utf-8").splitlines())
     if length > MAX_README_LINES:
         yield f"README.md: has {length} lines, max {MAX_README_LINES}"
@@ -132,8 +144,8 @@ def problems_of(root):
 
 def lags(english, chinese):
     """Returns in what a Chinese page lags behind."""
-    if not chinese.exists():
-        return ["is not there"]
+    if not english.exists():
+        return ["has no English page"]
     found = []
     compare(english.read_text("utf-8"), chinese.read_text("utf-8"), found.append)
     if english.resolve() not in linked(chinese):
@@ -149,7 +161,8 @@ def main():
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent.parent).resolve()
     problems = [*problems_of(root)]
     pairs = [(root / "README.md", root / "README.zh-CN.md")]
-    pairs += [(page, root / "docs/zh-CN" / page.name) for page in sorted((root / "docs").glob("*.md"))]
+    zh = root / "docs/zh-CN"
+    pairs += [(root / "docs" / page.relative_to(zh), page) for page in sorted(zh.rglob("*.md"))]
     behind = {chinese.relative_to(root): found for english, chinese in pairs if (found := lags(english, chinese))}
 
     for page, found in behind.items():
@@ -157,7 +170,7 @@ def main():
             print(f"behind: {page}: {what[:160]}")
     for problem in problems:
         print(problem)
-    print(f"{len(pairs)} pages, {len(behind)} behind in Chinese, {len(problems)} problems")
+    print(f"{len(pages(root))} pages, {len(pairs)} in Chinese, {len(behind)} of them behind, {len(problems)} problems")
     return 1 if problems else 0
 
 

@@ -1,4 +1,4 @@
-// Client of the control interface (docs/control.md): requests, and WebSockets that reconnect.
+// Client of the control interface (docs/reference/control-api.md): requests, and WebSockets that reconnect.
 
 const kBase = '/api/v1';
 const kTokenKey = 'lk-emu-token';

@@ -79,7 +79,7 @@ async function tellChosen(place, what, done) {
   }, done);
 }
 
-/// Sends a directive (docs/directives.md).
+/// Sends a directive (docs/reference/events.md).
 export const direct = (what, done) => tellChosen('/directives', what, done);
 /// Sends a frame as a host does, in the words of a scenario's [[send]].
 export const command = (what, done) => tellChosen('/frames', what, done);

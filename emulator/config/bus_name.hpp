@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file Names of buses: an interface, or a URI that says how hosts connect. One row per scheme;
-/// help, errors and docs/buses.md are made from the rows.
+/// help, errors and docs/guides/buses.md are made from the rows.
 
 #include <cstdint>
 #include <span>

@@ -71,8 +71,8 @@ std::string interface_name_problem(const std::string& name);
 /// Returns why `bitrate` is invalid; empty if valid: 0, or 10 kbit/s to 1 Mbit/s as in CAN 2.0A.
 std::string bitrate_problem(std::int64_t bitrate);
 
-/// Parses a configuration file (docs/configuration.md) and applies `overrides`. Throws ConfigError;
-/// std::invalid_argument if the overrides do not fit this file.
+/// Parses a configuration file (docs/reference/configuration.md) and applies `overrides`. Throws
+/// ConfigError; std::invalid_argument if the overrides do not fit this file.
 std::vector<BusConfig> parse_config(const std::string& text, const std::string& file,
                                     const Overrides& overrides, const FindProfile& find_profile,
                                     const LoadBody& load_body = {});

@@ -16,7 +16,7 @@ std::string control_problem(Series series, const model::ControlParams& control);
 /// Returns why the two voltage thresholds conflict; empty if they do not.
 std::string voltage_problem(const Registers& registers);
 
-/// Motor values that violate assumptions of the model's equations (docs/model.md).
+/// Motor values that violate assumptions of the model's equations (docs/internals/model.md).
 struct ModelProblem {
   std::vector<std::string> keys;  // in a motor file, with sections; most likely cause first
   std::string reason;

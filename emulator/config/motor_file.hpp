@@ -11,8 +11,8 @@
 
 namespace lk::emulator {
 
-/// Figures that follow from a profile, in closed form (docs/model.md §3, §11). At 25 °C, nominal
-/// supply and factory registers; speeds and torques at the output shaft.
+/// Figures that follow from a profile, in closed form (docs/internals/model.md §3, §11). At 25 °C,
+/// nominal supply and factory registers; speeds and torques at the output shaft.
 struct MotorFigures {
   double k_t_Nm_A = 0;           // rotor side, 3/2·p·ψ_f
   double no_load_speed_rpm = 0;  // back-EMF, friction current and dead time use up the voltage

@@ -13,8 +13,8 @@ namespace lk::emulator {
 class TableReader;
 enum class Presence : std::uint8_t;
 
-/// Parses a motor file (docs/configuration.md); `find_base` finds the files that it extends. Throws
-/// ConfigError.
+/// Parses a motor file (docs/reference/configuration.md); `find_base` finds the files that it
+/// extends. Throws ConfigError.
 Profile parse_profile(const MotorFile& motor, const FindMotorFile& find_base);
 /// For a file that extends no other.
 Profile parse_profile(const std::string& text, const std::string& file, const std::string& name);

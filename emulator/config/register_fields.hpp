@@ -45,7 +45,7 @@ inline const Field<R> kRegisters[] = {
     {"broadcast_mode", &R::broadcast_mode},
 };
 
-/// Written by hosts with 0x42 (docs/protocol.md §10.9). The wiring is not writable.
+/// Written by hosts with 0x42 (docs/reference/protocol.md §10.9). The wiring is not writable.
 inline const Field<R> kPlace[] = {
     {"driver_id", &R::driver_id, 1, 0, 32},
     {"bus_type", &R::bus_type, 1, 0, 2},

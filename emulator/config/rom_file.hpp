@@ -19,8 +19,8 @@ struct RomOwner {
 /// Returns the key of a parameter in a ROM file.
 const char* rom_key(RomParameter parameter);
 
-/// Returns a ROM file (docs/rom.md): parameters that were written, and how often. Others come from
-/// the configuration.
+/// Returns a ROM file (docs/reference/configuration.md): parameters that were written, and how
+/// often. Others come from the configuration.
 std::string print_rom(const RomOwner& owner, const Registers& rom, const RomWear& wear);
 
 /// Overrides `servo.rom` and `servo.wear` with the ROM file `text`. Throws ConfigError if the file

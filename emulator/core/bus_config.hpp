@@ -24,7 +24,7 @@ using protocol::Series;
 class BodySignals;
 class Mechanism;
 
-/// Turn that the encoder field of the wire spans on geared motors (docs/protocol.md §7).
+/// Turn that the encoder field of the wire spans on geared motors (docs/reference/protocol.md §7).
 enum class EncoderSpan : std::uint8_t { kRotorTurn, kOutputTurn };
 
 /// Range into which the single-turn angle is wrapped to start the multi-turn angle: ± half its
@@ -54,7 +54,7 @@ enum class OffHangs : std::uint8_t { kNo, kDrive, kBus };
 enum class Generation : std::uint8_t { kLegacy, kLateLegacy, kV235, kV236, kV236b };
 
 /// Switches for misprints of the manual, open points of the protocol and differences between
-/// generations (docs/protocol.md). The defaults are those of `legacy`.
+/// generations (docs/reference/protocol.md). The defaults are those of `legacy`.
 struct Quirks {
   bool manual_reply_bytes = false;  // DATA[0] of 0x9B, 0xA7, 0xA8 replies as the manual prints them
   protocol::Dialect dialect;        // wire format
@@ -154,7 +154,7 @@ struct ServoConfig {
   std::optional<std::uint16_t> boot_offset;
 };
 
-/// Parameters of an RS-485 bus besides its bit rate (docs/rs485.md).
+/// Parameters of an RS-485 bus besides its bit rate (docs/reference/rs485.md).
 struct SerialConfig {
   SimTime reply_time = std::chrono::microseconds(150);  // of drives that set none
   SimTime reply_spread = std::chrono::microseconds(50);

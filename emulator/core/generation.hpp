@@ -9,7 +9,8 @@
 
 namespace lk::emulator {
 
-/// Returns the switches of a generation's drives on a wire (docs/protocol.md §10.1, docs/rs485.md).
+/// Returns the switches of a generation's drives on a wire (docs/reference/protocol.md §10.1,
+/// docs/reference/rs485.md).
 Quirks quirks_of(Generation generation, protocol::Framing framing = protocol::Framing::kCan);
 
 /// Returns the name that configuration files and options use.

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Timing of the adapter between hosts and their wire (docs/configuration.md).
+/// @file Timing of the adapter between hosts and their wire (docs/reference/configuration.md).
 
 #include <chrono>
 #include <cstddef>

@@ -5,7 +5,7 @@
 //     node mujoco.mjs unix:/tmp/shafts two_joints.xml 2 shoulder elbow > angles.csv
 //
 // The named joints get the drives in their order; the simulator owns the time. Prints for each step the positions of all
-// hinges and slides in rad and m, and the sum of all normal contact forces. docs/shafts.md defines the messages.
+// hinges and slides in rad and m, and the sum of all normal contact forces. docs/guides/your-simulator.md defines the messages.
 import {readFileSync} from "node:fs";
 import {createConnection} from "node:net";
 

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Field-oriented current control, once per PWM period (docs/model.md §10), with space-vector
-/// PWM by min–max injection (§9). Sees measurements only.
+/// @file Field-oriented current control, once per PWM period (docs/internals/model.md §10), with
+/// space-vector PWM by min–max injection (§9). Sees measurements only.
 
 #include <tuple>
 

@@ -20,9 +20,9 @@ constexpr int kShownBits = 16;
 /// Below this speed, the sign of the estimate is noise, and no motion counts as braking.
 constexpr double kRampSpeed = 0.5;  // rad/s, assumed
 
-/// Estimates the speed from the counts (docs/model.md §11). For the loops: the difference of two
-/// readings, low-passed. For the replies: the distance within the last window, in whole counts of
-/// the reply.
+/// Estimates the speed from the counts (docs/internals/model.md §11). For the loops: the difference
+/// of two readings, low-passed. For the replies: the distance within the last window, in whole
+/// counts of the reply.
 void observe(const MotionParams& p, double encoder_counts, MotionState& s) {
   const double difference = (encoder_counts - s.counts_before) * p.rad_s_per_count;
   s.omega_hat += p.estimator_share * (difference - s.omega_hat);

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Position and speed loops, once every few PWM periods (docs/model.md §11). Scalar, because
-/// they are mostly decisions. They see measurements only.
+/// @file Position and speed loops, once every few PWM periods (docs/internals/model.md §11).
+/// Scalar, because they are mostly decisions. They see measurements only.
 
 #include <cstdint>
 #include <numbers>

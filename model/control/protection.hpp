@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Protections: quantities watched, delays counted, errors latched (docs/model.md §12).
-/// Reset, boot and brown-out of the controller (§13).
+/// @file Protections: quantities watched, delays counted, errors latched (docs/internals/model.md
+/// §12). Reset, boot and brown-out of the controller (§13).
 
 #include <array>
 #include <cstdint>

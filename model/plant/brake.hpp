@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file A power-off brake: its spring closes it within `engage_time`, its coil opens it within
-/// `release_time` (docs/model.md §4).
+/// `release_time` (docs/internals/model.md §4).
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file One period of a bridge with broken legs (docs/model.md §14).
+/// @file One period of a bridge with broken legs (docs/internals/model.md §14).
 
 #include "model/faults.hpp"
 #include "model/plant/leg_bridge.hpp"

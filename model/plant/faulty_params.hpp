@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Faults that are expressed by other parameters of the same drive (docs/model.md §14).
+/// @file Faults that are expressed by other parameters of the same drive (docs/internals/model.md
+/// §14).
 
 #include "model/faults.hpp"
 #include "model/plant/lane_faults.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Three half bridges, averaged over one PWM period (docs/model.md §2).
+/// @file Three half bridges, averaged over one PWM period (docs/internals/model.md §2).
 
 #include "model/plant/plant_params.hpp"
 #include "model/transforms.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Faults of one drive of a block that no plant parameter can express (docs/model.md §14).
-/// Only a tick with every part reads them, drive by drive.
+/// @file Faults of one drive of a block that no plant parameter can express
+/// (docs/internals/model.md §14). Only a tick with every part reads them, drive by drive.
 
 #include "model/faults.hpp"
 #include "model/measurement.hpp"

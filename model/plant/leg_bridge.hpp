@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file Windings behind legs that differ or are not driven: some have only diodes (docs/model.md
-/// §3), some are broken (§14). Solves one drive in sixteen midpoint steps per period.
+/// @file Windings behind legs that differ or are not driven: some have only diodes
+/// (docs/internals/model.md §3), some are broken (§14). Solves one drive in sixteen midpoint steps
+/// per period.
 
 #include <array>
 #include <cstdint>

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Rotor, gear, load and friction over one period (docs/model.md §4).
+/// @file Rotor, gear, load and friction over one period (docs/internals/model.md §4).
 
 #include "model/plant/plant_params.hpp"
 #include "model/trig.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file PMSM windings over one period, solved exactly (docs/model.md §3).
+/// @file PMSM windings over one period, solved exactly (docs/internals/model.md §3).
 
 #include "model/plant/inverter.hpp"
 #include "model/plant/plant_params.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file One PWM period of all the hardware (docs/model.md §1): bridge → windings → mechanics →
-/// link and heat. The firmware's part is in control/.
+/// @file One PWM period of all the hardware (docs/internals/model.md §1): bridge → windings →
+/// mechanics → link and heat. The firmware's part is in control/.
 
 #include <tuple>
 
@@ -24,7 +24,8 @@ struct PlantState {
   T v_link{}, i_link{};                            // V, A
   T temp_winding{}, temp_housing{}, temp_stage{};  // °C
   T tau_e{};                                       // Nm, mean of the last period
-  // Energy ledger since the start: sums of period means, W; times T_s they are J (docs/model.md §8)
+  // Energy ledger since the start: sums of period means, W; times T_s they are J
+  // (docs/internals/model.md §8)
   T p_supply{}, p_copper{}, p_inverter{}, p_friction{}, p_gear{}, p_load{};
 };
 

@@ -14,7 +14,7 @@ template <class T>
 struct PlantParams {
   T T_s{}, f_s{};  // s, 1/s: one PWM period
 
-  // Windings (docs/model.md §3)
+  // Windings (docs/internals/model.md §3)
   T pole_pairs{}, R_25{}, alpha_cu{}, psi_25{}, alpha_pm{}, L_d{}, L_q{};
   T T_by_L_d{}, T_by_L_q{}, L_d_by_L_q{}, L_q_by_L_d{};  // s/H, s/H, 1, 1
 

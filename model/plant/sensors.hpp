@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Sensors that the firmware reads in the fast tick (docs/model.md §7).
+/// @file Sensors that the firmware reads in the fast tick (docs/internals/model.md §7).
 
 #include "model/measurement.hpp"
 #include "model/noise.hpp"

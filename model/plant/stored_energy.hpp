@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Energy stored in one drive's plant (docs/model.md §8).
+/// @file Energy stored in one drive's plant (docs/internals/model.md §8).
 
 #include "model/plant/plant.hpp"
 

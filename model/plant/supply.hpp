@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file DC link behind a source with resistance (docs/model.md §5).
+/// @file DC link behind a source with resistance (docs/internals/model.md §5).
 
 #include "model/plant/plant_params.hpp"
 

@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file Heat: winding → housing → ambient; board with power stage → ambient (docs/model.md §6).
-/// Sensors read at the motion-loop rate: link voltage and temperatures (§7).
+/// @file Heat: winding → housing → ambient; board with power stage → ambient
+/// (docs/internals/model.md §6). Sensors read at the motion-loop rate: link voltage and
+/// temperatures (§7).
 
 #include <cmath>
 

@@ -3,7 +3,7 @@
     with lkemu.Emulator(ids="1-4") as emu:
         emu.drives[2].jam(percent=100, for_s=0.5)
 
-docs/python.md describes the package; `lkemu.pytest_plugin` has fixtures.
+docs/guides/tests.md describes the package; `lkemu.pytest_plugin` has fixtures.
 """
 
 from typing import TYPE_CHECKING, Any

@@ -80,7 +80,7 @@ def port_is_free(port: int) -> bool:
 
 
 def can_args(bus: str) -> Dict[str, Any]:
-    """Returns the arguments of python-can's can.Bus for a bus of this name (docs/buses.md)."""
+    """Returns the arguments of python-can's can.Bus for a bus of this name (docs/guides/buses.md)."""
     scheme, colon, rest = bus.partition(":")
     if not colon:
         return {"interface": "socketcan", "channel": bus}
@@ -95,7 +95,7 @@ def can_args(bus: str) -> Dict[str, Any]:
         return {"interface": "udp_multicast", "channel": address, "port": int(port), "hop_limit": 0}
     if scheme == "socketcand":
         return {"interface": "socketcand", "channel": "can0", "host": host.strip("[]"), "port": int(port)}
-    raise Error(f"{bus}: docs/buses.md tells how to get on it")
+    raise Error(f"{bus}: docs/guides/buses.md tells how to get on it")
 
 
 def check_can_support() -> None:

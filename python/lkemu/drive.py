@@ -49,7 +49,7 @@ class Targets:
         self.power = Power(self)
 
     def do(self, **words: Any) -> float:
-        """Sends a directive in the words of docs/directives.md. Omits words that are None."""
+        """Sends a directive in the words of docs/reference/events.md. Omits words that are None."""
         return float(self._emulator.directive(bus=self.bus, ids=self.ids, **words)["time_s"])
 
     def supply(self, volts: float, ramp_s: Optional[float] = None, **timing: Any) -> float:

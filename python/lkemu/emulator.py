@@ -48,7 +48,7 @@ class Drives:
 class Emulator:
     """Virtual drives on a CAN bus that run within a `with` block.
 
-    bus: interface, or a URI (docs/buses.md); None or "free": a free one, created if needed and permitted; "auto": as
+    bus: interface, or a URI (docs/guides/buses.md); None or "free": a free one, created if needed and permitted; "auto": as
     "free", or slcan over TCP if not possible; None with `config`: those of the file; {"vcan0": "1-4", "vcan1": "1,2"}:
     several. ids: "1-4" (default), "1,3", 3 or [1, 3].
     config, motor, generation, seed, bitrate (bit/s), rom, scenario, record (directory), log_level: as lk-emu's options.
@@ -230,7 +230,7 @@ class Emulator:
         return dict(self.client.get("/status"))
 
     def advice(self) -> List[Dict[str, Any]]:
-        """Returns the mistakes of hosts so far, once for each kind and drive (docs/advice.md)."""
+        """Returns the mistakes of hosts so far, once for each kind and drive (docs/guides/host-mistakes.md)."""
         return [dict(row) for row in self.client.get("/advice")]
 
     @property
@@ -291,7 +291,7 @@ class Emulator:
     # --- commands ---
 
     def directive(self, **words: Any) -> Dict[str, Any]:
-        """Sends a directive in the words of docs/directives.md, without None and empty ones. Raises Refused."""
+        """Sends a directive in the words of docs/reference/events.md, without None and empty ones. Raises Refused."""
         said = {key: value for key, value in words.items() if value is not None and value != []}
         if "ids" in said:
             said["ids"] = ids_text(said["ids"])
@@ -303,7 +303,7 @@ class Emulator:
         return float(self.directive(bus=bus, mark=text)["time_s"])
 
     def record(self, directory: Union[str, "os.PathLike[str]"]) -> None:
-        """Starts a recording into this directory (docs/record.md)."""
+        """Starts a recording into this directory (docs/reference/formats.md)."""
         self.client.post("/recording", {"directory": os.path.abspath(directory)})
 
     def stop_recording(self) -> None:

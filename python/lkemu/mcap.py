@@ -1,4 +1,4 @@
-"""Writes a recording as an MCAP file, for Foxglove and PlotJuggler: `python3 -m lkemu.mcap RECORDING`. See docs/record.md."""
+"""Writes a recording as an MCAP file, for Foxglove and PlotJuggler: `python3 -m lkemu.mcap RECORDING`. See docs/reference/formats.md."""
 
 from __future__ import annotations
 

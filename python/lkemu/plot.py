@@ -1,4 +1,4 @@
-"""Draws a CSV file of `lk-emu run` or `lk-emu replay` as SVG or PNG: `python3 -m lkemu.plot`, or `lk-emu plot`. See docs/plot.md."""
+"""Draws a CSV file of `lk-emu run` or `lk-emu replay` as SVG or PNG: `python3 -m lkemu.plot`, or `lk-emu plot`. See docs/reference/formats.md."""
 
 from __future__ import annotations
 

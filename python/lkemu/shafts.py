@@ -1,4 +1,4 @@
-"""Client of the shaft port: puts the drives of lk-emu on the joints of a simulator (docs/shafts.md).
+"""Client of the shaft port: puts the drives of lk-emu on the joints of a simulator (docs/guides/your-simulator.md).
 
     with Shafts("unix:/tmp/shafts", time="simulator") as shafts:
         joint = shafts.joints[0]                     # "vcan0:1", and the armature to add

@@ -69,7 +69,7 @@ def test_how_hosts_get_on_a_bus():
     assert buses.can_args("socketcand:0.0.0.0:7") == {
         "interface": "socketcand", "channel": "can0", "host": "127.0.0.1", "port": 7}
     for bus in ("rs485:/tmp/arm", "rs485-tcp:29485"):  # python-can has no RS-485 bus
-        with pytest.raises(lkemu.Error, match="docs/buses.md"):
+        with pytest.raises(lkemu.Error, match="docs/guides/buses.md"):
             buses.can_args(bus)
 
 

@@ -1,4 +1,4 @@
-"""LK-TECH payloads (generation `legacy`, docs/protocol.md) in words and units."""
+"""LK-TECH payloads (generation `legacy`, docs/reference/protocol.md) in words and units."""
 
 import struct
 

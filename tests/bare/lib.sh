@@ -12,7 +12,7 @@ root() {
   "$BARE/root" --release "$release" --build "$BARE_BUILDS/$release" "$@"
 }
 
-# make_deb RELEASE: into build/release, as docs/packages.md has it.
+# make_deb RELEASE: into build/release, as docs/start/install.md has it.
 make_deb() {
   root "$1" bash -exc '
     scripts/packages build package

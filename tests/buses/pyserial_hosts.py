@@ -325,7 +325,7 @@ id = 1
         self.assertIn("passed", self.lk_emu("run", scenario))
         self.assertFalse(os.path.lexists(self.link), "a run makes no terminal")
 
-    # Hosts modelled on published ones for real drives (docs/which-drive.md).
+    # Hosts modelled on published ones for real drives (docs/start/which-drive.md).
 
     def test_every_fault_of_the_line_at_once_ends_nothing(self):
         robot = os.path.join(self.directory, "robot.toml")

@@ -1,6 +1,6 @@
 // usage: traces FILE
 // Writes the results of the libraries to FILE: a line for each run, with a hash of all bits. The
-// file is equal on all processors and systems (docs/testing.md, "Elsewhere").
+// file is equal on all processors and systems (docs/internals/testing.md, "Elsewhere").
 
 #include <cstdio>
 #include <exception>

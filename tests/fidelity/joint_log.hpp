@@ -2,7 +2,7 @@
 
 /// @file The move of a log of three joints, made by an emulated drive. 0xA4 by −600° with a limit
 /// of 573 dps, gains 100/100, 40/14, 50/50, 24 V, no ramps, sampled every 12 ms with 0x9C. The log
-/// is from a geared MG drive with 14 pole pairs; see docs/decisions/0003.
+/// is from a geared MG drive with 14 pole pairs; see docs/internals/decisions/0003.
 
 #include <cstdint>
 #include <vector>
@@ -15,8 +15,8 @@ inline constexpr std::size_t kHoldSamples = 300;
 inline constexpr std::uint64_t kMoves = 12;  // seeds from 1
 
 /// Load on the log's shaft, at the output. Not measured, but derived from start, stop and settling
-/// together (docs/fidelity.md). One part is fixed to the gear; the other is behind a spring, like a
-/// finger behind its linkage.
+/// together (docs/internals/model.md). One part is fixed to the gear; the other is behind a spring,
+/// like a finger behind its linkage.
 struct JointLoad {
   double rigid_kg_m2 = 0.0023;
   double sprung_kg_m2 = 0.0030;  // 0: none, with the profile's gear

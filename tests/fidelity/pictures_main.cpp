@@ -1,4 +1,4 @@
-/// @file fidelity_pictures DIRECTORY: writes the pictures of docs/fidelity.md to DIRECTORY.
+/// @file fidelity_pictures DIRECTORY: writes the pictures of docs/internals/model.md to DIRECTORY.
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // Lines of cases: each is refused in one line, or it runs, and gives the same alone and in company.
 //
-// Input: lines of JSON (docs/cases.md). `scenario` is a shipped one, which is checked; what runs is
-// short.toml.
+// Input: lines of JSON (docs/reference/formats.md). `scenario` is a shipped one, which is checked;
+// what runs is short.toml.
 
 #include <cstddef>
 #include <map>

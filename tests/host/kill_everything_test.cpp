@@ -173,7 +173,7 @@ TEST_F(KillEverything, LosesNothingThatWasAcknowledged) {
     const auto again = EmulatorProcess({"replay", recording}).wait();
     EXPECT_EQ(again.status, 0) << again.out << again.err;
     // Replies before the kill are recorded in their order. The last ones may be missing, since they
-    // were not yet on disk (docs/record.md), and unreceived ones may be present.
+    // were not yet on disk (docs/reference/formats.md), and unreceived ones may be present.
     Frames recorded = recorded_replies(recording + "/frames.log");
     for (const auto& [id, frames] : seen) {
       std::vector<std::string> said;

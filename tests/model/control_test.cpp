@@ -1,4 +1,4 @@
-// The control loops behave as designed (docs/model.md §10, §11).
+// The control loops behave as designed (docs/internals/model.md §10, §11).
 #include <complex>
 
 #include "model/control/current_loop_params.hpp"
@@ -214,7 +214,7 @@ TEST(PositionLoop, LargerBytesAreStifferAgainstALoad) {
   }
 }
 
-/// An integral gain of 0 disables its term and clears its state (docs/model.md §11).
+/// An integral gain of 0 disables its term and clears its state (docs/internals/model.md §11).
 TEST(IntegralGains, ZeroForgetsTheSpeedLoops) {
   DriveParams d = ideal_drive();
   d.load.tau = 0.05;
@@ -231,7 +231,7 @@ TEST(IntegralGains, ZeroForgetsTheSpeedLoops) {
   EXPECT_NEAR(bank.truth(0).omega_m, 20.0 + error, 0.02 * error);
 }
 
-/// The delays of both estimates match docs/model.md, measured on a shaft with constant
+/// The delays of both estimates match docs/internals/model.md, measured on a shaft with constant
 /// acceleration.
 TEST(Estimator, IsAsLateAsItsBandwidthsSay) {
   DriveParams d = ideal_drive();

@@ -1,4 +1,4 @@
-// The energy balance holds: supplied = lost + delivered + stored (docs/model.md §8).
+// The energy balance holds: supplied = lost + delivered + stored (docs/internals/model.md §8).
 #include "tests/model/profiles.hpp"
 
 namespace lk::model::test {

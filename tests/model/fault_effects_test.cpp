@@ -1,4 +1,4 @@
-// DriveBank::takes_effect reports whether a fault changes anything (docs/model.md §14).
+// DriveBank::takes_effect reports whether a fault changes anything (docs/internals/model.md §14).
 #include "model/fault_effects.hpp"
 
 #include "tests/model/support.hpp"

@@ -1,5 +1,5 @@
 // Under any faults, alone or together, and any setpoint, the state stays finite and bounded. A
-// healed drive works again (docs/model.md §14).
+// healed drive works again (docs/internals/model.md §14).
 #include "tests/model/support.hpp"
 #include "tests/support/sweep.hpp"
 

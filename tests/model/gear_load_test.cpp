@@ -1,4 +1,4 @@
-// Gear and load: ratio, efficiency, backlash, gravity arm, end stops (docs/model.md §4).
+// Gear and load: ratio, efficiency, backlash, gravity arm, end stops (docs/internals/model.md §4).
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {

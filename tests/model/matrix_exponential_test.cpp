@@ -1,5 +1,5 @@
 // Compares the closed form of one period of the windings with a general matrix exponential (Eigen),
-// without dq, series or 2×2 formulas (docs/model.md §3).
+// without dq, series or 2×2 formulas (docs/internals/model.md §3).
 #include <Eigen/Dense>
 #include <random>
 #include <unsupported/Eigen/MatrixFunctions>

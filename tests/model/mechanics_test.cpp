@@ -1,4 +1,4 @@
-// Rotor and friction against closed forms (docs/model.md §4).
+// Rotor and friction against closed forms (docs/internals/model.md §4).
 #include "model/plant/stored_energy.hpp"
 #include "tests/model/support.hpp"
 #include "tests/support/sweep.hpp"

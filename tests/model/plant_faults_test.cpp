@@ -1,5 +1,5 @@
 // Faults of mechanics and power: jams, friction, broken couplings, end stops, failing supply
-// (docs/model.md §14).
+// (docs/internals/model.md §14).
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {

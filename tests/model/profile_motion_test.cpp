@@ -1,4 +1,4 @@
-// Durations of trapezoids and ramps, computed by hand (docs/model.md §11).
+// Durations of trapezoids and ramps, computed by hand (docs/internals/model.md §11).
 #include "model/control/motion_loops.hpp"
 #include "tests/model/support.hpp"
 

@@ -1,4 +1,4 @@
-// Protections: thresholds, delays, hysteresis, latching (docs/model.md §12).
+// Protections: thresholds, delays, hysteresis, latching (docs/internals/model.md §12).
 #include "model/control/protection.hpp"
 
 #include "tests/model/support.hpp"

@@ -1,4 +1,4 @@
-// A winding at its rated torque has the temperature of its motor file (docs/model.md §6).
+// A winding at its rated torque has the temperature of its motor file (docs/internals/model.md §6).
 #include "tests/model/profiles.hpp"
 #include "tests/support/profile.hpp"
 

@@ -1,5 +1,5 @@
-// Faulty sensors and a wrong clock: sensor readings and the firmware's reaction (docs/model.md
-// §14).
+// Faulty sensors and a wrong clock: sensor readings and the firmware's reaction
+// (docs/internals/model.md §14).
 #include <numeric>
 
 #include "tests/model/support.hpp"

@@ -1,4 +1,4 @@
-// Encoder and current converter: readings of the firmware (docs/model.md §7).
+// Encoder and current converter: readings of the firmware (docs/internals/model.md §7).
 #include "model/plant/sensors.hpp"
 
 #include "model/control/current_loop_params.hpp"

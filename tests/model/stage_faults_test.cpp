@@ -1,4 +1,4 @@
-// Faults of the power stage: phases open, switches open or shorted (docs/model.md §14).
+// Faults of the power stage: phases open, switches open or shorted (docs/internals/model.md §14).
 #include "model/plant/broken_legs.hpp"
 #include "tests/model/support.hpp"
 

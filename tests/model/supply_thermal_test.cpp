@@ -1,4 +1,4 @@
-// Compares DC link and heat with closed forms (docs/model.md §5, §6).
+// Compares DC link and heat with closed forms (docs/internals/model.md §5, §6).
 #include <span>
 
 #include "tests/model/support.hpp"

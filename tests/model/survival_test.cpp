@@ -146,7 +146,8 @@ TEST(Survival, WhateverPushesAtTheOutput) {
                                t.tau_e, t.v_bus, t.temp_winding, t.temp_stage}) {
           ASSERT_TRUE(std::isfinite(x)) << group[drive].name << ", step " << n;
         }
-        // Two radians of the field in a PWM period (docs/model.md §4); a whole turn is 2 pi.
+        // Two radians of the field in a PWM period (docs/internals/model.md §4); a whole turn is 2
+        // pi.
         const double most = 2.0 * d.inverter.f_pwm / d.motor.pole_pairs;
         ASSERT_LE(std::abs(t.omega_m), most * (1 + 1e-12)) << group[drive].name;
       }

@@ -1,4 +1,5 @@
-// Compares a period of the windings with closed forms and a fine Runge–Kutta (docs/model.md §3).
+// Compares a period of the windings with closed forms and a fine Runge–Kutta
+// (docs/internals/model.md §3).
 #include <functional>
 
 #include "tests/model/support.hpp"

@@ -1,4 +1,4 @@
-// The motion loops do not wind up while they are limited (docs/model.md §11).
+// The motion loops do not wind up while they are limited (docs/internals/model.md §11).
 #include <span>
 
 #include "tests/model/support.hpp"

@@ -48,7 +48,7 @@ for file in usr/bin/lk-emu usr/lib/systemd/system/lk-emu@.service usr/share/man/
   usr/share/lk-emu/buses/bench.toml usr/share/lk-emu/python/lkemu/__init__.py \
   usr/share/lk-emu/python/lkemu/campaign/templates/page.html.j2 usr/share/lk-emu/python/lkemu/campaign/style.css \
   usr/share/lk-emu/engines/slurm.sbatch usr/share/lk-emu/lk-motor.dbc usr/share/lk-emu/lk-motor-queries.dbc \
-  usr/share/doc/lk-emu/copyright usr/share/doc/lk-emu/changelog.gz usr/share/doc/lk-emu/docs/service.md \
+  usr/share/doc/lk-emu/copyright usr/share/doc/lk-emu/changelog.gz usr/share/doc/lk-emu/docs/start/install.md \
   usr/share/doc/lk-emu/lk-emu.spdx.json usr/share/doc/lk-emu/licenses/uPlot usr/share/doc/lk-emu/licenses/three.js usr/share/doc/lk-emu/licenses/Boost; do
   grep -q " \./$file\$" "$scratch/files" || fail "$file is not in the package"
 done
@@ -103,7 +103,7 @@ cp "$root$plugin" "$scratch/home/.local/lib/wireshark/plugins"
 HOME=$scratch/home tshark -G fields 2>&1 | grep -P '\tlk\.motor\.iq\t' >/dev/null || fail "tshark does not take the dissector"
 unit=$root/usr/lib/systemd/system/lk-emu@.service
 
-# The unit: no complaints, and a low exposure; docs/service.md has the figure.
+# The unit: no complaints, and a low exposure; docs/start/install.md has the figure.
 mkdir -p "$root/etc/lk-emu"
 cp "$root/usr/share/lk-emu/buses/bench.toml" "$root/etc/lk-emu/arm.toml"
 for target in basic multi-user network shutdown sysinit; do # systemd's own targets are not in this root

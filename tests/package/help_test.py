@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Compares --help, docs/options.md and the completions with each other.
+"""Compares --help, docs/reference/options.md and the completions with each other.
 
 usage: help_test.py LK_EMU
 """
@@ -12,7 +12,7 @@ import unittest
 
 PROGRAM = os.path.abspath(sys.argv[1])
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../..")
-OPTIONS_PAGE = os.path.join(ROOT, "docs/options.md")
+OPTIONS_PAGE = os.path.join(ROOT, "docs/reference/options.md")
 BASH = os.path.join(ROOT, "packaging/completions/lk-emu.bash")
 CONFIGS = os.path.join(ROOT, "configs")
 
@@ -83,7 +83,7 @@ class Help(unittest.TestCase):
             for about in re.findall(r"^  [A-Z][A-Z=]+(?: \S+)*?  +(\S.*)$", text, re.MULTILINE):
                 self.assertRegex(about, "[a-z]", word)
         self.assertIn("--ids 1-2 --for 2s", texts["fault"])
-        self.assertIn("docs/directives.md", texts["set"])
+        self.assertIn("docs/reference/events.md", texts["set"])
         self.assertNotIn("--bus vcan0", output(PROGRAM, "motors", "--help"))
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Checks that every test named in docs/reliability.md exists.
+"""Checks that every test named in docs/internals/testing.md exists.
 
 usage: reliability_test.py SOURCES
 """
@@ -16,7 +16,7 @@ def text_of(pattern):
 
 
 def main():
-    page = (SOURCES / "docs/reliability.md").read_text(encoding="utf-8")
+    page = (SOURCES / "docs/internals/testing.md").read_text(encoding="utf-8")
     code, lists = text_of("*.cpp"), text_of("CMakeLists.txt")
     # GoogleTest cases, and tests of CTest.
     there = {f"{suite}.{case}" for suite, case in re.findall(r"^TEST(?:_F|_P)?\((\w+),\s*(\w+)\)", code, re.MULTILINE)}
@@ -29,7 +29,7 @@ def main():
         assert tests, f"no test in: {row}"
         named |= tests
     missing = sorted(named - there - {"same_bits."})
-    assert not missing, f"docs/reliability.md names tests that there are not: {missing}"
+    assert not missing, f"docs/internals/testing.md names tests that there are not: {missing}"
     assert len(named) > 60, named
 
 

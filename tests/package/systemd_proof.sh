@@ -54,14 +54,14 @@ done
 [[ $(ask 9000000000000000) == 90*3412 ]] || fail "another encoder offset after the kill"
 lk-emu ctl --socket $socket record /var/lib/lk-emu/bench/run >/dev/null || fail "no recording"
 
-# Over TCP and recorded, as in docs/service.md: needs its token, and each run is separate.
+# Over TCP and recorded, as in docs/start/install.md: needs its token, and each run is separate.
 echo 0123456789abcdef0123 >/etc/lk-emu/token
 chmod 600 /etc/lk-emu/token
 mkdir -p /run/systemd/system/$service.service.d
 # shellcheck disable=SC2016 # a backquote ends the example
-sed -n '/^\[Service\]/,/^`/{/^`/!p}' /out/service.md >/run/systemd/system/$service.service.d/http.conf
+sed -n '/^\[Service\]/,/^`/{/^`/!p}' /out/install.md >/run/systemd/system/$service.service.d/http.conf
 for what in http-token --record RestartPreventExitStatus=; do
-  grep -q -e $what /run/systemd/system/$service.service.d/http.conf || fail "docs/service.md has no example of $what"
+  grep -q -e $what /run/systemd/system/$service.service.d/http.conf || fail "docs/start/install.md has no example of $what"
 done
 systemctl daemon-reload
 for run in 1 2; do
@@ -69,7 +69,7 @@ for run in 1 2; do
   runs=(/var/lib/private/lk-emu/bench/runs/*/recording.json)
   [[ -e ${runs[0]} && ${#runs[@]} == "$run" ]] || fail "run $run is not recorded"
 done
-python3 - <<'P' || fail "not as docs/service.md has it"
+python3 - <<'P' || fail "not as docs/start/install.md has it"
 import urllib.error, urllib.request
 url = "http://127.0.0.1:8474/api/v1/status"
 try:

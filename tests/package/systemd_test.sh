@@ -15,7 +15,7 @@ outside() {
   umask 022 # the service runs as another user
   mkdir -p "$scratch/out"
   cmake --install "$build" --component program --prefix "$scratch/local" >/dev/null
-  cp "$here/systemd_proof.sh" "$here/../../docs/service.md" "$here/../../packaging/debian/prerm" "$scratch/out"
+  cp "$here/systemd_proof.sh" "$here/../../docs/start/install.md" "$here/../../packaging/debian/prerm" "$scratch/out"
   WITH_VCAN=uml "$here/../../scripts/with-vcan" --timeout 400 \
     unshare --mount --pid --fork --kill-child "$here/systemd_test.sh" --inside "$scratch" || true
   cat "$scratch/out/log"

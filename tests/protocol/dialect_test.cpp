@@ -1,5 +1,5 @@
 // Wire differences of the generations and series, byte for byte, both directions. The bytes are
-// worked out by hand from docs/protocol.md §10.
+// worked out by hand from docs/reference/protocol.md §10.
 
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ using Bytes = std::set<unsigned>;
 const Bytes kOfAll{0x19, 0x80, 0x81, 0x88, 0x90, 0x92, 0x94, 0x95, 0x9A, 0x9B,
                    0x9C, 0x9D, 0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8};
 
-/// Commands of a drive other than MS: docs/protocol.md §3, §10.1 and §10.4, by hand.
+/// Commands of a drive other than MS: docs/reference/protocol.md §3, §10.1 and §10.4, by hand.
 Bytes expected_of(std::string_view generation) {
   Bytes bytes = kOfAll;
   if (generation == "legacy" || generation == "late-legacy") {

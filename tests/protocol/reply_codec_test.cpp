@@ -1,5 +1,5 @@
 // Replies, byte for byte, both directions. The bytes are worked out by hand from the tables of
-// docs/protocol.md.
+// docs/reference/protocol.md.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // RS-485 packets, byte for byte, both directions: from a real drive's log, printed by the vendor,
-// or worked out by hand from docs/rs485.md.
+// or worked out by hand from docs/reference/rs485.md.
 
 #include <gtest/gtest.h>
 
@@ -232,7 +232,7 @@ TEST(SerialCodec, OpenLoopPowerIsHeldToWhatTheManualPrints) {
   EXPECT_EQ(power("3E A0 01 02 E1 18 FC 14", kMs23), -1000);
 }
 
-/// Table of generations in docs/rs485.md.
+/// Table of generations in docs/reference/rs485.md.
 TEST(SerialCodec, EachGenerationKnowsItsCommands) {
   struct Case {
     int opcode;

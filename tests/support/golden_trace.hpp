@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file Golden traces: candump logs ("candump -L -x") with host frames (T) and expected replies
-/// (R). The replies were written by hand from docs/protocol.md; `canplayer` replays the files.
+/// (R). The replies were written by hand from docs/reference/protocol.md; `canplayer` replays the
+/// files.
 
 #include <chrono>
 #include <cmath>

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Checks that all commands of docs/tour.md work as printed.
+"""Checks that all commands of docs/start/tour.md work as printed.
 
 usage: scripts/with-vcan tests/tour/replay.py DIRECTORY_OF_LK_EMU [--cast FILE]
 
@@ -72,7 +72,7 @@ def write_cast(path, seen):
 
 
 def main(programs, cast=None):
-    typed = session.commands((ROOT / "docs/tour.md").read_text(encoding="utf-8"))
+    typed = session.commands((ROOT / "docs/start/tour.md").read_text(encoding="utf-8"))
     seen = []
     with tempfile.TemporaryDirectory() as directory:
         shell = Shell(pathlib.Path(programs).resolve(), pathlib.Path(directory))

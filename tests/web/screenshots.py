@@ -1,4 +1,4 @@
-"""Makes the pictures of docs/dashboard.md and README.md: python3 screenshots.py LK-EMU [DIRECTORY]
+"""Makes the pictures of docs/guides/dashboard.md and README.md: python3 screenshots.py LK-EMU [DIRECTORY]
 
 Needs python3-pil to shrink them, and a font with Chinese characters (fonts-wqy-microhei)."""
 

@@ -153,7 +153,7 @@ def test_a_button_that_was_pressed_keeps_the_focus(page):
 def test_a_scenario_that_says_nothing_tells_why(page, tmp_path):
     page.go("bench")
     own = tmp_path / "own.toml"
-    # Drive 4 gets no frames, so its hang has no effect (docs/scenarios.md).
+    # Drive 4 gets no frames, so its hang has no effect (docs/guides/scenarios.md).
     own.write_text('about = "nothing"\nduration_s = 0.3\n[[event]]\nat_s = 0.1\nid = 4\nfault = { kind = "hang", name = "unheard", for_s = 0.1 }\n'
                    '[[expect]]\nid = 1\nerror = "stall"\nset = false\nfrom_s = 0\nto_s = 0.1\n')
     page.one("#view-bench input[type=file]").send_keys(str(own))

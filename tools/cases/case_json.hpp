@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Results of cases as lines of JSON (docs/cases.md).
+/// @file Results of cases as lines of JSON (docs/reference/formats.md).
 
 #include <cstdint>
 #include <span>

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file A case as one line of JSON (docs/cases.md).
+/// @file A case as one line of JSON (docs/reference/formats.md).
 
 #include <cstdint>
 #include <optional>

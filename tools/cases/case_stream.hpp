@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Cases from a file or standard input, results on standard output (docs/cases.md).
+/// @file Cases from a file or standard input, results on standard output
+/// (docs/reference/formats.md).
 
 #include <string>
 

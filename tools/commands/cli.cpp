@@ -75,7 +75,7 @@ struct Raw {
 void add_options(CLI::App& app, Raw& raw) {
   app.add_option("--bus", raw.buses,
                  "bus to answer on, like " + bus_examples() +
-                     " (repeatable; docs/buses.md says which hosts can use which, and how)")
+                     " (repeatable; docs/guides/buses.md says which hosts can use which, and how)")
       ->type_name("BUS")
       ->allow_extra_args(false);
   app.add_option("--ids", raw.ids, "IDs of the drives on that bus, 1..32: 1-4 or 1,3,7-9")
@@ -93,7 +93,7 @@ void add_options(CLI::App& app, Raw& raw) {
       ->allow_extra_args(false);
   app.add_option("--quirk", raw.quirks,
                  "one switch of the firmware, e.g. pid_commands=true (repeatable; "
-                 "docs/configuration.md has them all)")
+                 "docs/reference/configuration.md has them all)")
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);
   app.add_option("--config", raw.config,
@@ -133,12 +133,12 @@ void add_options(CLI::App& app, Raw& raw) {
       ->type_name("MODE");
   app.add_option("--scenario", raw.scenario,
                  "play this scenario, a file or the name of a shipped one, on the buses, judge it, "
-                 "and end with it (docs/scenarios.md)")
+                 "and end with it (docs/guides/scenarios.md)")
       ->type_name("SCENARIO");
   app.add_option("--junit", raw.junit, "write the scenario's verdict as JUnit XML")
       ->type_name("FILE");
   app.add_flag("--strict", raw.line.strict,
-               "advice about the host is a failure: exit status 1 (docs/advice.md)");
+               "advice about the host is a failure: exit status 1 (docs/guides/host-mistakes.md)");
   add_language_option(app, raw.language);
   app.add_option("--control", raw.control,
                  "Unix socket of the control interface, or none (default lk-emu/BUS-PID.sock in "
@@ -157,7 +157,7 @@ void add_options(CLI::App& app, Raw& raw) {
       ->type_name("FILE");
   app.add_option("--shafts", raw.shafts,
                  "address at which an external simulator connects to the drives' shafts, as "
-                 "unix:/tmp/shafts or tcp:29600 (docs/shafts.md)")
+                 "unix:/tmp/shafts or tcp:29600 (docs/guides/your-simulator.md)")
       ->type_name("PLACE");
   app.add_option(
          "--shafts-lost", raw.shafts_lost,

@@ -261,7 +261,7 @@ constexpr Row kRows[] = {
     {"drive", "everything about one drive", &Ctl::drive, "ID", "the drive's, 1 to 32"},
     {"watch", "all drives, live; q leaves", &Ctl::watch},
     {.word = "set",
-     .about = "change something about drives (docs/directives.md)",
+     .about = "change something about drives (docs/reference/events.md)",
      .run = &Ctl::set,
      .example = "  lk-emu ctl set supply_V=18 ramp_s=0.5 --ids 1-2\n"
                 "  lk-emu ctl set load.tau_gravity_Nm=2 --ids 1\n"},
@@ -286,7 +286,7 @@ constexpr Row kRows[] = {
     {"record", "record into a directory, or stop", &Ctl::record, "DIR|stop",
      "new or empty, for lk-emu replay"},
     {"scenario", "run a scenario, stop it, or show its verdict", &Ctl::scenario,
-     "SCENARIO|stop|verdict", "what lk-emu run takes (docs/scenarios.md)"},
+     "SCENARIO|stop|verdict", "what lk-emu run takes (docs/guides/scenarios.md)"},
     {"mark", "write a note into log and recording", &Ctl::mark, "TEXT", "the note"},
 };
 

@@ -72,7 +72,8 @@ std::string list_faults() {
       text += fmt::format("  {:<20}   {}\n", "", param);
   }
   return text +
-         "\nA value in brackets is what holds when nothing is said. docs/faults.md says how faults "
+         "\nA value in brackets is what holds when nothing is said. docs/reference/events.md says "
+         "how faults "
          "are set.\n";
 }
 
@@ -137,7 +138,7 @@ struct FaultsApp {
     app.footer(kFaultsFooter);
     app.add_option("FAULT", word, "fault to show");
     app.add_flag("--json", json, "print all faults with their parameters as JSON");
-    app.add_flag("--markdown", markdown, "as the page docs/faults.md has them");
+    app.add_flag("--markdown", markdown, "as the page docs/reference/events.md has them");
   }
 };
 

@@ -130,7 +130,8 @@ struct CampaignApp {
 
  private:
   void add_run_options() {
-    app.add_option("PLAN", text, "a plan: a file, or the name of a shipped one (docs/campaigns.md)")
+    app.add_option("PLAN", text,
+                   "a plan: a file, or the name of a shipped one (docs/guides/campaigns.md)")
         ->type_name("PLAN");
     app.add_option("-o,--output", text, "results, an SQLite file (default: the plan's name, .db)")
         ->type_name("FILE");

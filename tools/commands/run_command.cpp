@@ -41,7 +41,7 @@ struct RawRun {
 
 void add_options(CLI::App& app, RawRun& raw) {
   app.add_option("SCENARIO", raw.files,
-                 "scenarios to run: files, or names of shipped ones (docs/scenarios.md)");
+                 "scenarios to run: files, or names of shipped ones (docs/guides/scenarios.md)");
   app.add_option("--seed", raw.seed, "seed, in place of the scenario's")->type_name("N");
   app.add_option("--junit", raw.junit, "write the verdicts as JUnit XML")->type_name("FILE");
   app.add_option("--csv", raw.csv, "write signals of one scenario")->type_name("FILE");
@@ -57,11 +57,13 @@ void add_options(CLI::App& app, RawRun& raw) {
   app.add_flag("--marks", raw.marks, "end its lines with T, a host's, or R, a drive's");
   app.add_option("--capture", raw.capture, "the same as pcapng, for Wireshark")->type_name("FILE");
   app.add_option("--rom", raw.rom, "directory that keeps ROM (default: nowhere)")->type_name("DIR");
-  app.add_flag("--strict", raw.strict, "advice about the host is a failure (docs/advice.md)");
+  app.add_flag("--strict", raw.strict,
+               "advice about the host is a failure (docs/guides/host-mistakes.md)");
   add_language_option(app, raw.language);
   app.add_flag("--quiet", raw.quiet, "print only what did not pass");
-  app.add_option("--cases", raw.cases.file,
-                 "run cases, a JSON object each line, \"-\": standard input (docs/cases.md)")
+  app.add_option(
+         "--cases", raw.cases.file,
+         "run cases, a JSON object each line, \"-\": standard input (docs/reference/formats.md)")
       ->type_name("FILE");
   app.add_option("--jobs", raw.cases.jobs, "threads for --cases (default 1)")
       ->check(CLI::Range(1, 1024))

@@ -24,7 +24,8 @@ BusConfig every_drive(const DecodeOptions& options, protocol::Framing framing, B
   return bus;
 }
 
-/// Returns true if bytes of a state 1 are set that are 0 in the layout (docs/protocol.md §10.1).
+/// Returns true if bytes of a state 1 are set that are 0 in the layout (docs/reference/protocol.md
+/// §10.1).
 bool is_odd(const protocol::Payload& data, protocol::State1Layout layout) {
   switch (layout) {
     case protocol::State1Layout::kDeciVolt:

@@ -217,8 +217,8 @@ class File {
       }
       out << "; MS drives have power in the place of iq, one LSB is 0.1 % of the largest voltage";
     }
-    out << ". Written by lk-emu-formats of lk-emu; docs/dbc.md tells how to use it, "
-           "docs/protocol.md has the bytes. Where the commands come from:";
+    out << ". Written by lk-emu-formats of lk-emu; docs/reference/formats.md tells how to use it, "
+           "docs/reference/protocol.md has the bytes. Where the commands come from:";
     for (const auto& row : protocol::commands()) {
       if (!protocol::knows(format_, row)) continue;
       out << "\n"

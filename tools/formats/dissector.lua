@@ -1,4 +1,4 @@
--- Wireshark: LK-TECH motors on CAN. Written by lk-emu-formats of lk-emu from its tables of commands; docs/dbc.md
+-- Wireshark: LK-TECH motors on CAN. Written by lk-emu-formats of lk-emu from its tables of commands; docs/reference/formats.md
 -- tells how to use it. Generation and series, which frames do not tell, come from the capture where lk-emu has written
 -- it (run and replay, --capture), else from preferences (Protocols > LK.MOTOR).
 
@@ -131,7 +131,7 @@ local function words(about, value)
   return string.format("%.15g", value) .. unit_text(about)
 end
 
--- Who asks and who answers. Both use one identifier, so the order tells, by the rules of docs/record.md: a frame is a
+-- Who asks and who answers. Both use one identifier, so the order tells, by the rules of docs/reference/formats.md: a frame is a
 -- reply when a query of its drive waits to which it can be one.
 
 local state -- of the capture: what its frames were found to be

@@ -24,7 +24,7 @@ constexpr std::uint32_t kTurn_cdeg = 36000;
 constexpr std::uint8_t kUnderOrOverVoltage = 0x03;
 constexpr std::uint8_t kLegacyErrors = 0x09;
 constexpr std::uint8_t kBridgeOff = 0x10;
-constexpr std::uint16_t kDeviceOfMs = 0x2011;  // docs/rs485.md
+constexpr std::uint16_t kDeviceOfMs = 0x2011;  // docs/reference/rs485.md
 
 /// Silence counts only if the drive answered within this time before and after (assumed).
 constexpr SimTime kSilenceWithin = 10s;

@@ -14,7 +14,7 @@
 
 namespace lk::emulator {
 
-/// Names and versions in the reply to 0x12 (docs/rs485.md). Safe to print.
+/// Names and versions in the reply to 0x12 (docs/reference/rs485.md). Safe to print.
 struct ProductInfo {
   std::string driver;    // "DS40R7"
   std::string motor;     // "MS4015"

@@ -25,7 +25,7 @@ constexpr double kTolerance = 0.03;
 
 // Counts per turn of LK-TECH encoders: 12, 14, 15 and 16 bits; 18-bit ones show 16.
 constexpr double kRotorTurns[] = {4096, 16'384, 32'768, 65'536};
-// Ratios of the geared motors (docs/which-drive.md); their encoders have 18 bits.
+// Ratios of the geared motors (docs/start/which-drive.md); their encoders have 18 bits.
 constexpr double kRatios[] = {6, 8, 9, 10, 36};
 
 bool is_near(double value, double expected) { return std::abs(value / expected - 1) <= kTolerance; }

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Traits of a drive that show on a bus: its series, and switches of docs/protocol.md §10.1.
+/// @file Traits of a drive that show on a bus: its series, and switches of
+/// docs/reference/protocol.md §10.1.
 
 #include <array>
 #include <cstddef>

@@ -1,5 +1,5 @@
 // Writes the DBC files and the Wireshark dissector: lk-emu-formats DISSECTOR DIRECTORY. Without
-// arguments, prints the generated part of docs/protocol.md.
+// arguments, prints the generated part of docs/reference/protocol.md.
 
 #include <cstdio>
 #include <exception>

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Keys of directives (docs/directives.md), used in configuration files, scenarios, the
+/// @file Keys of directives (docs/reference/events.md), used in configuration files, scenarios, the
 /// control interface and the command line.
 
 #include <cstddef>

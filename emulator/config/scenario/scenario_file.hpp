@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Scenario files (docs/scenarios.md): text to Scenario.
+/// @file Scenario files (docs/guides/scenarios.md): text to Scenario.
 
 #include <cstdint>
 #include <functional>

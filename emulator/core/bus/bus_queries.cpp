@@ -212,7 +212,7 @@ void Bus::step_calibration(Node& node) {
 
 /// A CAN bus without bit timing has no reply time; flash writes still take time. After a
 /// multi-drive packet each drive has a time slot, whether or not those before it answer
-/// (docs/rs485.md).
+/// (docs/reference/rs485.md).
 SimTime Bus::reply_time(Node& node, For whom) const {
   const ServoConfig& config = node.servo.config();
   if (!serial_) return wire_.bitrate() > 0 ? config.reply_time : SimTime{0};

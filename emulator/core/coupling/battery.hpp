@@ -11,8 +11,8 @@
 namespace lk::emulator {
 
 /// Common battery of the drives on all buses of a robot. Each drive has its own source and cable
-/// (docs/model.md §5). The total current drops the voltage of all sources equally, by the inner
-/// resistance of the battery. A value.
+/// (docs/internals/model.md §5). The total current drops the voltage of all sources equally, by the
+/// inner resistance of the battery. A value.
 class Battery {
  public:
   /// Returns true if a bus of the robot has drives on a battery.

@@ -33,8 +33,8 @@ struct JointTorque {
   double speed_rad_s = 0;
 };
 
-/// A body with joints that drives turn (docs/decisions/0031-a-body-on-the-shafts.md). It depends on
-/// its inputs only, and moves in steps of equal length. Joints without a drive are free.
+/// A body with joints that drives turn (docs/internals/decisions/0031-a-body-on-the-shafts.md). It
+/// depends on its inputs only, and moves in steps of equal length. Joints without a drive are free.
 class Mechanism {
  public:
   virtual ~Mechanism() = default;

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Faults by the words of docs/faults.md, for C++ tests of hosts.
+/// @file Faults by the words of docs/reference/events.md, for C++ tests of hosts.
 
 #include <string>
 #include <string_view>

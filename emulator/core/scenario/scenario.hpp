@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file A scenario as plain values (docs/scenarios.md): robot, events, frames of a host, and
-/// expectations.
+/// @file A scenario as plain values (docs/guides/scenarios.md): robot, events, frames of a host,
+/// and expectations.
 
 #include <algorithm>
 #include <cstddef>

@@ -299,7 +299,7 @@ class Servo {
   bool tripped_ = false;        // a protection tripped; the drive has not run since
   Motion motion_;               // in force, or kept by a stop
   bool brake_powered_ = false;  // commanded state of the coil; power releases the brake
-  // D[3:6] of the last packet that had them; initial value assumed (docs/rs485.md).
+  // D[3:6] of the last packet that had them; initial value assumed (docs/reference/rs485.md).
   std::int32_t left_in_buffer_cdeg_ = 0x0100'0000;
   std::uint32_t starts_ = 0;
   OffHangs hung_ = OffHangs::kNo;

@@ -1,5 +1,5 @@
 /// @file Functions of a servo on RS-485 only: settings, the vendor's tool, and 0x95
-/// (docs/rs485.md).
+/// (docs/reference/rs485.md).
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 /// @file Commands of the second edition of the V2.36 manual only: settings over the bus, restart
-/// and calibration (docs/protocol.md §10.9). Also 0x37 and 0x38 of older drives.
+/// and calibration (docs/reference/protocol.md §10.9). Also 0x37 and 0x38 of older drives.
 
 #include <algorithm>
 #include <cmath>

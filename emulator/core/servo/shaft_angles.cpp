@@ -13,7 +13,7 @@ namespace {
 using protocol::kTurn_cdeg;
 
 constexpr int kMaxWireBits = 16;            // wider encoders show their top 16 bits
-constexpr double kArrived_wire_counts = 2;  // docs/protocol.md §4.3
+constexpr double kArrived_wire_counts = 2;  // docs/reference/protocol.md §4.3
 /// Bound of the encoder noise in multiples of its rms: its peak is √12 (model/noise.hpp).
 constexpr double kMostNoise = 4;
 

@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kNameBytes = 20;
 constexpr std::size_t kChipBytes = 12;
 
-// Offsets of the settings (docs/rs485.md).
+// Offsets of the settings (docs/reference/rs485.md).
 constexpr std::size_t kBus = 1, kSerialRate = 2, kCanRate = 3, kBroadcastMode = 4, kSpin = 5;
 constexpr std::size_t kProtectionStates = 6, kMotor_C = 14, kDriver_C = 15, kUnder_cV = 16;
 constexpr std::size_t kOver_cV = 18, kOver_mA = 20, kOver_ms = 22, kStall_ms = 24, kLost_ms = 26;

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file Blocks that the vendor's PC tool reads and writes over RS-485, and product data: bytes at
-/// the offsets of docs/rs485.md.
+/// the offsets of docs/reference/rs485.md.
 
 #include <cstdint>
 

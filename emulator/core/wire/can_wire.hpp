@@ -13,8 +13,8 @@
 
 namespace lk::emulator {
 
-/// CAN medium: one frame at a time, the lowest identifier first (docs/protocol.md, "Time on the
-/// wire"). Senders are the drives, and the hosts as one adapter with a FIFO queue.
+/// CAN medium: one frame at a time, the lowest identifier first (docs/reference/protocol.md, "Time
+/// on the wire"). Senders are the drives, and the hosts as one adapter with a FIFO queue.
 class CanWire {
  public:
   /// Capacity of the hosts' send queue, frames: about 120 ms at 1 Mbit/s.

@@ -14,9 +14,9 @@
 
 namespace lk::emulator {
 
-/// RS-485: two wires for all nodes, no arbitration, ten bits per byte (docs/rs485.md). A node sends
-/// at any time; overlapping bytes spoil each other. Hosts are one adapter with a queue, which sends
-/// bytes back to back; each drive is a sender with a queue.
+/// RS-485: two wires for all nodes, no arbitration, ten bits per byte (docs/reference/rs485.md). A
+/// node sends at any time; overlapping bytes spoil each other. Hosts are one adapter with a queue,
+/// which sends bytes back to back; each drive is a sender with a queue.
 ///
 /// All drives share one receiver: they receive the same bytes. Overlapping bytes become one byte of
 /// the sender that began first, spoiled unless they are equal and begin together. Hosts do not

@@ -1,6 +1,6 @@
 #pragma once
 
-/// JSON values of the control interface (docs/control.md).
+/// JSON values of the control interface (docs/reference/control-api.md).
 
 #include "emulator/files/json_table.hpp"
 #include "emulator/io/live/line.hpp"

@@ -11,8 +11,8 @@
 
 namespace lk::emulator {
 
-/// Serves the control interface of a running world (docs/control.md) on the loop of the world. No
-/// client can stop or delay the loop.
+/// Serves the control interface of a running world (docs/reference/control-api.md) on the loop of
+/// the world. No client can stop or delay the loop.
 class ControlServer {
  public:
   /// Throws StartError if it cannot listen at a given place. If none is given and the runtime

@@ -41,7 +41,7 @@ struct Entrance {
   std::set<std::string> told;  // kinds of refusal already logged
 };
 
-// Limits that protect the drives from clients (docs/control.md).
+// Limits that protect the drives from clients (docs/reference/control-api.md).
 inline constexpr int kMostConnections = 64;  // at each entrance
 inline constexpr int kMostStreams = 48;      // of these: the rest is left for new clients
 inline constexpr std::uint32_t kLongestHeader = 8 * 1024;

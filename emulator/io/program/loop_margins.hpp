@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file Stability margins of a drive's loops with the load on its shaft. The loops of
-/// docs/model.md §10 and §11 are linearised for a slow shaft that reaches no limit, and opened at
-/// the current reference.
+/// docs/internals/model.md §10 and §11 are linearised for a slow shaft that reaches no limit, and
+/// opened at the current reference.
 
 #include <complex>
 

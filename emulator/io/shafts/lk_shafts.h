@@ -1,5 +1,5 @@
 /* lk_shafts.h: the shaft port of lk-emu (lk-emu --shafts), for simulators that have its drives on
- * their joints. docs/shafts.md says what is exchanged and why. MIT licence.
+ * their joints. docs/guides/your-simulator.md says what is exchanged and why. MIT licence.
  *
  * C99 or later, or C++; nothing but the C library; no state. What these functions read or write is
  * the bytes of one message; sockets are the caller's own.

@@ -195,7 +195,8 @@ ShaftBody::ShaftBody(std::vector<ShaftJoint> joints, SimTime step) : step_(step)
   }
 }
 
-/// Unknown inertia: uses the armature, as too small a value is stable (docs/shafts.md).
+/// Unknown inertia: uses the armature, as too small a value is stable
+/// (docs/guides/your-simulator.md).
 double ShaftBody::inertia_of(const Joint& joint) {
   const double told = joint.state.inertia_kg_m2;
   if (joint.terms.owner == LK_SHAFTS_DRIVE) return told + joint.armature_kg_m2;

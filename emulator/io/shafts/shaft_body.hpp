@@ -88,8 +88,8 @@ struct ShaftJoint {
   double armature_kg_m2 = 0;
 };
 
-/// Joints of an external simulator (docs/shafts.md) as a body whose steps are computed elsewhere.
-/// Method `torques` returns the last input until `take` brings its result.
+/// Joints of an external simulator (docs/guides/your-simulator.md) as a body whose steps are
+/// computed elsewhere. Method `torques` returns the last input until `take` brings its result.
 class ShaftBody final : public Mechanism {
  public:
   ShaftBody(std::vector<ShaftJoint> joints, SimTime step);

@@ -18,9 +18,9 @@
 
 namespace lk::emulator {
 
-/// Connects the shafts of all drives to one simulator at a time (docs/shafts.md). Runs on the loop
-/// of the world, which no simulator can stop or delay. Without a simulator the drives have the
-/// loads of their robot file.
+/// Connects the shafts of all drives to one simulator at a time (docs/guides/your-simulator.md).
+/// Runs on the loop of the world, which no simulator can stop or delay. Without a simulator the
+/// drives have the loads of their robot file.
 class ShaftServer {
  public:
   /// Throws StartError if it cannot listen there.

@@ -11,7 +11,7 @@ namespace lk::emulator {
 /// Keeps two programs from answering for the same drive: each would take the other's replies for
 /// queries. A lock is an abstract Unix socket named after interface and ID. All processes of the
 /// network namespace compete for it, and the kernel frees it when its holder ends
-/// (docs/decisions/0014-one-answer-per-id.md).
+/// (docs/internals/decisions/0014-one-answer-per-id.md).
 class IdLocks {
  public:
   /// Locks the drive `id` on `interface`, and on the other end of a vxcan pair. `link`: state of

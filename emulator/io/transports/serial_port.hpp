@@ -23,7 +23,7 @@ class SerialBytes final : public ClientProtocol {
   void show(const protocol::Frame& frame, Time now, std::string& out) override;
 };
 
-/// Settings of a serial port (docs/rs485.md).
+/// Settings of a serial port (docs/reference/rs485.md).
 struct SerialPortOptions {
   std::int64_t bitrate = 0;   // of the bus; 0: any rate that hosts set
   bool as_tty = true;         // pseudo-terminal starts with serial-port defaults, not raw

@@ -1,6 +1,6 @@
 #pragma once
 
-/// Protocol of Lawicel's adapters: CAN in ASCII lines (docs/buses.md).
+/// Protocol of Lawicel's adapters: CAN in ASCII lines (docs/guides/buses.md).
 
 #include <cstdint>
 #include <optional>

@@ -1,6 +1,6 @@
 #pragma once
 
-/// Protocol of socketcand: CAN as words between angle brackets (docs/buses.md).
+/// Protocol of socketcand: CAN as words between angle brackets (docs/guides/buses.md).
 
 #include <array>
 #include <boost/asio/io_context.hpp>

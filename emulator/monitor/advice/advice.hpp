@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Mistakes of hosts, one row for each kind (docs/advice.md).
+/// @file Mistakes of hosts, one row for each kind (docs/guides/host-mistakes.md).
 
 #include <array>
 #include <cstddef>

@@ -76,7 +76,7 @@ class BusyWatch {
 class WaitWatch {
  public:
   /// Consecutive queries. Many hosts send a few queries and then read the replies, which drives
-  /// allow: they queue 16 replies (docs/protocol.md §5).
+  /// allow: they queue 16 replies (docs/reference/protocol.md §5).
   static constexpr int kInARow = 20;
 
   std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);

@@ -11,7 +11,7 @@
 
 namespace lk::emulator {
 
-/// Finds a field that the drive clamps or refuses (ranges: docs/protocol.md).
+/// Finds a field that the drive clamps or refuses (ranges: docs/reference/protocol.md).
 std::optional<Finding> beyond_range(const Heard& heard, const KnownDrive& drive);
 
 /// Watches settings that are written (0x42), saved (0x44) and in force after a restart (0x07). Uses

@@ -14,7 +14,7 @@ namespace {
 
 using protocol::Opcode;
 
-/// Shortest frame without stuff bits, with the pause after it (docs/protocol.md §5).
+/// Shortest frame without stuff bits, with the pause after it (docs/reference/protocol.md §5).
 constexpr std::int64_t kShortestFrame_bits = 108 + 3;
 
 /// RS-485: LEN 0, ten bits per byte.

@@ -224,8 +224,8 @@ constexpr Words kSetItsQuirk{"if the real drive has it, set {key} in its quirks;
                           "如果真实驱动器有这条命令，就在 quirks 里设 {key}；没有就不要用"};
 constexpr Words kMyActuator{"no answer, this is no command of LK-TECH drives; MyActuator drives from V3 on have it, and are not emulated",
                             "没有回复：这不是瓴控驱动器的命令；MyActuator V3 起的驱动器有它，本仿真器不支持"};
-constexpr Words kOtherDrives{"look up which drives the host was written for (docs/which-drive.md)",
-                             "查这个主机程序是为哪种驱动器写的（docs/zh-CN/which-drive.md）"};
+constexpr Words kOtherDrives{"look up which drives the host was written for (docs/start/which-drive.md)",
+                             "查这个主机程序是为哪种驱动器写的（docs/zh-CN/start/which-drive.md）"};
 constexpr Words kSeriesLacks{"{command}, {name}: no answer, drives of this series do not have the command",
                              "{command} 没有回复：这个系列的驱动器没有这条命令"};
 constexpr Words kOtherSeries{"use a command of this series, or a motor of another one (--motor)",
@@ -234,10 +234,10 @@ constexpr Words kNobodyHas{"{command}: no answer, no generation has the command"
                            "{command} 没有回复：没有哪一代有这条命令"};
 constexpr Words kNoParameter{"{command}, {name}: no answer, there is no parameter {1}",
                              "{command} 没有回复：没有参数 {1}"};
-constexpr Words kLookUp{"look up the commands that there are (docs/protocol.md, section 3)",
-                        "查有哪些命令（docs/zh-CN/protocol.md 第 3 节）"};
-constexpr Words kLookUpPackets{"look up the commands that there are (docs/rs485.md, Commands)",
-                               "查有哪些命令（docs/rs485.md 的 Commands 一节）"};
+constexpr Words kLookUp{"look up the commands that there are (docs/reference/protocol.md, section 3)",
+                        "查有哪些命令（docs/zh-CN/reference/protocol.md 第 3 节）"};
+constexpr Words kLookUpPackets{"look up the commands that there are (docs/reference/rs485.md, Commands)",
+                               "查有哪些命令（docs/reference/rs485.md 的 Commands 一节）"};
 constexpr Words kWideTarget{"a target of 32 bits, {1}°: this drive reads 16 bits of it, {2}°",
                             "目标是 32 位的 {1}°：这台驱动器只读其中 16 位，即 {2}°"};
 constexpr Words kSetAngle{"0x95 with the angle {1}°: this drive ignores it, only v236 sets its angle so",

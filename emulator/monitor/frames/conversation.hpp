@@ -53,7 +53,7 @@ struct Settled {
   bool was_unclear = false;  // its role was unclear; the reply shows it was a query
 };
 
-/// Tells queries from replies on one bus (rules: docs/decode.md).
+/// Tells queries from replies on one bus (rules: docs/reference/formats.md).
 class Conversation {
  public:
   /// Each reader knows all drives, 1 to 32, in one wire format. The first reader that can parse a

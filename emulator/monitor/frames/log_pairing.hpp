@@ -58,7 +58,8 @@ Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::F
 /// Returns true for frames in the format of drives: 11-bit identifier, 8 bytes.
 bool is_data(const protocol::Frame& frame);
 
-/// Returns false for a block of the tool (docs/rs485.md) with a length that only queries have.
+/// Returns false for a block of the tool (docs/reference/rs485.md) with a length that only queries
+/// have.
 bool has_length_of_reply(const protocol::Frame& frame);
 
 /// Returns true for a state with a temperature in DATA[1], which hosts rarely send.
@@ -94,7 +95,7 @@ inline constexpr SimTime kLongestReply = std::chrono::milliseconds(100);
 
 /// Separates queries and replies. Pre: `log` is ordered by time. Uses separate reply identifiers or
 /// directions if the log has them. Otherwise a frame is a reply if it can answer a pending query of
-/// its drive (rules: docs/record.md).
+/// its drive (rules: docs/reference/formats.md).
 PairedLog pair_log(const std::vector<LoggedFrame>& log, const BusConfig& bus);
 
 }  // namespace lk::emulator

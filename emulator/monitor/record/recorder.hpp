@@ -81,9 +81,9 @@ struct RecordRequest {
 /// Makes recording.json for a recording that begins now, at simulated time `start`.
 RecordingInfo recording_info(const RecordRequest& request, SimTime start);
 
-/// Writes a recording (docs/record.md). Calls come in the order of events on the buses and never
-/// wait for the disk. If the disk fails, the recording ends with one log line; the emulator
-/// continues.
+/// Writes a recording (docs/reference/formats.md). Calls come in the order of events on the buses
+/// and never wait for the disk. If the disk fails, the recording ends with one log line; the
+/// emulator continues.
 class Recorder {
  public:
   /// `buses` are as the drives start, or started. Throws StartError.

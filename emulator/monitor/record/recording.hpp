@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file The directory of a recording (docs/record.md): everything needed to run it again.
+/// @file The directory of a recording (docs/reference/formats.md): everything needed to run it
+/// again.
 
 #include <cstdint>
 #include <filesystem>

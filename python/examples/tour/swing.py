@@ -1,4 +1,4 @@
-"""Swings a motor to 90 degrees and back. It has a bug, which docs/tour.md finds: it assumes that the motor always
+"""Swings a motor to 90 degrees and back. It has a bug, which docs/start/tour.md finds: it assumes that the motor always
 reaches its target.
 """
 

@@ -1,4 +1,4 @@
-"""Swings a motor to 90 degrees and back, with a controller that checks what the motor does (docs/tour.md)."""
+"""Swings a motor to 90 degrees and back, with a controller that checks what the motor does (docs/start/tour.md)."""
 
 import pathlib
 import sys

@@ -1,4 +1,4 @@
-"""--dask: batches of cases on the workers of a dask.distributed scheduler (docs/campaigns-engines.md)."""
+"""--dask: batches of cases on the workers of a dask.distributed scheduler (docs/guides/campaigns-on-clusters.md)."""
 
 from __future__ import annotations
 

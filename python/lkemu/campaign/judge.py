@@ -1,4 +1,4 @@
-"""From what was seen of a case, and of the same case without its fault, to the outcome (docs/campaigns.md)."""
+"""From what was seen of a case, and of the same case without its fault, to the outcome (docs/guides/campaigns.md)."""
 
 from __future__ import annotations
 

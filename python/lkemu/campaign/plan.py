@@ -1,4 +1,4 @@
-"""The plan of a campaign (docs/campaigns.md) as values, and its cases as requests to the program. plan_file.py reads it."""
+"""The plan of a campaign (docs/guides/campaigns.md) as values, and its cases as requests to the program. plan_file.py reads it."""
 
 from __future__ import annotations
 

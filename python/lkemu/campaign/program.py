@@ -1,4 +1,4 @@
-"""lk-emu as the engine of a campaign: what it knows, and the cases that it computes (docs/cases.md)."""
+"""lk-emu as the engine of a campaign: what it knows, and the cases that it computes (docs/reference/formats.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The report of a campaign as text, page, JUnit and JSON (docs/campaign-report.md)."""
+"""The report of a campaign as text, page, JUnit and JSON (docs/guides/campaigns.md)."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def fit_speed_loop(track: Track, timing: Timing, balance: BalanceFit) -> "Tuple[
         return None, None
     control = track.motor.data["control"]
     pwm_s, motion_s = 1 / track.motor.number("inverter", "f_pwm_kHz", 1e3), track.motor.motion_period_s
-    # The estimator, a period of the motion loops, the current loop (docs/model.md §10, §11).
+    # The estimator, a period of the motion loops, the current loop (docs/internals/model.md §10, §11).
     lag_s = 1 / control["estimator_bandwidth_rad_s"] + motion_s + pwm_s + 1 / control["current_bandwidth_rad_s"]
     for order, first, last in held(track, SPEED):
         first = int(np.searchsorted(track.time, track.time[first] + SETTLES_S))

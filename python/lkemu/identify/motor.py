@@ -144,7 +144,7 @@ class Motor:
 
     @cached_property
     def modulation(self) -> float:
-        """The largest voltage of a phase, over the supply's (docs/model.md §9)."""
+        """The largest voltage of a phase, over the supply's (docs/internals/model.md §9)."""
         return (2 * self.number("inverter", "duty_max") - 1) / math.sqrt(3)
 
     @cached_property
@@ -164,7 +164,7 @@ class Motor:
         return dict(self.data["factory"]["gains"])
 
     def loops(self, gains: "Dict[str, int] | None" = None) -> Dict[str, float]:
-        """The gains that bytes make: angle_kp 1/s, speed_kp A·s/rad, speed_ki A/rad (docs/model.md §11)."""
+        """The gains that bytes make: angle_kp 1/s, speed_kp A·s/rad, speed_ki A/rad (docs/internals/model.md §11)."""
         c, g = self.data["control"], gains or self.gain_bytes()
         kp = c["speed_bandwidth_rad_s"] * c["J_nominal_g_cm2"] * 1e-7 / self.k_t
         return {

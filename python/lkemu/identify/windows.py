@@ -3,7 +3,7 @@ and gravity took.
 
     ⟨iq⟩ = J/k_t·Δω/T + i_c·⟨s(ω)⟩ + B/k_t·⟨ω⟩ + i_0 + Σ cogging + gravity
 
-with s(ω) = sign ω·(1 + (τ_s/τ_c − 1)/(1 + (ω/ω_s)²)), the friction of docs/model.md §4. Δω is the difference of two speeds,
+with s(ω) = sign ω·(1 + (τ_s/τ_c − 1)/(1 + (ω/ω_s)²)), the friction of docs/internals/model.md §4. Δω is the difference of two speeds,
 from the source with less noise: the speeds that the drive reports, which it measures with its own clock, so that stamps do
 not matter to them; or angles over stamps, which lag less. Either is a mean over some time, and the current is averaged alike.
 """

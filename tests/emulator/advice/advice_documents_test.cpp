@@ -1,4 +1,4 @@
-// The table of docs/advice.md agrees with the program's.
+// The table of docs/guides/host-mistakes.md agrees with the program's.
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ void expect_the_table(const std::string& text) {
 }
 
 TEST(AdviceDocuments, HaveTheTableOfTheProgram) {
-  const std::string english = document("advice.md");
+  const std::string english = document("guides/host-mistakes.md");
   expect_the_table(english);
   std::size_t rows = 0;
   for (std::size_t at = english.find("| what to do |"); at != std::string::npos;

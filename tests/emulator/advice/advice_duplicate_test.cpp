@@ -144,7 +144,7 @@ TEST(DuplicateId, IsTheOnlyAdviceOnceItIsCertain) {
   EXPECT_EQ(rivals.here.adviser.given().size(), 1U) << rivals.here.all();
 }
 
-/// Their IDs in ROM are equal, or were set equal by 0x42 (docs/protocol.md §10.9).
+/// Their IDs in ROM are equal, or were set equal by 0x42 (docs/reference/protocol.md §10.9).
 TEST(DuplicateId, IsToldOfTwoDrivesHere) {
   BusConfig config = test::bus_config({}, 1'000'000);
   config.servos = {test::drive(Generation::kV236b, Series::kMg, 1),

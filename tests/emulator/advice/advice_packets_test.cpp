@@ -44,8 +44,8 @@ TEST(AdvicePackets, ZeroWithoutItsPayload) {
   EXPECT_EQ(older.all(), "");
 }
 
-/// docs/rs485.md: 0x42 is V2.35's, 0x91 the oldest manual's, 0x89 no generation's. On CAN 0x42 is
-/// v236b's, v235 has 0x91, and 0x89 is unused.
+/// docs/reference/rs485.md: 0x42 is V2.35's, 0x91 the oldest manual's, 0x89 no generation's. On CAN
+/// 0x42 is v236b's, v235 has 0x91, and 0x89 is unused.
 TEST(AdvicePackets, UnknownCommandsAreThoseOfTheWire) {
   Wired host;
   host.write(1, 5ms, "3E 42 01 07 88 97 32 00 14 00 00 00 DD");
@@ -70,7 +70,7 @@ TEST(AdvicePackets, UnknownCommandsAreThoseOfTheWire) {
             "if the real drive has it, set restore_command = true in its quirks; if not, do "
             "without");
   EXPECT_EQ(todo_text(given[3], Language::kEnglish),
-            "look up the commands that there are (docs/rs485.md, Commands)");
+            "look up the commands that there are (docs/reference/rs485.md, Commands)");
 }
 
 /// Covers all commands that a drive lacks, in every generation: each text has a name.
@@ -106,7 +106,8 @@ TEST(AdvicePackets, WhatIsToBeDoneIsAboutPackets) {
     Advice advice{.found = {row.kind, nullptr}, .id = 1, .count = 1, .first = {}, .frame = {}};
     advice.frame.kind = protocol::FrameKind::kSerial;
     const std::string todo = todo_text(advice, Language::kEnglish);
-    for (const char* const word : {"on CAN", "identifier", "Mbit/s", "0x280", "docs/protocol.md"}) {
+    for (const char* const word :
+         {"on CAN", "identifier", "Mbit/s", "0x280", "docs/reference/protocol.md"}) {
       EXPECT_EQ(todo.find(word), std::string::npos) << todo;
     }
   }

@@ -1,5 +1,5 @@
 // Advice about settings over the bus, from frames alone: drives here need not know the commands.
-// The replies are those of docs/protocol.md.
+// The replies are those of docs/reference/protocol.md.
 
 #include <gtest/gtest.h>
 

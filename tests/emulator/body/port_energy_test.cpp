@@ -81,7 +81,7 @@ TEST(PortEnergy, GivenIsTaken) {
 }
 
 /// Twelve joints in closed chains, each with the others' state of the previous step: the error is
-/// 0.5 % (docs/body.md).
+/// 0.5 % (docs/guides/robots.md).
 TEST(PortEnergy, OfContactsLittleIsLeftOver) {
   const Books books = books_of("dog_misses_a_command");
   EXPECT_GE(books.contacts, 4);

@@ -112,7 +112,7 @@ TEST(BusName, UnknownKindIsNamedInTheError) {
 
 /// The table in the document agrees with the program's.
 TEST(BusName, ThePageHasEachScheme) {
-  std::ifstream file(LKEMU_SOURCE_DIR "/docs/buses.md");
+  std::ifstream file(LKEMU_SOURCE_DIR "/docs/guides/buses.md");
   std::stringstream page;
   page << file.rdbuf();
   for (const BusScheme& scheme : bus_schemes()) {

@@ -1,4 +1,4 @@
-// [body] and the joints of drives in robot files (docs/body.md).
+// [body] and the joints of drives in robot files (docs/guides/robots.md).
 
 #include "emulator/config/config_body.hpp"
 

@@ -68,7 +68,7 @@ TEST(ConfigChecks, ContradictionsAreRefusedWhereTheyAreSaid) {
   }
 }
 
-/// docs/model.md gives the range of its equations. Limits by hand, for the defaults of
+/// docs/internals/model.md gives the range of its equations. Limits by hand, for the defaults of
 /// model/drive_params.hpp: 32 kHz, 0.14 + 0.01 ohm.
 TEST(ConfigChecks, MotorsThatTheModelCannotComputeAreRefused) {
   const std::string springy =

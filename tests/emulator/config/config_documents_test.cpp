@@ -1,5 +1,5 @@
-// The example file has every key that docs/configuration.md and docs/directives.md list, and the
-// documents explain every key of the example.
+// The example file has every key that docs/reference/configuration.md and docs/reference/events.md
+// list, and the documents explain every key of the example.
 
 #include <gtest/gtest.h>
 
@@ -46,8 +46,8 @@ std::set<std::string> keys_of_example() {
 
 /// Returns the keys in the first column of the tables, last part only.
 std::set<std::string> documented_keys() {
-  const std::string file = text_of("docs/configuration.md");
-  const std::string events = text_of("docs/directives.md");
+  const std::string file = text_of("docs/reference/configuration.md");
+  const std::string events = text_of("docs/reference/events.md");
   std::istringstream lines(file.substr(0, file.find("\n## Motor files")) +
                            events.substr(0, events.find("\n## Conditions")));
   const std::regex quoted("`([^`]+)`");
@@ -80,7 +80,7 @@ TEST(ConfigDocuments, TheExampleHasEveryKey) {
 
 TEST(ConfigDocuments, EveryKeyOfTheExampleIsExplained) {
   const std::string document =
-      text_of("docs/configuration.md") + text_of("docs/directives.md") + text_of("docs/faults.md");
+      text_of("docs/reference/configuration.md") + text_of("docs/reference/events.md");
   const std::regex with_unit("(threshold|hysteresis)_[VCAs]");
   for (const auto& key : keys_of_example()) {
     if (std::regex_match(key, with_unit)) continue;
@@ -92,7 +92,8 @@ TEST(ConfigDocuments, EveryKeyOfTheExampleIsExplained) {
 // Checks against the sources: this finds keys that neither the example nor a document has.
 TEST(ConfigDocuments, EveryKeyThatIsReadIsExplained) {
   std::string documents;
-  for (const char* name : {"configuration", "directives", "faults", "scenarios"}) {
+  for (const char* name :
+       {"reference/configuration", "reference/events", "guides/scenarios", "guides/robots"}) {
     documents += text_of(std::string("docs/") + name + ".md");
   }
   // reader.number("key", …), read_word(reader, "key", …), and rows {"key", &Section::member}.
@@ -118,7 +119,7 @@ TEST(ConfigDocuments, EveryKeyThatIsReadIsExplained) {
 
 // The last column of the table of differences names keys of [quirks].
 TEST(ConfigDocuments, TheProtocolNamesSwitchesThatThereAre) {
-  const std::string all = text_of("docs/protocol.md");
+  const std::string all = text_of("docs/reference/protocol.md");
   const std::size_t begin = all.find("\n### 10.1 ");
   ASSERT_NE(begin, std::string::npos);
   std::istringstream lines(all.substr(begin, all.find("\n### 10.2 ") - begin));

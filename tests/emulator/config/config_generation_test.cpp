@@ -131,7 +131,7 @@ TEST(ConfigGeneration, HasItsNameAndNoSwitchBesideItself) {
   }
 }
 
-// The columns of docs/configuration.md that differ.
+// The columns of docs/reference/configuration.md that differ.
 TEST(ConfigGeneration, WhatIsBesideItIsSaidAsAFileSaysIt) {
   using Lines = std::vector<std::string>;
   EXPECT_EQ(

@@ -299,7 +299,7 @@ TEST_F(Extending, IronTakesItsShareOfWhatFrictionThereIs) {
 
 TEST_F(Extending, TheExampleOfTheDocumentDoesWhatItSays) {
   const std::string document =
-      text_of(std::filesystem::path(LKEMU_SOURCE_DIR) / "docs/configuration.md");
+      text_of(std::filesystem::path(LKEMU_SOURCE_DIR) / "docs/reference/configuration.md");
   const std::size_t begin = document.find("# my.toml\n");
   ASSERT_NE(begin, std::string::npos);
   files_["my.toml"] = document.substr(begin, document.find("```", begin) - begin);

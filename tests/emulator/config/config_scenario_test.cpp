@@ -78,7 +78,7 @@ TEST(ScenarioFile, ABusIsToldByItsDrivesWhereItCanBe) {
             "dir/kick.toml:3: send.bus: which one is meant? vcan0, vcan1");
 }
 
-// Bytes by hand from the tables of docs/protocol.md.
+// Bytes by hand from the tables of docs/reference/protocol.md.
 TEST(ScenarioFile, CommandsInWordsAreTheDrivesOwnBytes) {
   const std::string one = "id = 1\ncommand = ";
   EXPECT_EQ(frame_of(one + "\"off\""), "141#8000000000000000");

@@ -1,4 +1,4 @@
-// RS-485 buses in configuration files and on the command line (docs/rs485.md).
+// RS-485 buses in configuration files and on the command line (docs/reference/rs485.md).
 
 #include "emulator/config/config_serial.hpp"
 

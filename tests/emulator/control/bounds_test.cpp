@@ -1,4 +1,4 @@
-// Every list that a client can extend is bounded. The table in docs/reliability.md and the
+// Every list that a client can extend is bounded. The table in docs/internals/testing.md and the
 // constants of the source agree with the table here.
 
 #include <gtest/gtest.h>
@@ -121,7 +121,7 @@ const std::set<std::string> kOthers = {
 // clang-format on
 
 TEST(Bounds, AreThoseOfTheDocument) {
-  const std::string page = text_of(kSource + "docs/reliability.md");
+  const std::string page = text_of(kSource + "docs/internals/testing.md");
   const std::size_t begin = page.find("| what a client can lengthen |");
   const std::string table = page.substr(begin, page.find("\n\n", begin) - begin);
   for (const List& list : kLists) {

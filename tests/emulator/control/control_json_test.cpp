@@ -56,7 +56,7 @@ TEST(ControlJson, ADriveTellsWhatItsLoopsAreTold) {
     t.post("/clock/advance", R"({"by_s": 0.01})");
     return t.get("/drives/vcan0/1").body["setpoint"];
   };
-  // docs/protocol.md: 0.01 degrees a bit. One of 65536 encoder counts is 0.0055 degrees.
+  // docs/reference/protocol.md: 0.01 degrees a bit. One of 65536 encoder counts is 0.0055 degrees.
   const Json position = said({0xA3, 0, 0, 0, 0x10, 0x27, 0, 0});
   EXPECT_NEAR(position.at("angle_deg").get<double>(), 100, 0.011);
   const Json speed = said({0xA2, 0, 0, 0, 0x10, 0x27, 0, 0});

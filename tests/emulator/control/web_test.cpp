@@ -143,8 +143,8 @@ TEST_F(Served, FramesComeInWords) {
                        "Content-Length: " +
                        std::to_string(body.size()) + "\r\n\r\n" + body)),
             200);
-  // docs/protocol.md: 0x012C = 300 dps, 0xC350 = 50000 of 0.01 degrees. The drive replies with
-  // state 2.
+  // docs/reference/protocol.md: 0x012C = 300 dps, 0xC350 = 50000 of 0.01 degrees. The drive replies
+  // with state 2.
   std::string told = stream.receive_until(R"("from":"drive")");
   told += stream.receive_until("]}");
   EXPECT_NE(told.find(R"("frame":"141#A4002C0150C30000","command":"A4")"), std::string::npos)

@@ -42,8 +42,8 @@ TEST(Generation, LegacyIsTheDefault) {
   EXPECT_FALSE(quirks_of(Generation::kV236).run_resumes);
 }
 
-/// docs/protocol.md §4.1: the manuals of V2.35 and V2.36 require 0x88 after 0x80, the first one
-/// does not.
+/// docs/reference/protocol.md §4.1: the manuals of V2.35 and V2.36 require 0x88 after 0x80, the
+/// first one does not.
 TEST(Generation, NewerDrivesThatAreOffWaitForRun) {
   for (const auto& [generation, waits] :
        {std::pair(Generation::kLegacy, false), std::pair(Generation::kLateLegacy, false),
@@ -197,7 +197,8 @@ TEST(Generation, EncodersOfEveryWidth) {
   }
 }
 
-// docs/protocol.md §10.1: DATA[0] of the query, 24.0 V at 3–4, one turn of the output at 4–7.
+// docs/reference/protocol.md §10.1: DATA[0] of the query, 24.0 V at 3–4, one turn of the output at
+// 4–7.
 TEST(Generation, LateLegacyIsAMixture) {
   Host host(mg4005(Generation::kLateLegacy, 3599.0));
   EXPECT_EQ(host.ask("141#9A00000000000000"), frame("141#9A1900F000000000"));
@@ -290,7 +291,8 @@ TEST(Generation, SingleTurnAngleCoversTheOutputTurn) {
   EXPECT_EQ(rotor.ask("141#9400000000000000"), frame("141#9400000094110000"));
 }
 
-// docs/protocol.md §7: the initial multi-turn angle and the effect of 0x80 on it are independent.
+// docs/reference/protocol.md §7: the initial multi-turn angle and the effect of 0x80 on it are
+// independent.
 TEST(Generation, MultiTurnAngleStartsAtZeroOnDrivesThatDoSo) {
   auto config = mg4005(Generation::kV236, 90);
   config.quirks.boot_multi_turn = BootMultiTurn::kZero;
@@ -318,7 +320,8 @@ TEST(Generation, MultiTurnAngleStartsAtZeroOnDrivesThatDoSo) {
   EXPECT_EQ(wrapped.multi_turn_cdeg(), 9000);
 }
 
-// docs/protocol.md §4: the under-voltage is over; 0x9B clears it, independent of the shown flags.
+// docs/reference/protocol.md §4: the under-voltage is over; 0x9B clears it, independent of the
+// shown flags.
 TEST(Generation, ClearRepliesShowTheFlagsFromBeforeOnDrivesThatDoSo) {
   for (const ClearReply shown : {ClearReply::kAfter, ClearReply::kBefore}) {
     auto config = drive(Generation::kV236);

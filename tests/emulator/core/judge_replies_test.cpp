@@ -91,7 +91,8 @@ TEST(JudgeReplies, EnoughIsEnoughWhereThereIsNoMost) {
   EXPECT_EQ(ear.status(2s), Status::kPassed);
 }
 
-// Bytes by hand from the tables of docs/protocol.md; nullopt if the reply lacks the field.
+// Bytes by hand from the tables of docs/reference/protocol.md; nullopt if the reply lacks the
+// field.
 TEST(JudgeReplies, FieldsAreThoseOfTheProtocol) {
   using protocol::kLegacyFormat;
   struct Case {

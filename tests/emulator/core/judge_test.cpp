@@ -90,7 +90,7 @@ TEST(Judge, StatesAndErrorsAreLookedAtAlike) {
   EXPECT_EQ(status_of(ErrorIs{{model::Error::kStall}, true}, by(1s)), Status::kFailed);
 }
 
-/// docs/protocol.md §6: a protection that trips switches the bridge off, without a host.
+/// docs/reference/protocol.md §6: a protection that trips switches the bridge off, without a host.
 TEST(Judge, ADriveThatTrippedIsOff) {
   Scenario scenario;
   scenario.robot = {test::bus_config({1})};

@@ -1,5 +1,5 @@
-// Drives that adopt another ID or bit rate (docs/protocol.md §10.9), with effects of power, time
-// and flash. Frames by hand.
+// Drives that adopt another ID or bit rate (docs/reference/protocol.md §10.9), with effects of
+// power, time and flash. Frames by hand.
 
 #include <gtest/gtest.h>
 

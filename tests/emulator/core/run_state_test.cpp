@@ -52,7 +52,7 @@ TEST(RunState, OffRefusesMotionUntilRunWhereTheSwitchSaysSo) {
   EXPECT_NE(host.multi_turn_cdeg(), 4500);
 }
 
-/// docs/protocol.md §4.1: a real GYEMS drive moves after 0x80 without 0x88.
+/// docs/reference/protocol.md §4.1: a real GYEMS drive moves after 0x80 without 0x88.
 TEST(RunState, MotionCommandLeavesOff) {
   for (const char* const command :
        {"141#A100000064000000", "141#A200000010270000", "141#A300000050460000",
@@ -239,8 +239,8 @@ TEST(Errors, ATripNeedsNobodyToAsk) {
   EXPECT_EQ(host.run_state(), RunState::kOff);
 }
 
-/// docs/protocol.md §6: a trip drops the command. Later writes to the drive's memory do not restore
-/// it, even if the error is cleared before the loops run again.
+/// docs/reference/protocol.md §6: a trip drops the command. Later writes to the drive's memory do
+/// not restore it, even if the error is cleared before the loops run again.
 TEST(Errors, NoSettingBringsBackWhatATripDropped) {
   const auto somebody_writes = [](Host& host) {
     host.bus.apply({1, Setting{RomParameter::kMaxSpeed, host.bus.servo(1).rom()}});

@@ -1,5 +1,5 @@
 // The second print of V2.36: settings, ID and bit rate over the bus, restart, zero, ranges
-// (docs/protocol.md §10.9). Frames by hand.
+// (docs/reference/protocol.md §10.9). Frames by hand.
 
 #include <gtest/gtest.h>
 

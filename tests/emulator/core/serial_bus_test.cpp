@@ -1,4 +1,4 @@
-// Drives on RS-485: accepted bytes and replies (docs/rs485.md).
+// Drives on RS-485: accepted bytes and replies (docs/reference/rs485.md).
 
 #include "tests/support/serial_bus.hpp"
 

@@ -1,4 +1,4 @@
-// RS-485 as a wire: timing of bytes and collisions (docs/rs485.md).
+// RS-485 as a wire: timing of bytes and collisions (docs/reference/rs485.md).
 
 #include "emulator/core/wire/serial_wire.hpp"
 

@@ -118,7 +118,7 @@ TEST(ShaftAngles, TheShaftCountsFromTheRawZeroOfTheEncoder) {
 }
 
 // Targets 0.01° before a full turn, and zero. Up to two counts past the target in the direction of
-// travel count as arrived, also across the wrap (docs/protocol.md §4.3).
+// travel count as arrived, also across the wrap (docs/reference/protocol.md §4.3).
 TEST(ShaftAngles, NoTurnIsTravelledForTwoCountsAcrossZero) {
   const ShaftAngles angles(profile(14));
   constexpr std::int64_t kTurns3 = std::int64_t{3} * 16384;
@@ -140,9 +140,9 @@ TEST(ShaftAngles, NoTurnIsTravelledForTwoCountsAcrossZero) {
   EXPECT_NEAR(turns(kTurns3 + 8195, true, 18000), 4.5, 1e-12);
 }
 
-/// If wire and sensor counts differ (docs/protocol.md §4.3): two wire counts, 2·10·360°/65536 =
-/// 0.110° on an MG4005-i10. Or, if larger, the resting error of the position loop, 0.02°
-/// (docs/model.md), plus encoder noise.
+/// If wire and sensor counts differ (docs/reference/protocol.md §4.3): two wire counts,
+/// 2·10·360°/65536 = 0.110° on an MG4005-i10. Or, if larger, the resting error of the position
+/// loop, 0.02° (docs/internals/model.md), plus encoder noise.
 TEST(ShaftAngles, ATargetIsReachedWhereTheShaftMayRest) {
   struct Case {
     const char* what;

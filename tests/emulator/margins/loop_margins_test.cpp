@@ -57,7 +57,8 @@ Complex simulated(const model::DriveInit& init, double omega) {
     bank.command(0, model::Speed{kBias + swing});
     bank.advance(init.params.control.motion_divider);
   }
-  // Speed as the estimator computes it (docs/model.md §11), from a reading one PWM period old.
+  // Speed as the estimator computes it (docs/internals/model.md §11), from a reading one PWM period
+  // old.
   const Complex z1 = std::polar(1.0, -step);
   const Complex estimate =
       p.estimator_share * (1.0 - z1) / p.T_m / (1.0 - (1.0 - p.estimator_share) * z1);

@@ -98,7 +98,7 @@ TEST(AnsweredIds, ThatTwoAnswerIsToldOnceForEachTimeThatItIsSo) {
                   Line::Patience::kNone);
     ids.follow(line);
   };
-  // 0x42 sets the ID, 0x44 saves, 0x07 restarts with it (docs/protocol.md §10.9).
+  // 0x42 sets the ID, 0x44 saves, 0x07 restarts with it (docs/reference/protocol.md §10.9).
   for (const char* query :
        {"143#42050A0009000000", "143#4405FA0000000000", "143#0700000000000000"}) {
     move_to(query);

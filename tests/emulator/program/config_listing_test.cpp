@@ -11,7 +11,7 @@
 namespace lk::emulator {
 namespace config_listing_test {
 
-/// docs/protocol.md §10.1, written here a second time.
+/// docs/reference/protocol.md §10.1, written here a second time.
 TEST(Spoken, NamesGenerationAndLayoutOfEachDrive) {
   BusConfig bus = test::bus_config({});
   bus.interface = "vcan0";

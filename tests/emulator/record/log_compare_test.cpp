@@ -323,7 +323,7 @@ TEST(LogComparison, RepliesThatOneOfThemDoesNotGiveAreCounted) {
   EXPECT_EQ(find(comparison, 0x9C)->extra, 0U);
 }
 
-/// 0x42 of docs/rs485.md differs from 0x42 on CAN.
+/// 0x42 of docs/reference/rs485.md differs from 0x42 on CAN.
 TEST(LogComparison, CommandsHaveTheirNamesOnRs485) {
   const auto bus = test::serial_bus({test::serial_drive(Generation::kV235)});
   const LoggedFrame query{

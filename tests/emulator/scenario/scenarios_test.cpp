@@ -177,13 +177,14 @@ INSTANTIATE_TEST_SUITE_P(Scenarios, Delivered, testing::ValuesIn(names()),
 
 TEST(Scenarios, ThereAreSome) { EXPECT_GE(names().size(), 12U); }
 
-/// The example of docs/scenarios.md, except for its first line, which contains the wall-clock time.
+/// The example of docs/guides/scenarios.md, except for its first line, which contains the
+/// wall-clock time.
 TEST(Scenarios, TheDocumentsShowWhatIsPrinted) {
   const Scenario scenario = load("jammed_joint");
   RunReport report;
   report.verdict = run(scenario);
   const std::string printed = report_text(report, false);
-  std::istringstream lines(text_of(fs::path(LKEMU_SOURCE_DIR) / "docs/scenarios.md"));
+  std::istringstream lines(text_of(fs::path(LKEMU_SOURCE_DIR) / "docs/guides/scenarios.md"));
   int shown = 0;
   for (std::string line; std::getline(lines, line);) {
     if (!line.starts_with("      pass  ") && !line.starts_with("      fault ")) continue;

@@ -1,4 +1,4 @@
-// Messages byte for byte as in docs/shafts.md; invalid ones are refused.
+// Messages byte for byte as in docs/guides/your-simulator.md; invalid ones are refused.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// The limits in docs/shafts.md, each from both sides, with a linear drive and simulator, so that
-// growth and decay can be computed by hand.
+// The limits in docs/guides/your-simulator.md, each from both sides, with a linear drive and
+// simulator, so that growth and decay can be computed by hand.
 #include <gtest/gtest.h>
 
 #include <chrono>

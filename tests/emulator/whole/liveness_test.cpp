@@ -1,5 +1,6 @@
 // Drives under random faults, on both wires: while no fault is active, every powered drive answers
-// a valid query within its reply time. LK_LONG_RUN_S sets the simulated seconds (docs/testing.md).
+// a valid query within its reply time. LK_LONG_RUN_S sets the simulated seconds
+// (docs/internals/testing.md).
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // 32 drives for a long time under random commands and faults. Counters add up, states are finite,
 // memory does not grow, and a seed gives equal bytes each time. A separate program, because it
-// counts all allocations. LK_LONG_RUN_S sets the simulated seconds (docs/testing.md).
+// counts all allocations. LK_LONG_RUN_S sets the simulated seconds (docs/internals/testing.md).
 
 #include <gtest/gtest.h>
 #include <malloc.h>

@@ -192,8 +192,8 @@ TEST(Hold, AgainstALoad) {
   EXPECT_LT(host.state_2().iq_A, -2);  // counteracts: k_t is about 0.105 Nm/A
 }
 
-/// docs/protocol.md §4.3: a repeated target at the present angle causes no turn, for either
-/// direction. A turn would be degrees off after 50 ms.
+/// docs/reference/protocol.md §4.3: a repeated target at the present angle causes no turn, for
+/// either direction. A turn would be degrees off after 50 ms.
 TEST(Hold, TheSameTargetAgainIsNoTurnAway) {
   for (const char* name : {"mg4005", "mg6010", "mg8016", "mf7015"}) {
     Host host(motor(name));

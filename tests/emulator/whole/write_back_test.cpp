@@ -52,7 +52,8 @@ Frame query(Framing framing, const std::vector<int>& data) {
   return frame;
 }
 
-/// docs/protocol.md §10 and docs/rs485.md: all parameters that can be read and written.
+/// docs/reference/protocol.md §10 and docs/reference/rs485.md: all parameters that can be read and
+/// written.
 std::vector<Pair> pairs(Framing framing) {
   std::vector<Pair> all;
   for (const int id : {0x0A, 0x0B, 0x0C, 0x1E, 0x20, 0x22, 0x24, 0x26}) {

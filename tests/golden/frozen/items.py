@@ -152,7 +152,7 @@ def http_tasks(program: str) -> list[Task]:
 
 
 def run_requests(program: str) -> Texts:
-    """Sends REQUESTS to one program, then every GET of openapi.json, and reads both streams."""
+    """Sends REQUESTS to one program, then every GET, and reads both streams."""
     texts = {}
     with tempfile.TemporaryDirectory(prefix="freeze") as directory:
         folder = pathlib.Path(directory)
@@ -163,7 +163,7 @@ def run_requests(program: str) -> Texts:
 
             for number, (name, method, path, body) in enumerate(REQUESTS, 1):
                 add(f"{number:02}_{name}", *running.ask(method, path, body))
-            for name, path in get_paths(ROOT / "docs" / "openapi.json", bus):
+            for name, path in get_paths(bus):
                 add(f"get_{name}", *running.ask("GET", path))
             for name, answer in streams(running):
                 texts[f"http/{name}"] = renamed(json_text(answer), bus)

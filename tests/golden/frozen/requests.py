@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import pathlib
 import re
 from typing import Any, Iterator
 
@@ -105,12 +103,15 @@ max = 40
     ("wrong_method", "PUT", "/status", {}),
     ("no_such_drive", "GET", "/drives/other/1", None),
 ]
+GET_PATHS = (
+    "/advice", "/body", "/clock", "/drives", "/drives/{bus}/{id}", "/faults", "/faults/kinds", "/frames", "/scenario", "/scenarios",
+    "/signals", "/status", "/telemetry",
+)  # fmt: skip
 
 
-def get_paths(openapi: pathlib.Path, bus: str) -> Iterator[tuple[str, str]]:
+def get_paths(bus: str) -> Iterator[tuple[str, str]]:
     """Yields item name and path of every GET, with each drive's ID where the path has one."""
-    paths = json.loads(openapi.read_text("utf-8"))["paths"]
-    for path in sorted(path for path, methods in paths.items() if "get" in methods):
+    for path in GET_PATHS:
         for drive in range(1, 7) if "{id}" in path else [0]:
             name = re.sub(r"\W+", "_", path.replace("{bus}/{id}", str(drive)).strip("/"))
             yield name, path.format(bus=bus, id=drive)

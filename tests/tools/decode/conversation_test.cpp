@@ -96,7 +96,7 @@ TEST(Conversation, TellsRepliesByTheirOwnIdentifier) {
   EXPECT_EQ(roles(decode({"(1.0) a 181#8800000000000000"})), (Roles{"other"}));
 }
 
-/// docs/protocol.md §8: the manual prints 0xA5 and 0xA6 in the replies to 0xA7 and 0xA8.
+/// docs/reference/protocol.md §8: the manual prints 0xA5 and 0xA6 in the replies to 0xA7 and 0xA8.
 TEST(Conversation, TakesTheManualsMisprintsForReplies) {
   ServoConfig servo;
   servo.quirks.manual_reply_bytes = true;

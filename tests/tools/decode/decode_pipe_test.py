@@ -112,7 +112,7 @@ class Files(unittest.TestCase):
                 self.assertNotRegex(ran.stdout + ran.stderr, rb"[\x00-\x09\x0b-\x1f]")
 
     def test_a_drive_on_rs485_names_its_motor(self):
-        # A real MS4015 (docs/rs485.md), and a drive named ../x, whose 58 bytes have a sum that ends in 35.
+        # A real MS4015 (docs/reference/rs485.md), and a drive named ../x, whose 58 bytes have a sum that ends in 35.
         for motor, total, said in (("4D5334303135", "9C", " --motor ms4015"), ("2E2E2F780000", "35", "")):
             ran = self.run_on(("(1.000000) u rs485#3E12010051\n"
                                "(1.000900) u rs485#3E12013A8B4453343052370000000000000000000000000000" + motor +

@@ -1,5 +1,5 @@
 // Decoded frames from candump output. Lines as can-utils 2020.11 printed them on a real bus;
-// meanings worked out by hand from docs/protocol.md.
+// meanings worked out by hand from docs/reference/protocol.md.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,8 @@
 namespace lk::emulator {
 namespace decode_test {
 
-/// docs/protocol.md §2: iq of replies is 33/2048 A in legacy; §10.2: 33/4096 A on MF from v235 on.
+/// docs/reference/protocol.md §2: iq of replies is 33/2048 A in legacy; §10.2: 33/4096 A on MF from
+/// v235 on.
 TEST(Decode, ReadsValuesInTheScaleOfTheDrive) {
   const std::vector<std::string> lines = {"(10.000000) a 141#9C00000000000000",
                                           "(10.000338) a 141#9C19020003002108"};
@@ -73,7 +74,7 @@ TEST(Decode, TakesAnEchoThatIsMuchTooLateForTheQueryAgain) {
   EXPECT_EQ(dead["unanswered"], 19) << "the log ends while the last waits";
 }
 
-/// Captures of real drives, docs/protocol.md §10.7.
+/// Captures of real drives, docs/reference/protocol.md §10.7.
 TEST(Decode, ReadsCapturesOfRealDrives) {
   const auto out = decode(
       {"  can0  141   [8]  9A 00 00 00 00 00 00 00", "  can0  141   [8]  9A 24 08 13 00 00 00 00"},
@@ -161,8 +162,8 @@ TEST(Decode, SaysWhenAStateLooksLikeAnotherGeneration) {
 
 // --- RS-485
 
-/// The vendor's example of broadcast mode (docs/rs485.md), 100 to drive 1 and -100 to drive 3. The
-/// replies equal those to 0xA1: 25 °C, iq 100 and -100, speed 3, encoder 0x0821.
+/// The vendor's example of broadcast mode (docs/reference/rs485.md), 100 to drive 1 and -100 to
+/// drive 3. The replies equal those to 0xA1: 25 °C, iq 100 and -100, speed 3, encoder 0x0821.
 const std::vector<std::string> kBroadcast = {"(1.000000) u rs485#0280640000009CFF000081",
                                              "(1.000300) u rs485#3EA10107E719640003002108A9",
                                              "(1.000600) u rs485#3EA10307E9199CFF03002108E0"};
@@ -184,7 +185,7 @@ TEST(DecodeSerial, ReadsBroadcastPacketsInEveryGenerationAndDirection) {
 }
 
 /// V2.35 has 0x12, 0x1F, 0x40, 0x42, 0x44, 0x8C and 0x93 on RS-485 only. 0x12 and 0x42 come from
-/// the log of an MS4015, the others are by hand from docs/rs485.md.
+/// the log of an MS4015, the others are by hand from docs/reference/rs485.md.
 TEST(DecodeSerial, UsesTheCommandsOfTheWire) {
   const std::vector<std::string> talk = {"3E12010051",
                                          "3E12013A8B4453343052370000000000000000000000000000"
@@ -251,7 +252,8 @@ TEST(DecodeSerial, TellsTheWiresOfOneInterfaceApart) {
   EXPECT_EQ(out[3]["values"]["voltage_V"], 48.72);
 }
 
-/// docs/protocol.md §10.1: the voltage of legacy is in [3:4], 0.1 V, that of v236 in [2:3], 0.01 V.
+/// docs/reference/protocol.md §10.1: the voltage of legacy is in [3:4], 0.1 V, that of v236 in
+/// [2:3], 0.01 V.
 TEST(Decode, ReadsDrivesOfARecordingByTheirOwnFirmware) {
   DecodeOptions options = json_options();
   ServoConfig servo;

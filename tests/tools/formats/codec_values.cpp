@@ -12,7 +12,7 @@ Values read(const PidGains& gains) {
           {"speed_ki", gains.speed_ki}, {"iq_kp", gains.iq_kp},       {"iq_ki", gains.iq_ki}};
 }
 
-/// Scales of docs/protocol.md §10.5.
+/// Scales of docs/reference/protocol.md §10.5.
 Values read(const Parameter& parameter, const WireFormat& format) {
   Values values = {{"parameter", static_cast<double>(parameter.id)}};
   const auto loop = [&](const std::string& name) {
@@ -53,7 +53,7 @@ Values read(const Parameter& parameter, const WireFormat& format) {
   return values;
 }
 
-/// Scales of docs/protocol.md §10.9. A frame contains only the fields of its setting.
+/// Scales of docs/reference/protocol.md §10.9. A frame contains only the fields of its setting.
 Values read(const StoredSetting& setting, const WireFormat& format) {
   Values values = {{"setting", setting.table}};
   const auto loop = [&](const std::string& name) {
@@ -198,7 +198,7 @@ struct Reader {
       values["bus_current"] = reply.bus_current_A;
       values["bridge"] = reply.bridge_on ? 0x00 : 0x10;
     }
-    // docs/protocol.md §10.1
+    // docs/reference/protocol.md §10.1
     const char* const errors[] = {
         "under_voltage", "over_voltage", "driver_temperature", "motor_temperature", "over_current",
         "short_circuit", "stall",        "lost_input"};

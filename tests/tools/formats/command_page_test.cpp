@@ -1,4 +1,4 @@
-// docs/protocol.md §3 agrees with the table of commands.
+// docs/reference/protocol.md §3 agrees with the table of commands.
 
 #include "tools/formats/command_page.hpp"
 
@@ -25,17 +25,17 @@ std::string block(const std::string& file, const std::string& name) {
 }
 
 TEST(Documents, TheCommandsAreThoseOfTheTable) {
-  EXPECT_EQ(block("protocol.md", "commands"), command_page())
+  EXPECT_EQ(block("reference/protocol.md", "commands"), command_page())
       << "put what build/release/emulator/lk-emu-formats prints between the markers";
 }
 
 TEST(Documents, TheCommandsOfRs485AreThoseOfTheTable) {
-  EXPECT_EQ(block("rs485.md", "commands"), serial_command_page())
+  EXPECT_EQ(block("reference/rs485.md", "commands"), serial_command_page())
       << "put what build/release/emulator/lk-emu-formats --serial prints between the markers";
 }
 
 TEST(Documents, TheGenerationsAreThoseOfTheTable) {
-  EXPECT_EQ(block("protocol.md", "generations"), generation_page())
+  EXPECT_EQ(block("reference/protocol.md", "generations"), generation_page())
       << "put what build/release/emulator/lk-emu-formats --generations prints between the markers";
 }
 

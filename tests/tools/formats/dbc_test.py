@@ -20,7 +20,7 @@ FRAME_VALUES, FORMATS = sys.argv[1], pathlib.Path(sys.argv.pop())
 sys.argv.pop()
 
 GENERATIONS = {"legacy": "", "late-legacy": "-late-legacy", "v235": "-v235", "v236": "-v236", "v236b": "-v236b"}
-# Commands of the generations, docs/protocol.md §3 and §10.1, without those of MS drives only.
+# Commands of the generations, docs/reference/protocol.md §3 and §10.1, without those of MS drives only.
 LEGACY = [0x19, *range(0x30, 0x35), 0x37, 0x38, 0x80, 0x81, 0x88, 0x90, 0x91, 0x92, 0x94, 0x95, *range(0x9A, 0x9E), *range(0xA1, 0xA9)]
 V235 = [command for command in LEGACY if not 0x30 <= command <= 0x38]
 V236 = sorted({*V235, 0x8C, 0xC0, 0xC1} - {0x91})
@@ -77,7 +77,7 @@ class Dbc(unittest.TestCase):
         no_errors = {f"error_{name}": 0 for name in (
             "under_voltage over_voltage driver_temperature motor_temperature over_current short_circuit stall lost_input").split()}
         cases = [
-            # docs/protocol.md §5, §10.7 and §7; 240 · 0.1 V, 4872 and 2388 · 0.01 V
+            # docs/reference/protocol.md §5, §10.7 and §7; 240 · 0.1 V, 4872 and 2388 · 0.01 V
             ("legacy", "reply", "141#9A1900F000000000", {"temperature": 25, "voltage": 24.0, **no_errors}),
             ("v236", "reply", "141#9A24081300000000",
              {"temperature": 36, "voltage": 48.72, "bus_current": 0, "bridge": 0, **no_errors}),
@@ -155,7 +155,7 @@ class Dbc(unittest.TestCase):
                 self.assertEqual(known[0x9A], "read state 1")
 
     def test_the_document_names_all_signals(self):
-        text = (pathlib.Path(__file__).parents[3] / "docs/dbc.md").read_text("utf-8").split("\n## Names\n")[1].split("\n## ")[0]
+        text = (pathlib.Path(__file__).parents[3] / "docs/reference/formats.md").read_text("utf-8").split("\n## Names\n")[1].split("\n## ")[0]
         named = {name for row in re.findall(r"^\| (`[^|]*) \|", text, re.M) for name in re.findall(r"`(\w+)`", row)}
         known = {signal.name for matrix in MATRICES.values() for frame in matrix.frames for signal in frame.signals}
         only_on_ms = {"power", "power_target", "register_max_power", "setting_max_power"}
@@ -182,7 +182,7 @@ class Dbc(unittest.TestCase):
         self.assertEqual((torque.min, torque.max), (-32, 32))
 
     def test_queries_can_be_written(self):
-        # docs/protocol.md §3, and the first conversation of the README
+        # docs/reference/protocol.md §3, and the first conversation of the README
         frame = MATRICES["legacy", "query"].frame_by_name("Drive1_Query")
         for values, expected in [
             ({"command": "read state 1"}, "9A00000000000000"),

@@ -62,7 +62,7 @@ def conversation(draw, length):
 
 class Dissector(unittest.TestCase):
     def test_pairs_are_those_of_a_comparison_of_logs(self):
-        # docs/record.md has the rules. emulator/monitor/frames/log_pairing.cpp implements them too, with look-ahead.
+        # docs/reference/formats.md has the rules. emulator/monitor/frames/log_pairing.cpp implements them too, with look-ahead.
         frames = list(conversation(random.Random(7), 3000))
         capture = SCRATCH / "drawn.pcap"
         write_pcap(capture, frames)
@@ -141,7 +141,7 @@ class Dissector(unittest.TestCase):
     def test_generations(self):
         def voltage(generation, frame):
             return said("141#9A00000000000000", frame, preferences=[f"generation:{generation}"])[1].values["voltage"]
-        # docs/protocol.md §10.7, and the frame of §5
+        # docs/reference/protocol.md §10.7, and the frame of §5
         self.assertEqual(voltage("v236", "141#9A24081300000000"), 48.72)
         self.assertEqual(voltage("v235", "141#9A1F540900000000"), 23.88)
         self.assertEqual(voltage("legacy", "141#9A1900F000000000"), 24.0)

@@ -134,8 +134,8 @@ void ask_packets(Logged& log, std::initializer_list<std::string_view> packets) {
   }
 }
 
-/// docs/rs485.md: the presets `legacy` and `late-legacy` differ in scales only, `v236` and `v236b`
-/// in 0x07, 0x18 and the reply to 0x19.
+/// docs/reference/rs485.md: the presets `legacy` and `late-legacy` differ in scales only, `v236`
+/// and `v236b` in 0x07, 0x18 and the reply to 0x19.
 TEST(GuessKinds, EveryGenerationOfEveryMotorOnRs485) {
   const Keys expected[] = {
       {"legacy", "late-legacy"}, {"legacy", "late-legacy"}, {"v235"}, {"v236"}, {"v236b"}};
@@ -320,7 +320,7 @@ TEST(GuessKinds, CommandsForSeveralDrives) {
 
 TEST(WhichDrive, NamesEveryMotorAndGeneration) {
   std::ostringstream page;
-  page << std::ifstream(LKEMU_SOURCE_DIR "/docs/which-drive.md").rdbuf();
+  page << std::ifstream(LKEMU_SOURCE_DIR "/docs/start/which-drive.md").rdbuf();
   const std::string text = page.str();
   for (const std::string& motor : test::motor_names()) {
     EXPECT_NE(text.find(test::profile(motor).model), std::string::npos) << motor;
@@ -340,7 +340,7 @@ std::string word_after(const std::string& row, const std::string& option) {
 
 /// Hosts that count 65536 per turn of the rotor or of the output get a matching drive.
 TEST(WhichDrive, GivesHostsTheEncoderThatTheyExpect) {
-  std::ifstream page(LKEMU_SOURCE_DIR "/docs/which-drive.md");
+  std::ifstream page(LKEMU_SOURCE_DIR "/docs/start/which-drive.md");
   int rows = 0;
   for (std::string row; std::getline(page, row);) {
     const bool rotor = row.find("turn of the **rotor**") != std::string::npos;

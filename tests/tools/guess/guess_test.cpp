@@ -26,7 +26,8 @@ using Keys = std::vector<std::string>;
 
 // --- captures of real drives
 
-/// docs/protocol.md §10.7: 48.72 V at [2:3], and bytes 4 to 6 that are 0 in both newer layouts.
+/// docs/reference/protocol.md §10.7: 48.72 V at [2:3], and bytes 4 to 6 that are 0 in both newer
+/// layouts.
 TEST(Guess, TellsTheLayoutOfOneCapturedState) {
   const auto drive = guessed({"  can0  141   [8]  9A 00 00 00 00 00 00 00",
                               "  can0  141   [8]  9A 24 08 13 00 00 00 00"})[0];
@@ -35,8 +36,8 @@ TEST(Guess, TellsTheLayoutOfOneCapturedState) {
   EXPECT_EQ(drive["findings"][0]["values"][1]["frames"][0]["frame"], "141#9A24081300000000");
 }
 
-/// Documented replies of an MF7015 (docs/protocol.md §10): 24.0 V as 240 at [3:4], a state at 25
-/// °C. Its angle of 180.00° is 0x4650 at [4:5], where a 16-bit drive has zeros.
+/// Documented replies of an MF7015 (docs/reference/protocol.md §10): 24.0 V as 240 at [3:4], a
+/// state at 25 °C. Its angle of 180.00° is 0x4650 at [4:5], where a 16-bit drive has zeros.
 TEST(Guess, NamesTheMixtureThatIsAGenerationOfItsOwn) {
   const auto out =
       guessed({"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A1900F000000000",
@@ -58,8 +59,8 @@ TEST(Guess, NamesTheSwitchesOfAMixtureThatIsNone) {
             Keys{"lk-emu --bus vcan0 --ids 2 --generation v235 --quirk single_turn_bits=16"});
 }
 
-/// Examples of docs/rs485.md: 48.7 V at D[2:3] is the oldest manual's format; a drive with 48.72 V
-/// at D[1:2] that answers 0xC0 is V2.36.
+/// Examples of docs/reference/rs485.md: 48.7 V at D[2:3] is the oldest manual's format; a drive
+/// with 48.72 V at D[1:2] that answers 0xC0 is V2.36.
 TEST(Guess, TellsTheManualOfADriveOnRs485) {
   EXPECT_EQ(guessed({"(1.000000) bus rs485#3E9A0100D9",
                      "(1.000400) bus rs485#3E9A0107E02400E7010000000C"})[0]["fits"],
@@ -80,8 +81,8 @@ TEST(Guess, TellsTheManualOfADriveOnRs485) {
   EXPECT_EQ(out[1]["commands"], Keys{"lk-emu --bus rs485:/tmp/arm --ids 1 --generation v236"});
 }
 
-/// From the log of a real MS4015 (docs/rs485.md): 58 bytes of product data, two bytes in reply to
-/// 0x42, six to 0x90. Only V2.35 does this.
+/// From the log of a real MS4015 (docs/reference/rs485.md): 58 bytes of product data, two bytes in
+/// reply to 0x42, six to 0x90. Only V2.35 does this.
 TEST(Guess, UsesEveryCommandOfRs485) {
   const Keys lines{"(1.000000) u rs485#3E12010051",
                    "(1.000900) u rs485#3E12013A8B4453343052370000000000000000000000000000"
@@ -107,9 +108,9 @@ TEST(Guess, UsesEveryCommandOfRs485) {
       << guessed_text(lines);
 }
 
-/// 0x92 and the field of 0x9C at rest, 90 rotor degrees further each time. By docs/which-drive.md,
-/// 65536 counts are a rotor turn for some hosts of the MG4005. For others they are an output turn,
-/// which is ten rotor turns.
+/// 0x92 and the field of 0x9C at rest, 90 rotor degrees further each time. By
+/// docs/start/which-drive.md, 65536 counts are a rotor turn for some hosts of the MG4005. For
+/// others they are an output turn, which is ten rotor turns.
 TEST(Guess, TellsTheTurnOfTheEncoderFieldByTheAngle) {
   for (const auto& [step, span] : {std::pair{16384, "rotor_turn"}, {1638, "output_turn"}}) {
     Keys lines;
@@ -361,10 +362,10 @@ TEST(Guess, CountsFramesOfTooManyInterfacesByThemselves) {
             std::string::npos);
 }
 
-/// docs/decode.md shows the output for this log.
+/// docs/reference/formats.md shows the output for this log.
 TEST(Guess, IsInTheDocumentsAsItIs) {
   std::ostringstream page;
-  page << std::ifstream(LKEMU_SOURCE_DIR "/docs/decode.md").rdbuf();
+  page << std::ifstream(LKEMU_SOURCE_DIR "/docs/reference/formats.md").rdbuf();
   // 48.72 V at [2:3], and 180° in 32 bits.
   std::istringstream out(guessed_text(
       {"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A24081300000000",

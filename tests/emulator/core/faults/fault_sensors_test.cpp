@@ -117,7 +117,8 @@ TEST(EncoderFaults, LostMagnet) {
   inject(host, "encoder_lost_magnet");
   turn(host, 170);
   const auto [mean, deviation] = statistics(host, 1000, [&] { return encoder(host); });
-  // Near the last angle, not the true one; with the noise of stray fields (docs/model.md §14).
+  // Near the last angle, not the true one; with the noise of stray fields (docs/internals/model.md
+  // §14).
   EXPECT_NEAR(mean, 8192, 0.2 * 16384);
   EXPECT_GT(deviation, 0.01 * 16384);
   expect_shown(evidence(host), 1ms, 900);

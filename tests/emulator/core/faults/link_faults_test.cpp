@@ -296,8 +296,8 @@ TEST(LinkFaults, ASecondDriveTurnsAMotorOfItsOwn) {
   expect_balanced(rig.bus, rig.seen, "second drive");
 }
 
-/// docs/faults.md: it boots at an offset from the drive's boot angle. That angle belongs to the
-/// shaft, even if another zero was written since (docs/rom.md).
+/// docs/reference/events.md: it boots at an offset from the drive's boot angle. That angle belongs
+/// to the shaft, even if another zero was written since (docs/reference/configuration.md).
 TEST(LinkFaults, ASecondDriveStandsWhereTheFirstBootedWhateverItsZeroIsBy) {
   Rig rig(bus_config({1}));
   const Frame ask = frame("141#9000000000000000");
