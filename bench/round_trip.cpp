@@ -202,7 +202,7 @@ int open_monitor(const char* interface) {
   return monitor;
 }
 
-std::vector<Seen> heard_by(int monitor, std::size_t count) {
+std::vector<Seen> received_by(int monitor, std::size_t count) {
   std::vector<Seen> all;
   while (all.size() < count) {
     Seen seen{};
@@ -276,7 +276,7 @@ void sweeps(const char* interface, int bus, int count) {
     }
     if (!receive(bus, reply)) break;
   }
-  judge(heard_by(monitor, static_cast<std::size_t>(sent) + static_cast<std::size_t>(answered)),
+  judge(received_by(monitor, static_cast<std::size_t>(sent) + static_cast<std::size_t>(answered)),
         count);
 }
 

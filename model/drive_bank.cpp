@@ -327,7 +327,7 @@ bool DriveBank::State::advance_to_edge(std::int64_t until, std::size_t drive) {
     }
   };
   if (wide.empty()) {
-    run(alone, alone.faulty ? run_alone_faulty : kernel.run_alone);
+    run(alone, alone.faulty ? run_alone_faulty : kernel.run_single);
   } else {
     TickBlock<Wide>& block = wide[drive / kLanes];
     stretch.drive = drive % kLanes;
@@ -425,7 +425,7 @@ void DriveBank::turn_shaft(std::size_t drive, double angle) {
     }
     // A hand turns slowly: the encoder has followed, and the estimator must not see a speed.
     lane_of(block.loop.encoder_counts, lane) += nearest(turn * unit.motion_params.counts_per_rad);
-    encoder_leapt(unit.motion_params, lane_of(block.loop.encoder_counts, lane), unit.motion);
+    accept_encoder_jump(unit.motion_params, lane_of(block.loop.encoder_counts, lane), unit.motion);
   });
 }
 void DriveBank::set_ambient_temperature(std::size_t drive, double temp_ambient) {

@@ -61,14 +61,14 @@ void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
     if (before.encoder != EncoderFault::kNone && faults.encoder == EncoderFault::kNone) {
       // The encoder shows the true angle again; the estimator must not see the jump as speed.
       counts = counts_without_noise(p, s);
-      encoder_leapt(unit.motion_params, counts, unit.motion);
+      accept_encoder_jump(unit.motion_params, counts, unit.motion);
     }
     block.faults[lane] =
         lane_faults(unit.params, faults, block.faults[lane], counts, unit.slow_noise);
     block.faulty = any_faulty(block);
   });
   // The body keeps its angle, so the offset between shaft and body changes.
-  if (unit.mounted) unit.mounted_at += state_->joint(drive).theta - joint_before;
+  if (unit.mounted) unit.mount_offset += state_->joint(drive).theta - joint_before;
 }
 
 const Faults& DriveBank::faults(std::size_t drive) const { return state_->units[drive].faults; }

@@ -66,7 +66,7 @@ void DriveBank::mount(std::size_t drive, const Mount& mount) {
   unit.mounted = true;
   unit.mounted_stiff = mount.stiff;
   unit.params.load = {.J = mount.J, .tau = mount.tau};
-  if (mount.put_there) put_at_rest(drive, mount.theta + unit.mounted_at);
+  if (mount.put_there) put_at_rest(drive, mount.theta + unit.mount_offset);
   const State::Joint joint = state_->joint(drive);
   const MechanicsParams mechanics = with_faults(unit.params, unit.faults).mechanics;
   state_->with_block(drive, [&](auto& block, std::size_t lane) {
@@ -79,7 +79,7 @@ void DriveBank::mount(std::size_t drive, const Mount& mount) {
     lane_of(p.mobility, lane) = inertia.mobility;
     lane_of(p.mobility_out, lane) = inertia.mobility_out;
     lane_of(p.tau_load, lane) = mount.tau + unit.faults.load_torque;
-    move(block.plant, lane, mechanics.gear_ratio, joint, mount.theta + unit.mounted_at,
+    move(block.plant, lane, mechanics.gear_ratio, joint, mount.theta + unit.mount_offset,
          mount.omega);
     const double stored = stored_energy(get<PlantParams<double>>(p, lane),
                                         get<PlantState<double>>(block.plant, lane));
@@ -97,7 +97,7 @@ void DriveBank::put_at_rest(std::size_t drive, double theta) {
 
 MountedShaft DriveBank::mounted_shaft(std::size_t drive) const {
   const State::Joint joint = state_->joint(drive);
-  return {joint.theta - state_->units[drive].mounted_at, joint.omega, joint.armature};
+  return {joint.theta - state_->units[drive].mount_offset, joint.omega, joint.armature};
 }
 
 }  // namespace lk::model

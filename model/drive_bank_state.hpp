@@ -32,7 +32,7 @@ struct DriveBank::State {
     double supply_drop = 0.0;  // V
     bool mounted = false;      // on a body; inertia faults do not scale its J
     bool mounted_stiff = false;
-    double mounted_at = 0.0;  // rad: shaft angle minus body angle
+    double mount_offset = 0.0;  // rad: shaft angle minus body angle
     Faults faults;
     bool slow_sensors_faulty = false;
     Setpoint setpoint = Idle{};

@@ -19,9 +19,9 @@ using AloneKernel = void (*)(TickBlock<double>& block, const Stretch& stretch);
 struct NamedKernel {
   std::string_view name;  // "baseline", "avx2", "avx512"
   LaneKernel run = nullptr;
-  AloneKernel run_alone = nullptr;  // the same tick, for a bank of one drive
-  std::size_t width = 1;            // number of drives that `run` computes together
-  LaneKernel run_faulty = nullptr;  // for blocks with a faulty drive; same width
+  AloneKernel run_single = nullptr;  // the same tick, for a bank of one drive
+  std::size_t width = 1;             // number of drives that `run` computes together
+  LaneKernel run_faulty = nullptr;   // for blocks with a faulty drive; same width
 };
 
 void run_alone_baseline(TickBlock<double>& block, const Stretch& stretch);

@@ -111,14 +111,14 @@ std::variant<Query, Reject> decode_single(int id, const Payload& data, std::uint
 }
 
 /// Returns true if 0x288 can carry the command on RS-485.
-constexpr bool can_be_in_a_slot(std::uint8_t command) {
+constexpr bool fits_slot(std::uint8_t command) {
   constexpr Opcode kCan[] = {Off::kOpcode,        Stop::kOpcode,        Run::kOpcode,
                              ReadState1::kOpcode, ClearErrors::kOpcode, ReadState2::kOpcode};
   return std::ranges::find(kCan, static_cast<Opcode>(command)) != std::end(kCan);
 }
 
 /// Returns true if the frame is on the wire of the drive.
-bool on_wire_of(const Frame& frame, const WireFormat& format) {
+bool is_on_wire(const Frame& frame, const WireFormat& format) {
   return framing_of(frame) == format.dialect.framing;
 }
 
@@ -201,7 +201,7 @@ std::variant<Query, Reject> decode_query(const Frame& frame, const WireFormat& f
   if (const auto* reject = std::get_if<Reject>(&addressed)) {
     return *reject;
   }
-  if (!on_wire_of(frame, format)) return Reject::kNoPacket;
+  if (!is_on_wire(frame, format)) return Reject::kNoPacket;
   const int id = std::get<int>(addressed);
   if (id != kMultiDrive) {
     return decode_single(id, frame.data, frame.dlc, format);
@@ -229,7 +229,7 @@ std::variant<Query, Reject> for_drive(int id, const Query& query, const WireForm
   if (format.dialect.framing == Framing::kCan) {
     return decode_single(id, Payload{command}, kCanBytes, format);
   }
-  if (!can_be_in_a_slot(command)) return Reject::kUnknownCommand;
+  if (!fits_slot(command)) return Reject::kUnknownCommand;
   return decode_single(id, Payload{command}, 1, format);
 }
 
@@ -241,7 +241,7 @@ std::variant<ReplyFrame, Reject> decode_reply(const Frame& frame, const WireForm
   if (const auto* reject = std::get_if<Reject>(&addressed)) {
     return *reject;
   }
-  if (!on_wire_of(frame, format)) return Reject::kNoPacket;
+  if (!is_on_wire(frame, format)) return Reject::kNoPacket;
   const int id = std::get<int>(addressed);
   if (id == kMultiDrive) {
     return Reject::kForeignId;  // multi-drive identifiers have no replies

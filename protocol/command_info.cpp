@@ -180,7 +180,7 @@ bool repeats_in_reply(const CommandInfo& command, const Field& field) {
          });
 }
 
-bool reply_says_the_same(const CommandInfo& command) {
+bool looks_like_query(const CommandInfo& command) {
   return !command.echoed && !command.query.empty() &&
          std::ranges::equal(command.query, command.reply, {}, &Field::name, &Field::name);
 }

@@ -77,7 +77,7 @@ const CommandInfo* find_multi_drive(std::uint32_t identifier, Framing framing = 
 /// Returns true if the reply repeats this field, which selects what the query is about.
 bool repeats_in_reply(const CommandInfo& command, const Field& field);
 /// Returns true if query and reply have the same fields, so that they look alike; not for echoes.
-bool reply_says_the_same(const CommandInfo& command);
+bool looks_like_query(const CommandInfo& command);
 
 constexpr Framing framing_of(const Frame& frame) {
   return is_serial(frame) ? Framing::kSerial : Framing::kCan;

@@ -82,7 +82,7 @@ inline constexpr auto kCommandRows = [] {
       rows(row(&Torque::iq_A, {.name = "iq_target", .label = "Target torque current", .key = "iq_A", .byte = 4, .wire = Wire::kI16, .scale = Scale::kIqCommand, .range = Range::kIqCommand})), kState2),
     command<Speed, State2>({.name = "speed", .name_zh = "速度", .word = "speed"},
       rows(row(&Speed::speed_dps, {.name = "speed_target", .label = "Target speed", .key = "speed_dps", .byte = 4, .wire = Wire::kI32, .scale = Scale::kCenti, .range = Range::kMaxSpeed, .beyond = Beyond::kDriveClamps}),
-                 row(&Speed::iq_limit_A, {.name = "iq_limit", .label = "Limit of the torque current", .key = "iq_limit_A", .byte = 2, .wire = Wire::kI16, .scale = Scale::kIqCommand, .range = Range::kIqLimit, .when = kSpeedIqLimit, .zero_is_none = true, .may_be_unsaid = true})), kState2),
+                 row(&Speed::iq_limit_A, {.name = "iq_limit", .label = "Limit of the torque current", .key = "iq_limit_A", .byte = 2, .wire = Wire::kI16, .scale = Scale::kIqCommand, .range = Range::kIqLimit, .when = kSpeedIqLimit, .zero_means_absent = true, .is_optional_in_scenarios = true})), kState2),
     command<Position1, State2>({.name = "position 1, multi-turn", .name_zh = "多圈位置 1", .word = "position_1"}, kTarget, kState2),
     command<Position2, State2>({.name = "position 2, multi-turn, max speed", .name_zh = "多圈位置 2，限速", .word = "position_2"}, joined(kTarget, kMaxSpeed), kState2),
     command<Position3, State2>({.name = "position 3, single-turn", .name_zh = "单圈位置 3", .word = "position_3", .source = Source::kHardware}, joined(kSingleTurnTarget, kDirection), kState2),

@@ -132,8 +132,8 @@ struct Field {
   int item = -1;                  // >= 0: and only if DATA[2] is this
   std::int32_t min = 0, max = 0;  // of Range::kBetween
   Period period = Period::kNone;
-  bool zero_is_none = false;   // 0 means no value
-  bool may_be_unsaid = false;  // optional in scenarios; default 0
+  bool zero_means_absent = false;         // 0 means no value
+  bool is_optional_in_scenarios = false;  // optional in scenarios; default 0
   // For RS-485, whose packets have a length:
   std::uint8_t end = 0;   // zeros follow up to DATA[end]; 0: none
   bool optional = false;  // packets may end before it

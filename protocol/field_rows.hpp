@@ -125,7 +125,7 @@ inline constexpr auto kIncrement = rows(
     row([](auto& c) -> auto& { return c.increment_cdeg; }, {.name = "increment", .label = "Increment", .key = "turn_deg", .byte = 4, .wire = Wire::kI32, .scale = Scale::kHundredth}));
 
 inline constexpr auto kMaxSpeed = rows(
-    row([](auto& c) -> auto& { return c.max_speed_dps; }, {.name = "max_speed", .label = "Max speed", .key = "max_speed_dps", .byte = 2, .wire = Wire::kU16, .may_be_unsaid = true}));
+    row([](auto& c) -> auto& { return c.max_speed_dps; }, {.name = "max_speed", .label = "Max speed", .key = "max_speed_dps", .byte = 2, .wire = Wire::kU16, .is_optional_in_scenarios = true}));
 
 inline constexpr auto kTemperature = rows(
     row([](auto& c) -> auto& { return c.temperature_C; }, {.name = "temperature", .label = "Temperature", .key = "temperature_C", .byte = 1, .wire = Wire::kI8}));
@@ -230,8 +230,8 @@ inline constexpr auto kStoredSetting = joined(kStoredSettingId, rows(
     row(kStoredNumber, stored(StoredSettingId::kCurrentRamp, {.name = "setting_current_ramp", .label = "Current ramp", .key = "current_ramp_A_s", .wire = Wire::kI16, .scale = Scale::kThousandth, .max = kMostCurrentRamp_mA_s})),
     row(kStoredNumber, stored(StoredSettingId::kSpeedRamp, {.name = "setting_speed_ramp", .label = "Speed ramp", .key = "acceleration_dps_s", .wire = Wire::kI32, .max = kMostSpeedRamp_dps_s}))));
 inline constexpr auto kSave = rows(
-    row(&SaveSettings::table, {.name = "save", .label = "What is saved", .key = "parameter", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .may_be_unsaid = true, .values = kSaveTable}),
-    row(&SaveSettings::item, {.name = "save_item", .label = "That it is saved", .key = "item", .byte = 2, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .may_be_unsaid = true, .values = kSaveItems}));
+    row(&SaveSettings::table, {.name = "save", .label = "What is saved", .key = "parameter", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .is_optional_in_scenarios = true, .values = kSaveTable}),
+    row(&SaveSettings::item, {.name = "save_item", .label = "That it is saved", .key = "item", .byte = 2, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .is_optional_in_scenarios = true, .values = kSaveItems}));
 inline constexpr auto kSavedReply = rows(
     row(&SettingsSaved::table, {.name = "save", .label = "What is saved", .key = "parameter", .byte = 1, .values = kSaveTable}),
     row(&SettingsSaved::saved, {.name = "saved", .label = "Saved", .key = "saved", .byte = 2, .scale = Scale::kFlag, .values = kSaved}));

@@ -142,12 +142,12 @@ std::optional<Frame> Receiver::feed(std::uint8_t byte, std::chrono::nanoseconds 
   const bool rested = rest >= rules_.broadcast_gap && rest.count() > 0;
   last_end_ = end;
   if (rest >= rules_.gap) {
-    if (size_ > 0) ++stats_.broken_off;
+    if (size_ > 0) ++stats_.incomplete_packets;
     size_ = 0;
     dropping_ = false;
   }
   if (rested && broadcast_size_ > 0) {
-    ++stats_.broken_off;
+    ++stats_.incomplete_packets;
     broadcast_size_ = 0;
   }
   const auto broadcast = feed_broadcast(byte, rested);

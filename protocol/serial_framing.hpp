@@ -58,11 +58,11 @@ struct ReceiverRules {
 
 /// Counters of errors of a receiver.
 struct ReceiverStats {
-  std::uint64_t skipped_bytes = 0;  // outside of packets
-  std::uint64_t bad_headers = 0;    // the header's sum is wrong
-  std::uint64_t too_long = 0;       // LEN above max_len
-  std::uint64_t bad_data = 0;       // the data's sum is wrong
-  std::uint64_t broken_off = 0;     // packets that were not completed
+  std::uint64_t skipped_bytes = 0;       // outside of packets
+  std::uint64_t bad_headers = 0;         // the header's sum is wrong
+  std::uint64_t too_long = 0;            // LEN above max_len
+  std::uint64_t bad_data = 0;            // the data's sum is wrong
+  std::uint64_t incomplete_packets = 0;  // packets that were not completed
 
   friend bool operator==(const ReceiverStats&, const ReceiverStats&) = default;
 };

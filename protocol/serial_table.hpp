@@ -117,7 +117,7 @@ inline constexpr auto kSerialSingleTurnTarget = rows(
     row([](auto& c) -> auto& { return c.target_cdeg; }, {.name = "single_turn_target", .label = "Target angle, single-turn", .key = "angle_deg", .byte = 2, .wire = Wire::kU16, .scale = Scale::kHundredth, .range = Range::kCircle, .beyond = Beyond::kNotExecuted, .when = kNarrowTarget, .end = 5}),
     row([](auto& c) -> auto& { return c.target_cdeg; }, {.name = "single_turn_target", .label = "Target angle, single-turn", .key = "angle_deg", .byte = 2, .wire = Wire::kU24, .scale = Scale::kHundredth, .range = Range::kCircle, .beyond = Beyond::kNotExecuted, .when = kWideTarget}));
 inline constexpr auto kSerialMaxSpeed = rows(
-    row([](auto& c) -> auto& { return c.max_speed_dps; }, {.name = "max_speed", .label = "Max speed", .key = "max_speed_dps", .byte = 1, .wire = Wire::kU32, .scale = Scale::kCenti, .may_be_unsaid = true}));
+    row([](auto& c) -> auto& { return c.max_speed_dps; }, {.name = "max_speed", .label = "Max speed", .key = "max_speed_dps", .byte = 1, .wire = Wire::kU32, .scale = Scale::kCenti, .is_optional_in_scenarios = true}));
 
 inline constexpr Value kEncoders[] = {{0, "motor"}, {1, "reducer"}};
 inline constexpr auto kSerialZeroWritten = rows(
@@ -170,14 +170,14 @@ inline constexpr auto kSerialRows = [] {
     command<Restore, Block>({.name = "restore", .name_zh = "恢复", .word = "restore", .source = Source::kTool, .when = kRestoreCommand}, kNoFields, kNoFields),
     as_on_can<Brake>(),
     command<ReadEncoder, Encoder>(can_row<ReadEncoder>().traits,
-      rows(row(&ReadEncoder::type, {.name = "read_encoder_type", .label = "Kind of position", .key = "encoder_type", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .when = kTypedEncoder, .may_be_unsaid = true, .end = 8, .values = kEncoderTypes})), kSerialEncoder),
+      rows(row(&ReadEncoder::type, {.name = "read_encoder_type", .label = "Kind of position", .key = "encoder_type", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .when = kTypedEncoder, .is_optional_in_scenarios = true, .end = 8, .values = kEncoderTypes})), kSerialEncoder),
     as_on_can<WriteOffsetToRom>(-5),
     command<ReadMultiTurnAngle, MultiTurnAngle>(can_row<ReadMultiTurnAngle>().traits, kNoFields,
       rows(row(&MultiTurnAngle::angle_cdeg, {.name = "multi_turn_angle", .label = "Multi-turn angle", .key = "angle_deg", .byte = 1, .wire = Wire::kI64, .scale = Scale::kHundredth}))),
     echoed<ClearTurns>({.name = "clear turns", .name_zh = "清除圈数", .word = "clear_turns", .when = kClearTurnsCommand}, kNoFields),
     as_on_can<ReadSingleTurnAngle>(0, -3),
     echoed<ClearAngle>({.name = "clear angle", .name_zh = "清除电机角度", .word = "clear_angle", .when = kZeroRamCommand, .wrong_length = WrongLength::kEmptyTaken},
-      rows(row(&ClearAngle::angle_cdeg, {.name = "new_angle", .label = "New multi-turn angle", .key = "angle_deg", .byte = 4, .wire = Wire::kI32, .scale = Scale::kHundredth, .when = kZeroRamAngle, .may_be_unsaid = true}))),
+      rows(row(&ClearAngle::angle_cdeg, {.name = "new_angle", .label = "New multi-turn angle", .key = "angle_deg", .byte = 4, .wire = Wire::kI32, .scale = Scale::kHundredth, .when = kZeroRamAngle, .is_optional_in_scenarios = true}))),
     as_on_can<ReadState1>(),
     as_on_can<ClearErrors>(),
     as_on_can<ReadState2>(),
@@ -186,7 +186,7 @@ inline constexpr auto kSerialRows = [] {
     as_on_can<Torque>(-3),
     with_query<Speed>(rows(
       row(&Speed::speed_dps, {.name = "speed_target", .label = "Target speed", .key = "speed_dps", .byte = 1, .wire = Wire::kI32, .scale = Scale::kCenti, .range = Range::kMaxSpeed, .beyond = Beyond::kDriveClamps}),
-      row(&Speed::iq_limit_A, {.name = "iq_limit", .label = "Limit of the torque current", .key = "iq_limit_A", .byte = 5, .wire = Wire::kI16, .scale = Scale::kIqCommand, .range = Range::kIqLimit, .when = kSpeedIqLimit, .zero_is_none = true, .may_be_unsaid = true, .optional = true}))),
+      row(&Speed::iq_limit_A, {.name = "iq_limit", .label = "Limit of the torque current", .key = "iq_limit_A", .byte = 5, .wire = Wire::kI16, .scale = Scale::kIqCommand, .range = Range::kIqLimit, .when = kSpeedIqLimit, .zero_means_absent = true, .is_optional_in_scenarios = true, .optional = true}))),
     with_query<Position1>(kSerialTarget),
     with_query<Position2>(joined(kSerialTarget, moved(kSerialMaxSpeed, 8))),
     with_query<Position3>(joined(kSerialSingleTurnTarget, kDirection)),

@@ -248,11 +248,11 @@ bool near_limit(const MotionParams& p, const MotionState& s, double v_bus, doubl
 
 MotionState motion_state_at(const MotionParams& p, double encoder_counts) {
   MotionState s;
-  encoder_leapt(p, encoder_counts, s);
+  accept_encoder_jump(p, encoder_counts, s);
   return s;
 }
 
-void encoder_leapt(const MotionParams& p, double encoder_counts, MotionState& s) {
+void accept_encoder_jump(const MotionParams& p, double encoder_counts, MotionState& s) {
   s.counts_before = encoder_counts;
   s.shown_before = floored(encoder_counts * p.shown_per_count);
 }

@@ -64,7 +64,7 @@ bool near_limit(const MotionParams& p, const MotionState& s, double v_bus, doubl
 MotionState motion_state_at(const MotionParams& p, double encoder_counts);
 
 /// Takes over a jump of the encoder's reading without a change of speed.
-void encoder_leapt(const MotionParams& p, double encoder_counts, MotionState& s);
+void accept_encoder_jump(const MotionParams& p, double encoder_counts, MotionState& s);
 
 /// Runs one period: observer, then the loops of the setpoint. `v_bus` as measured. Writes the
 /// orders for the current loop; `Off` turns the bridge off.

@@ -67,7 +67,7 @@ class Connection {
                   Line::Patience::kNone);
     settle();
   }
-  void say_no_more() {
+  void shut_down_writing() {
     ::shutdown(client_, SHUT_WR);
     settle();
     receive();
@@ -146,7 +146,7 @@ void check(std::uint8_t settings, std::string_view text) {
     connection.hang_up();
     return;
   }
-  connection.say_no_more();
+  connection.shut_down_writing();
   connection.check_answers();
 }
 

@@ -141,7 +141,7 @@ void attack(const std::vector<Kind>& kinds, const Doors& doors) {
 }
 
 /// Resets the kernel's peak of resident memory (proc(5), clear_refs).
-void forget_peak(pid_t pid) {
+void reset_peak_memory(pid_t pid) {
   std::ofstream file("/proc/" + std::to_string(pid) + "/clear_refs");
   file << "5" << std::flush;
   ASSERT_TRUE(file.good());
@@ -186,7 +186,7 @@ TEST_F(BadClients, LeaveBusAndMemoryAlone) {
     EXPECT_EQ(status_of(answer_to(good_one(door, doors), doors)), 200);
   }
 
-  forget_peak(emulator.pid());
+  reset_peak_memory(emulator.pid());
   const std::uint64_t before_KiB = peak_KiB(emulator.pid());
   std::uint64_t most_KiB[2] = {};
   Host host(own_bus());

@@ -99,7 +99,7 @@ TEST(Determinism, ANeighbourThatIsOffChangesNoBit) {
 
 TEST(Determinism, APlainNumberGivesTheSameBitsAsARegister) {
   NamedKernel plain = lane_kernel("baseline");
-  plain.run_alone = run_block<double>;
+  plain.run_single = run_block<double>;
   for (const int kind : {0, 1, 2, 5}) {
     EXPECT_EQ(mixed_run({kind}, plain), mixed_run({kind}, best_lane_kernel())) << kind;
   }

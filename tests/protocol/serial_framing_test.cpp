@@ -89,7 +89,7 @@ TEST(SerialReceiver, DropsByCauseAndCounts) {
   EXPECT_EQ(stats.bad_headers, 1U);
   EXPECT_EQ(stats.too_long, 1U);
   EXPECT_EQ(stats.bad_data, 1U);
-  EXPECT_EQ(stats.broken_off, 1U);
+  EXPECT_EQ(stats.incomplete_packets, 1U);
 }
 
 /// Any byte may start a packet of either kind; 0x3E may also occur inside a multi-drive packet.

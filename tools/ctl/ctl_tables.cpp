@@ -72,7 +72,7 @@ std::string place_text(const Json& place) {
 }
 
 /// Formats a line for each drive whose place is, or will be, not the configured one.
-std::string moved_lines(const Json& bus) {
+std::string address_change_lines(const Json& bus) {
   std::string text;
   for (const Json& drive : bus.value("moved", Json::array())) {
     const Json& place = drive["place"];
@@ -135,7 +135,7 @@ std::string status_table(const Json& status) {
                     counted(counters, "replies_lost"), counted(counters, "waiting_for_time")});
   }
   text += table(rows, "<<<>>>>>");
-  for (const Json& bus : status["buses"]) text += moved_lines(bus);
+  for (const Json& bus : status["buses"]) text += address_change_lines(bus);
   return text;
 }
 

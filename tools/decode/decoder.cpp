@@ -53,9 +53,9 @@ Decoder::Decoder(DecodeOptions options)
 std::string Decoder::take(std::string_view line) {
   ++lines_;
   const auto parsed = parse_candump_text(line);
-  if (std::holds_alternative<NothingShown>(parsed)) return "";
+  if (std::holds_alternative<NoFrame>(parsed)) return "";
   if (const auto* problem = std::get_if<std::string>(&parsed)) return refuse(*problem);
-  const auto& shown = std::get<ShownFrame>(parsed);
+  const auto& shown = std::get<PrintedFrame>(parsed);
   if (!summary_.buses.contains(shown.line.interface) && summary_.buses.size() >= kMostInterfaces) {
     return refuse("too many interfaces, max " + std::to_string(kMostInterfaces));
   }
@@ -77,8 +77,8 @@ std::string Decoder::take(std::string_view line) {
   frame.words = read(frame.told, readers.front());
   ++summary_.frames;
   tally.count(frame.told, frame.words, frame.at);
-  for (const Settled& settled : talk.take_settled()) tally.count(settled);
-  const std::string odd = look_at_generation(frame.told);
+  for (const Settled& settled : talk.take_outcomes()) tally.count(settled);
+  const std::string odd = check_generation(frame.told);
   if (options_.json) return found + frame_json(frame);
   return notes(shown) + found + frame_line(frame, options_) + odd;
 }
@@ -86,7 +86,7 @@ std::string Decoder::take(std::string_view line) {
 std::string Decoder::finish() {
   for (auto& [wire, talk] : conversations_) {
     talk.end();
-    for (const Settled& settled : talk.take_settled()) summary_.buses[wire.first].count(settled);
+    for (const Settled& settled : talk.take_outcomes()) summary_.buses[wire.first].count(settled);
   }
   return options_.json ? summary_json(summary_, options_) : summary_text(summary_, options_);
 }
@@ -99,12 +99,12 @@ std::string Decoder::refuse(const std::string& problem) {
 }
 
 /// Reports each assumption once.
-std::string Decoder::notes(const ShownFrame& shown) {
+std::string Decoder::notes(const PrintedFrame& shown) {
   std::string text;
-  if (!std::exchange(said_scale_, true)) {
+  if (!std::exchange(noted_assumptions_, true)) {
     text += assumption_line(options_, protocol::framing_of(shown.line.frame));
   }
-  if (!shown.has_stamp && !std::exchange(said_no_stamps_, true)) {
+  if (!shown.has_stamp && !std::exchange(noted_no_stamps_, true)) {
     text +=
         note_line({"no time stamps, so no latencies and no rates: candump -t a, or -L, has them",
                    "没有时间戳，因此没有延迟和频率：candump -t a 或 -L 会给出时间戳"},
@@ -128,7 +128,7 @@ std::string Decoder::steps_found() {
 }
 
 /// Counts replies that do not fit the generation, and reports the first.
-std::string Decoder::look_at_generation(const Told& told) {
+std::string Decoder::check_generation(const Told& told) {
   const std::uint8_t command = told.frame.data[0];
   const bool state_1 = told.role == Role::kReply && (command == 0x9A || command == 0x9B);
   const auto layout =

@@ -70,10 +70,10 @@ class Decoder {
   static constexpr std::size_t kMostInterfaces = 32;
 
   std::string refuse(const std::string& problem);
-  std::string notes(const ShownFrame& shown);
+  std::string notes(const PrintedFrame& shown);
   std::string steps_found();
   static FrameWords read(const Told& told, const FrameReader& reader);
-  std::string look_at_generation(const Told& told);
+  std::string check_generation(const Told& told);
 
   /// One reader.
   std::span<const FrameReader> readers_of(std::string_view interface,
@@ -88,8 +88,8 @@ class Decoder {
   std::string first_problem_;
   std::uint64_t lines_ = 0;
   std::optional<SimTime> first_at_;
-  bool said_scale_ = false;
-  bool said_no_stamps_ = false;
+  bool noted_assumptions_ = false;
+  bool noted_no_stamps_ = false;
 };
 
 }  // namespace lk::emulator

@@ -95,7 +95,7 @@ class Tables {
           << "] = { name = " << lua_string(row.name)
           << ", echo = " << (row.echoed ? "true" : "false")
           << ", answered = " << (row.answered ? "true" : "false") << ", repeats = " << repeats(row)
-          << ", alike = " << (protocol::reply_says_the_same(row) ? "true" : "false") << " },\n";
+          << ", alike = " << (protocol::looks_like_query(row) ? "true" : "false") << " },\n";
     }
     out << "}\n\nlocal several = {\n";
     for (const auto& row : protocol::multi_drive_commands()) {

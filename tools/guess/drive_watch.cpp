@@ -27,9 +27,9 @@ constexpr std::uint8_t kBridgeOff = 0x10;
 constexpr std::uint16_t kDeviceOfMs = 0x2011;  // docs/reference/rs485.md
 
 /// Silence counts only if the drive answered within this time before and after (assumed).
-constexpr SimTime kSilenceWithin = 10s;
+constexpr SimTime kSilenceWindow = 10s;
 /// A drive is still off within this time after its reply to 0x80 (assumed).
-constexpr SimTime kStillOff = 1s;
+constexpr SimTime kOffWindow = 1s;
 constexpr std::uint64_t kEnoughTimed = 3;
 
 bool plausible(double voltage_V) {
@@ -61,7 +61,7 @@ bool is_state_2(std::uint8_t command) {
 
 std::optional<Trait> trait_of(std::uint32_t asked, protocol::Framing framing) {
   if (asked > 0xFF) return std::nullopt;
-  return trait_behind(static_cast<Opcode>(asked), framing);
+  return trait_of_command(static_cast<Opcode>(asked), framing);
 }
 
 /// Returns the values that an answer to a command of the trait allows, or its absence.
@@ -124,8 +124,8 @@ void DriveWatch::settle(const Settled& settled) {
   const auto says_so = says(settled, answered);
   if (!says_so && settled.asked <= 0xFF) evidence_.count_answer(answered);
   if (answered) {
-    if (answered_before_ && in_order(answered_at_, silent_since_, kSilenceWithin) &&
-        in_order(silent_since_, settled.at, kSilenceWithin)) {
+    if (answered_before_ && in_order(answered_at_, silent_since_, kSilenceWindow) &&
+        in_order(silent_since_, settled.at, kSilenceWindow)) {
       for (const auto& [behind, frames] : silent_) {
         evidence_.see(behind.first, behind.second, frames);
       }
@@ -213,7 +213,7 @@ void DriveWatch::see_answer(const Told& told, const Sighting& sighting) {
   const bool serial = protocol::is_serial(sighting.frame);
   if (told.asked > 0xFF) {
     if (serial) return;
-    see_several(told, sighting);
+    see_multi_drive(told, sighting);
     return;
   }
   const auto* const command = protocol::find_command(static_cast<std::uint8_t>(told.asked));
@@ -283,7 +283,7 @@ void DriveWatch::see_encoder(const Sighting& sighting) {
   }
 }
 
-void DriveWatch::see_several(const Told& told, const Sighting& sighting) {
+void DriveWatch::see_multi_drive(const Told& told, const Sighting& sighting) {
   if (told.asked == protocol::MultiTorque::kIdentifier) {
     evidence_.see(Trait::kSeries, only(kNotMs), Weight::kLikely, sighting);
     evidence_.see(Trait::kSeveral, only(kSwitchedOff), several_);
@@ -309,7 +309,7 @@ void DriveWatch::see_state_1(const Sighting& sighting) {
   // In the layout with bus current, a drive that is off shows this in byte 6.
   const auto with_current =
       static_cast<std::size_t>(protocol::State1Layout::kCentiVoltAndBusCurrent);
-  const bool off = off_at_ && in_order(off_at_, sighting.at, kStillOff) && sighting.at;
+  const bool off = off_at_ && in_order(off_at_, sighting.at, kOffWindow) && sighting.at;
   if (off && data[6] != kBridgeOff && contains(layouts, with_current)) {
     layouts &= static_cast<ValueSet>(~only(with_current));
     evidence_.see(Trait::kState1, layouts, Weight::kLikely, sighting);

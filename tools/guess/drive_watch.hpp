@@ -40,7 +40,7 @@ class DriveWatch {
   void see_state_1(const Sighting& sighting);
   void see_zero(const Sighting& sighting);
   void see_single_turn(const Sighting& sighting);
-  void see_several(const Told& told, const Sighting& sighting);
+  void see_multi_drive(const Told& told, const Sighting& sighting);
   bool paced(const Told& told) const;
 
   Evidence evidence_;

@@ -45,13 +45,13 @@ namespace {
 
 /// Frames against a value count if they are more than this part of all sure and likely frames
 /// (assumed). The log of an exchanged drive has both.
-constexpr std::uint64_t kBelievedOneIn = 20;
+constexpr std::uint64_t kContradictionShare = 20;
 /// Unanswered queries needed for each query that may have been answered (assumed).
 constexpr std::uint64_t kSilencePerHint = 4;
 /// Prior of the loss rate: so many queries before the log, one of them lost (assumed).
 constexpr double kBefore = 20;
 /// Largest probability that all the silence was lost frames (assumed).
-constexpr double kMostLikelyLoss = 1.0 / 400;
+constexpr double kLargestLossProbability = 1.0 / 400;
 
 void add(Frames& to, const Frames& more) {
   to.sure += more.sure;
@@ -96,7 +96,7 @@ std::uint64_t Evidence::enough_silence() const {
   const double loss = (static_cast<double>(lost_) + 1) /
                       (static_cast<double>(answered_) + static_cast<double>(lost_) + kBefore);
   std::uint64_t enough = 1;
-  for (double all = loss; all > kMostLikelyLoss && enough < 1000; all *= loss) ++enough;
+  for (double all = loss; all > kLargestLossProbability && enough < 1000; all *= loss) ++enough;
   return std::max<std::uint64_t>(enough, 2);
 }
 
@@ -116,7 +116,8 @@ bool Evidence::excluded(Trait trait, std::size_t value) const {
   const bool silence =
       all.sure == 0 && all.silent >= enough_silence() && all.silent > kSilencePerHint * doubtful;
   if (silence || !tell(all)) return silence && against.silent > 0;
-  return tell(against) && (against.sure + against.likely) * kBelievedOneIn > all.sure + all.likely;
+  return tell(against) &&
+         (against.sure + against.likely) * kContradictionShare > all.sure + all.likely;
 }
 
 std::uint64_t Evidence::frames_for(Trait trait, std::size_t value) const {

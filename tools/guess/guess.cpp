@@ -105,7 +105,7 @@ Guess guess_of(const Evidence& evidence) {
   return guess;
 }
 
-std::vector<std::string_view> open_values(Trait trait, const Evidence& evidence) {
+std::vector<std::string_view> possible_value_names(Trait trait, const Evidence& evidence) {
   std::vector<std::string_view> values;
   for (std::size_t value = 0; value < row_of(trait).count; ++value) {
     if (contains(evidence.open(trait), value)) values.push_back(row_of(trait).values.at(value));

@@ -51,7 +51,7 @@ inline constexpr std::string_view kMsStandIn = "ms4010";
 
 Guess guess_of(const Evidence& evidence);
 /// Returns the names of the possible values: "centivolt", "centivolt_and_bus_current".
-std::vector<std::string_view> open_values(Trait trait, const Evidence& evidence);
+std::vector<std::string_view> possible_value_names(Trait trait, const Evidence& evidence);
 /// Returns the unknown traits that separate the generations that fit, or the nearest ones if none
 /// fits.
 std::vector<Trait> telling(const Guess& guess);

@@ -67,7 +67,8 @@ std::string finding(Trait trait, const Evidence& evidence, std::optional<SimTime
   std::string text = "    ";
   if (!row.key.empty()) {
     const std::string between(Words{" or ", " 或 "}.in(language));
-    text += fmt::format("{} = {}: ", row.key, fmt::join(open_values(trait, evidence), between));
+    text += fmt::format("{} = {}: ", row.key,
+                        fmt::join(possible_value_names(trait, evidence), between));
   }
   std::uint64_t frames_for = 0;
   std::uint64_t frames_against = 0;

@@ -60,12 +60,12 @@ Guesser::Guesser(Options options)
 std::string Guesser::take(std::string_view line) {
   ++lines_;
   const auto parsed = parse_candump_text(line);
-  if (std::holds_alternative<NothingShown>(parsed)) return "";
+  if (std::holds_alternative<NoFrame>(parsed)) return "";
   if (const auto* problem = std::get_if<std::string>(&parsed)) {
     refuse(*problem);
     return "";
   }
-  const auto& shown = std::get<ShownFrame>(parsed);
+  const auto& shown = std::get<PrintedFrame>(parsed);
   const auto framing = protocol::framing_of(shown.line.frame);
   const std::pair wire(shown.line.interface, framing);
   if (!buses_.contains(wire) && buses_.size() >= kMostInterfaces) {
@@ -85,9 +85,9 @@ std::string Guesser::take(std::string_view line) {
   return "";
 }
 
-void Guesser::hear(GuessedBus& bus, const HeardFrame& heard) {
+void Guesser::hear(GuessedBus& bus, const BusFrame& heard) {
   const Told told = bus.conversation.hear(heard);
-  for (const Settled& settled : bus.conversation.take_settled()) {
+  for (const Settled& settled : bus.conversation.take_outcomes()) {
     bus.drives[settled.drive].settle(settled);
   }
   if (told.role == Role::kQuery && told.drive == 0) {
@@ -106,7 +106,7 @@ void Guesser::hear(GuessedBus& bus, const HeardFrame& heard) {
 std::string Guesser::finish() {
   for (auto& [wire, bus] : buses_) {
     bus.conversation.end();
-    for (const Settled& settled : bus.conversation.take_settled()) {
+    for (const Settled& settled : bus.conversation.take_outcomes()) {
       bus.drives[settled.drive].settle(settled);
     }
   }

@@ -60,7 +60,7 @@ class Guesser {
 
  private:
   void refuse(const std::string& problem);
-  void hear(GuessedBus& bus, const HeardFrame& heard);
+  void hear(GuessedBus& bus, const BusFrame& heard);
 
   Options options_;
   std::vector<FrameReader> can_readers_;

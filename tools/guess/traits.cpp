@@ -184,7 +184,7 @@ std::string probe_text(Trait trait, int drive, Framing framing) {
   return frame_text(frame);
 }
 
-std::optional<Trait> trait_behind(Opcode opcode, Framing framing) {
+std::optional<Trait> trait_of_command(Opcode opcode, Framing framing) {
   const auto* const command = protocol::find_command(static_cast<std::uint8_t>(opcode), framing);
   if (command == nullptr) return std::nullopt;
   if (command->fits == protocol::Fits::kAllButMs) return Trait::kSeries;

@@ -96,7 +96,7 @@ bool has_probe(Trait trait, protocol::Framing framing);
 std::string probe_text(Trait trait, int drive, protocol::Framing framing);
 
 /// Returns the trait that decides whether a drive answers the command; empty if all drives do.
-std::optional<Trait> trait_behind(protocol::Opcode opcode, protocol::Framing framing);
+std::optional<Trait> trait_of_command(protocol::Opcode opcode, protocol::Framing framing);
 
 /// Switches that frames never show.
 inline constexpr std::string_view kNeverShown[] = {

@@ -73,7 +73,7 @@ int run(int argc, char** argv) {
 }
 
 /// Runs the program. Prints one line for any error.
-int run_and_tell(int argc, char** argv) {
+int run_and_report_errors(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const lk::emulator::StartError& problem) {
@@ -111,7 +111,7 @@ int main(int argc, char** argv) {
   fill_standard_descriptors();
   std::signal(SIGPIPE, SIG_IGN);  // the reader of our output may exit first
   std::signal(SIGXFSZ, SIG_IGN);  // at a file size limit, only the write fails
-  const int status = run_and_tell(argc, argv);
+  const int status = run_and_report_errors(argc, argv);
   if (output_is_written()) return status;
   return status != 0 ? status : 1;
 }

@@ -102,7 +102,7 @@ void print_bus(const BusStats& bus, const std::string& title) {
   print_nonzero("RS-485: headers whose sum is wrong", bus.receiver.bad_headers);
   print_nonzero("RS-485: packets longer than any", bus.receiver.too_long);
   print_nonzero("RS-485: packets whose sum is wrong", bus.receiver.bad_data);
-  print_nonzero("RS-485: packets broken off", bus.receiver.broken_off);
+  print_nonzero("RS-485: packets broken off", bus.receiver.incomplete_packets);
   print_nonzero("motion not executed: drive off or in error", bus.refused_motion);
   print_nonzero("motion not executed: target out of range", bus.invalid_targets);
   print_nonzero("writes to ROM", bus.rom_writes);

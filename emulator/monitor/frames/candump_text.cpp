@@ -72,7 +72,7 @@ std::optional<SimTime> parse_date(std::string_view text) {
 }
 
 /// Removes a stamp at the front of `rest`. Returns false if it is not in a form of candump.
-bool take_stamp(std::string_view& rest, ShownFrame& out) {
+bool take_stamp(std::string_view& rest, PrintedFrame& out) {
   if (!rest.starts_with('(')) return true;
   const std::size_t length = std::min(rest.find(')'), rest.size() - 1) + 1;
   const std::string_view text = rest.substr(0, length);
@@ -115,7 +115,7 @@ std::optional<std::size_t> read_length(std::string_view word, bool& fd) {
 }
 
 /// Parses terminal output after the stamp: "vcan0  TX - -  141   [8]  9C 00 …".
-std::string read_shown(std::string_view rest, ShownFrame& out) {
+std::string read_shown(std::string_view rest, PrintedFrame& out) {
   out.line.interface = next_word(rest);
   take_direction(rest, out.line);
   const std::string_view id = next_word(rest);
@@ -154,7 +154,7 @@ bool is_log_line(std::string_view line) {
   return next_word(line).find('#') != std::string_view::npos;
 }
 
-std::string read_line(std::string_view line, ShownFrame& out) {
+std::string read_line(std::string_view line, PrintedFrame& out) {
   if (is_log_line(line)) {
     auto parsed = parse_candump_line(line);
     if (auto* problem = std::get_if<std::string>(&parsed)) return std::move(*problem);
@@ -171,17 +171,17 @@ std::string read_line(std::string_view line, ShownFrame& out) {
 
 }  // namespace
 
-std::variant<ShownFrame, NothingShown, std::string> parse_candump_text(std::string_view line) {
+std::variant<PrintedFrame, NoFrame, std::string> parse_candump_text(std::string_view line) {
   if (line.ends_with('\r')) line.remove_suffix(1);
   if (line.size() > kLongestCandumpLine) return "is longer than candump's lines";
-  if (line.starts_with('\t')) return NothingShown{};
+  if (line.starts_with('\t')) return NoFrame{};
   const std::string plain = without_colours(line);
   for (const char c : plain) {
     if (c < 0x20 || c > 0x7E) return "has characters that candump does not print";
   }
   const std::string_view words = trimmed(plain);
-  if (words.empty()) return NothingShown{};
-  ShownFrame frame;
+  if (words.empty()) return NoFrame{};
+  PrintedFrame frame;
   std::string problem = read_line(words, frame);
   if (!problem.empty()) return problem.substr(0, 200);
   return frame;
@@ -192,7 +192,7 @@ std::optional<bool> from_host(CandumpLine::Direction direction) {
   return direction == Direction::kSent;
 }
 
-std::optional<SimTime> StampReader::time_of(const ShownFrame& frame) {
+std::optional<SimTime> StampReader::time_of(const PrintedFrame& frame) {
   if (!frame.has_stamp) return std::nullopt;
   if (!frame.may_be_step) return frame.line.at;
   sum_ += std::min(frame.line.at, SimTime::max() - sum_);

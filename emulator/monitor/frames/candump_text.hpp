@@ -15,17 +15,17 @@
 namespace lk::emulator {
 
 /// A frame as shown by candump. `line.at` is its stamp; 0 without one.
-struct ShownFrame {
+struct PrintedFrame {
   CandumpLine line;
   bool has_stamp = false;
   bool may_be_step = false;  // stamp in the form of -t d and -t z
 };
 
 /// An empty line, or one that continues the previous error frame (-e).
-struct NothingShown {};
+struct NoFrame {};
 
 /// Parses a line without its end. An error text is safe to print, in ASCII.
-std::variant<ShownFrame, NothingShown, std::string> parse_candump_text(std::string_view line);
+std::variant<PrintedFrame, NoFrame, std::string> parse_candump_text(std::string_view line);
 
 /// The logging machine counts as the host; nullopt if the log has no directions.
 std::optional<bool> from_host(CandumpLine::Direction direction);
@@ -35,7 +35,7 @@ std::optional<bool> from_host(CandumpLine::Direction direction);
 class StampReader {
  public:
   /// Returns nullopt if the frame has no stamp.
-  std::optional<SimTime> time_of(const ShownFrame& frame);
+  std::optional<SimTime> time_of(const PrintedFrame& frame);
   bool steps() const { return steps_; }
 
  private:

@@ -77,7 +77,7 @@ const ReplyReader& Conversation::reader_of(int id, const Frame& frame) const {
   return *readers_.front().reader_of(id);
 }
 
-Told Conversation::hear(const HeardFrame& heard) {
+Told Conversation::hear(const BusFrame& heard) {
   if (!first_) first_ = heard.at;
   const Frame& frame = heard.frame;
   if (!is_data(frame)) return {.frame = frame};
@@ -94,7 +94,7 @@ Told Conversation::hear(const HeardFrame& heard) {
 }
 
 /// A query to several drives; the ones that accept it are unknown.
-Told Conversation::hear_several(const HeardFrame& heard) {
+Told Conversation::hear_several(const BusFrame& heard) {
   const ReplyReader& any = *readers_.front().reader_of(protocol::kMinId);
   const auto query = protocol::decode_query(heard.frame, any.format);
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
@@ -117,8 +117,8 @@ Told Conversation::hear_several(const HeardFrame& heard) {
 }
 
 /// Frame with an identifier for replies. Other devices may use it, so the first one must fit.
-Told Conversation::hear_own(int id, std::uint32_t base, const HeardFrame& heard) {
-  HeardFrame own = heard;
+Told Conversation::hear_own(int id, std::uint32_t base, const BusFrame& heard) {
+  BusFrame own = heard;
   own.frame.id = protocol::kSingleDriveId + static_cast<std::uint32_t>(id);
   expire(id, heard.at);
   const auto fits = fitting(id, own.frame);
@@ -127,7 +127,7 @@ Told Conversation::hear_own(int id, std::uint32_t base, const HeardFrame& heard)
   return reply(id, own, fits, true);
 }
 
-Told Conversation::hear_drive(int id, const HeardFrame& heard) {
+Told Conversation::hear_drive(int id, const BusFrame& heard) {
   Drive& own = drive(id);
   expire(id, heard.at);
   own.seen = true;
@@ -171,7 +171,7 @@ bool Conversation::could_be_reply(int id, const Frame& frame) const {
   return !at_zero;
 }
 
-Told Conversation::reply(int id, const HeardFrame& heard, const std::vector<std::size_t>& fits,
+Told Conversation::reply(int id, const BusFrame& heard, const std::vector<std::size_t>& fits,
                          bool sure) {
   Drive& own = drive(id);
   Told told{.role = Role::kReply,
@@ -213,7 +213,7 @@ Conversation::Pace Conversation::pace_of(int id, const Pending& query,
 }
 
 /// Queries up to index `last` were not answered.
-Told Conversation::asked_again(int id, const HeardFrame& heard, std::size_t last) {
+Told Conversation::asked_again(int id, const BusFrame& heard, std::size_t last) {
   settle_run(id);
   auto& pending = drive(id).pending;
   last = std::min(last + 1, pending.size());
@@ -222,7 +222,7 @@ Told Conversation::asked_again(int id, const HeardFrame& heard, std::size_t last
   return query(id, heard, false);
 }
 
-Told Conversation::unclear(int id, const HeardFrame& heard) {
+Told Conversation::unclear(int id, const BusFrame& heard) {
   Drive& own = drive(id);
   const auto fits = fitting(id, heard.frame);
   const auto open = std::ranges::find_if(
@@ -242,7 +242,7 @@ Told Conversation::unclear(int id, const HeardFrame& heard) {
   return told;
 }
 
-Told Conversation::query(int id, const HeardFrame& heard, bool sure) {
+Told Conversation::query(int id, const BusFrame& heard, bool sure) {
   drive(id).begun = true;
   drive(id).seen = true;
   ask(id, heard, false);
@@ -254,15 +254,15 @@ Told Conversation::query(int id, const HeardFrame& heard, bool sure) {
 }
 
 /// Directions are relative to the logging machine; they are useful only if both occur.
-void Conversation::note_direction(const HeardFrame& heard) {
+void Conversation::note_direction(const BusFrame& heard) {
   if (heard.from_host) (*heard.from_host ? sent_ : received_) = true;
 }
 
-std::optional<bool> Conversation::direction(const HeardFrame& heard) const {
+std::optional<bool> Conversation::direction(const BusFrame& heard) const {
   return sent_ && received_ ? heard.from_host : std::nullopt;
 }
 
-void Conversation::ask(int id, const HeardFrame& heard, bool unclear) {
+void Conversation::ask(int id, const BusFrame& heard, bool unclear) {
   settle_run(id);
   const ReplyReader& reader = reader_of(id, heard.frame);
   const auto decoded = protocol::decode_query(heard.frame, reader.format);
@@ -367,6 +367,6 @@ void Conversation::end() {
   }
 }
 
-std::vector<Settled> Conversation::take_settled() { return std::exchange(settled_, {}); }
+std::vector<Settled> Conversation::take_outcomes() { return std::exchange(settled_, {}); }
 
 }  // namespace lk::emulator

@@ -17,7 +17,7 @@
 namespace lk::emulator {
 
 /// A frame of a bus; `at` and `from_host` if the log has them.
-struct HeardFrame {
+struct BusFrame {
   protocol::Frame frame;
   std::optional<SimTime> at;
   std::optional<bool> from_host;
@@ -59,13 +59,13 @@ class Conversation {
   /// Each reader knows all drives, 1 to 32, in one wire format. The first reader that can parse a
   /// frame is used. Pre: `readers` is not empty and outlives this object.
   explicit Conversation(std::span<const FrameReader> readers) : readers_(readers) {}
-  Told hear(const HeardFrame& heard);
+  Told hear(const BusFrame& heard);
   /// Removes the times of pending frames, as they turned out to be wrong.
   void forget_times();
   /// Ends the bus: no more frames come.
   void end();
   /// Returns outcomes since the last call.
-  std::vector<Settled> take_settled();
+  std::vector<Settled> take_outcomes();
 
  private:
   struct Pending {
@@ -90,21 +90,21 @@ class Conversation {
   };
 
   const ReplyReader& reader_of(int id, const protocol::Frame& frame) const;
-  Told hear_several(const HeardFrame& heard);
-  Told hear_own(int id, std::uint32_t base, const HeardFrame& heard);
-  Told hear_drive(int id, const HeardFrame& heard);
-  Told reply(int id, const HeardFrame& heard, const std::vector<std::size_t>& fits, bool sure);
-  Told unclear(int id, const HeardFrame& heard);
-  Told query(int id, const HeardFrame& heard, bool sure);
+  Told hear_several(const BusFrame& heard);
+  Told hear_own(int id, std::uint32_t base, const BusFrame& heard);
+  Told hear_drive(int id, const BusFrame& heard);
+  Told reply(int id, const BusFrame& heard, const std::vector<std::size_t>& fits, bool sure);
+  Told unclear(int id, const BusFrame& heard);
+  Told query(int id, const BusFrame& heard, bool sure);
   bool could_be_reply(int id, const protocol::Frame& frame) const;
-  void note_direction(const HeardFrame& heard);
-  std::optional<bool> direction(const HeardFrame& heard) const;
+  void note_direction(const BusFrame& heard);
+  std::optional<bool> direction(const BusFrame& heard) const;
 
-  void ask(int id, const HeardFrame& heard, bool unclear);
+  void ask(int id, const BusFrame& heard, bool unclear);
   std::vector<std::size_t> fitting(int id, const protocol::Frame& frame) const;
   enum class Pace : std::uint8_t { kAsEver, kAny, kTooLate };
   Pace pace_of(int id, const Pending& query, const std::optional<SimTime>& now) const;
-  Told asked_again(int id, const HeardFrame& heard, std::size_t last);
+  Told asked_again(int id, const BusFrame& heard, std::size_t last);
   void expire(int id, const std::optional<SimTime>& now);
   void settle_run(int id);
   void drop_first(int id, Settled::How how);

@@ -48,7 +48,7 @@ std::vector<ReplyValue> ReplyReader::values(std::span<const protocol::Field> fie
     if (!protocol::present(field, data, format)) continue;
     std::int64_t raw = protocol::raw(field, data);
     if (by == By::kHost) raw = protocol::taken(field, raw, format);
-    if (field.zero_is_none && raw == 0) continue;
+    if (field.zero_means_absent && raw == 0) continue;
     const double period = field.period == protocol::Period::kEncoder  ? encoder_counts
                           : field.period == protocol::Period::kCircle ? circle_deg
                                                                       : 0;
@@ -106,7 +106,7 @@ bool is_about_the_same(const protocol::Frame& query, const protocol::Frame& repl
 /// Returns true if another query may look like the reply to this one.
 bool says_the_same(const protocol::Frame& query) {
   const protocol::CommandInfo* const command = protocol::command_of(query);
-  return command != nullptr && protocol::reply_says_the_same(*command);
+  return command != nullptr && protocol::looks_like_query(*command);
 }
 
 }  // namespace

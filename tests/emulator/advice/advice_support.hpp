@@ -40,7 +40,7 @@ class AdvisedHost {
     const SimTime end = bus.time() + duration;
     while (bus.time() < end) {
       bus.advance_to(std::min(end, bus.time() + Adviser::kLookStep));
-      if (hears_replies) hear_replies();
+      if (adviser_receives_replies) hear_replies();
       adviser.look(bus);
     }
   }
@@ -78,7 +78,7 @@ class AdvisedHost {
 
   Bus bus;
   Adviser adviser;
-  bool hears_replies = false;  // as in the program; else replies stay on the bus
+  bool adviser_receives_replies = false;  // as in the program; else replies stay on the bus
 
  private:
   void hear_replies() {
@@ -98,7 +98,7 @@ class AnsweredHost : public AdvisedHost {
  public:
   template <class Config>
   explicit AnsweredHost(const Config& config) : AdvisedHost(config) {
-    hears_replies = true;
+    adviser_receives_replies = true;
   }
 };
 

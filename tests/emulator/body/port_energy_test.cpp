@@ -52,7 +52,7 @@ class Audited : public MujocoBody {
 };
 
 /// Returns the energies of a delivered scenario at its end.
-Books books_of(const std::string& scenario_name) {
+Books energy_of(const std::string& scenario_name) {
   const auto books = std::make_shared<Books>();
   const LoadBody load = [&](const std::string& /*file*/, const std::string& model, SimTime step) {
     return std::make_shared<Audited>(kConfigs + "bodies/" + model + ".xml", step, books);
@@ -74,7 +74,7 @@ Books books_of(const std::string& scenario_name) {
 
 /// Two joints without contacts: 0.1 % of the transferred energy.
 TEST(PortEnergy, GivenIsTaken) {
-  const Books books = books_of("arm_coupling_breaks");
+  const Books books = energy_of("arm_coupling_breaks");
   EXPECT_EQ(books.contacts, 0);
   EXPECT_GT(books.passed_J, 1);
   EXPECT_NEAR(books.given_J, books.taken_J, 1e-3 * books.passed_J);
@@ -83,7 +83,7 @@ TEST(PortEnergy, GivenIsTaken) {
 /// Twelve joints in closed chains, each with the others' state of the previous step: the error is
 /// 0.5 % (docs/guides/robots.md).
 TEST(PortEnergy, OfContactsLittleIsLeftOver) {
-  const Books books = books_of("dog_misses_a_command");
+  const Books books = energy_of("dog_misses_a_command");
   EXPECT_GE(books.contacts, 4);
   EXPECT_GT(books.passed_J, 10);
   EXPECT_NEAR(books.given_J, books.taken_J, 1e-2 * books.passed_J);

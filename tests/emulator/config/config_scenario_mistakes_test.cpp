@@ -148,7 +148,7 @@ TEST(ScenarioFile, ACommandThatCarriesSomethingIsNotSentAsAByteAlone) {
           reader.finish();
         });
         const bool carries = std::ranges::any_of(info.query, [&](const protocol::Field& field) {
-          return protocol::present(field, {}, format) && !field.may_be_unsaid;
+          return protocol::present(field, {}, format) && !field.is_optional_in_scenarios;
         });
         EXPECT_EQ(said != "accepted", carries) << said;
       }

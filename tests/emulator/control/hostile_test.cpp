@@ -47,7 +47,7 @@ class Hostile : public Served {
   }
   /// Waits until the server has handled all earlier input: it polls its sockets between two posted
   /// handlers.
-  void let_it_look() {
+  void run_server_once() {
     for (int n = 0; n < 3; ++n) {
       const auto looked = std::make_shared<std::promise<void>>();
       boost::asio::post(t_.loop, [looked] { looked->set_value(); });
@@ -106,9 +106,9 @@ TEST_F(Hostile, WithoutDescriptorsBothEntrancesWaitForSome) {
   {
     const NoDescriptors none;
     first.connect_to(fs::path(options_.socket));
-    let_it_look();
+    run_server_once();
     second.connect_to(server_->port());
-    let_it_look();
+    run_server_once();
   }
   for (const Client* one : {&first, &second}) {
     one->send("GET /api/v1/status HTTP/1.1\r\nHost: " + host() + "\r\n\r\n");
@@ -142,7 +142,7 @@ TEST_F(Hostile, WhoDripsIsClosed) {
         "Content-Length: 8000\r\n\r\n"s}) {
     const Client one = client();
     one.send(begun);
-    while (!one.hears_within(std::chrono::milliseconds(5)) && one.send("x")) {
+    while (!one.receives_within(std::chrono::milliseconds(5)) && one.send("x")) {
     }
     EXPECT_EQ(one.receive_all(), "") << begun;
   }
@@ -266,7 +266,7 @@ TEST_F(Hostile, WebSocketsLeavePlacesForNewcomers) {
   }
   EXPECT_EQ(status(ask(kStatus)), 200);
   streams.clear();
-  let_it_look();
+  run_server_once();
   EXPECT_EQ(status(ask(kStatus)), 200);
 }
 

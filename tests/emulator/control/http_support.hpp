@@ -123,7 +123,7 @@ class Client {
     return head;
   }
   /// Returns whether data or the end arrives within `time`.
-  bool hears_within(std::chrono::milliseconds time) const {
+  bool receives_within(std::chrono::milliseconds time) const {
     pollfd readable{fd_, POLLIN, 0};
     return ::poll(&readable, 1, static_cast<int>(time.count())) > 0;
   }

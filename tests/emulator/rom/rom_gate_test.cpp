@@ -210,7 +210,7 @@ class BlockedDisk : public testing::Test {
   std::vector<Frame> finish_one(int error) {
     std::vector<Frame> out;
     error_ = error;
-    may_go_on_.release();
+    unblocked_.release();
     written_.acquire();
     const std::lock_guard lock(mutex_);
     if (const auto* kept = gate_.settle(done_.back(), error == 0, out)) {
@@ -224,7 +224,7 @@ class BlockedDisk : public testing::Test {
   std::vector<RomPlace> places_ = {{-1, "1", 0, {"test", 1, "test"}},
                                    {-1, "2", 0, {"test", 2, "test"}},
                                    {-1, "3", 0, {"test", 3, "test"}}};
-  std::counting_semaphore<> may_go_on_{0};
+  std::counting_semaphore<> unblocked_{0};
   std::counting_semaphore<> written_{0};
   std::atomic<int> error_ = 0;
   std::mutex mutex_;
@@ -235,7 +235,7 @@ class BlockedDisk : public testing::Test {
                       written_.release();
                     },
                     [this](int, const std::string&, const std::string&) {
-                      may_go_on_.acquire();
+                      unblocked_.acquire();
                       return error_.load();
                     }};
 };

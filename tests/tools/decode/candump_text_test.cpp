@@ -14,11 +14,11 @@ namespace candump_text_test {
 
 using namespace std::chrono_literals;
 
-ShownFrame shown(std::string_view line) {
+PrintedFrame shown(std::string_view line) {
   const auto parsed = parse_candump_text(line);
   if (const auto* problem = std::get_if<std::string>(&parsed)) ADD_FAILURE() << line << *problem;
-  const auto* frame = std::get_if<ShownFrame>(&parsed);
-  return frame != nullptr ? *frame : ShownFrame{};
+  const auto* frame = std::get_if<PrintedFrame>(&parsed);
+  return frame != nullptr ? *frame : PrintedFrame{};
 }
 
 TEST(CandumpText, IsReadWhateverTheOptions) {
@@ -64,8 +64,8 @@ TEST(CandumpText, HasEveryKindOfFrame) {
   EXPECT_EQ(error.line.frame.kind, FrameKind::kError);
   EXPECT_EQ(error.line.frame.id, 0x40U);
   // candump -e prints details on further lines.
-  EXPECT_TRUE(std::holds_alternative<NothingShown>(parse_candump_text("\tbus-off")));
-  EXPECT_TRUE(std::holds_alternative<NothingShown>(parse_candump_text("")));
+  EXPECT_TRUE(std::holds_alternative<NoFrame>(parse_candump_text("\tbus-off")));
+  EXPECT_TRUE(std::holds_alternative<NoFrame>(parse_candump_text("")));
 }
 
 TEST(CandumpText, RefusesEverythingElseInWordsThatAreSafeToPrint) {

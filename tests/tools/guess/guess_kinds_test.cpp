@@ -22,7 +22,7 @@ using namespace std::chrono_literals;
 using test::guessed;
 using test::Json;
 using test::Logged;
-using test::open_values;
+using test::possible_value_names;
 using Keys = std::vector<std::string>;
 
 ServoConfig drive(const std::string& motor, Generation generation) {
@@ -114,7 +114,7 @@ TEST(GuessKinds, EveryGenerationOfEveryMotor) {
       EXPECT_EQ(found["contradictory"], Json::array());
       EXPECT_EQ(found["odd_currents"], 0);
       const bool ms = log.bus().servo(1).format().series == Series::kMs;
-      EXPECT_EQ(open_values(found, "series"), Keys{ms ? "MS" : "MF, MG or MH"});
+      EXPECT_EQ(possible_value_names(found, "series"), Keys{ms ? "MS" : "MF, MG or MH"});
     }
   }
 }
@@ -159,7 +159,7 @@ TEST(GuessKinds, EveryGenerationOfEveryMotorOnRs485) {
       EXPECT_EQ(found["contradictory"], Json::array());
       EXPECT_EQ(found["quirks"], Json::object());
       const bool ms = servo.profile.series == Series::kMs;
-      EXPECT_EQ(open_values(found, "series"), Keys{ms ? "MS" : "MF, MG or MH"});
+      EXPECT_EQ(possible_value_names(found, "series"), Keys{ms ? "MS" : "MF, MG or MH"});
       EXPECT_EQ(found["product"]["motor"], servo.profile.model);
       EXPECT_EQ(found["motor"], motor);
     }
@@ -218,7 +218,7 @@ TEST(GuessKinds, EverySingleSwitch) {
           Logged log(config);
           interview(log);
           const auto out = guessed(log.lines());
-          EXPECT_EQ(open_values(out[0], row.key), Keys{std::string(row.values.at(value))})
+          EXPECT_EQ(possible_value_names(out[0], row.key), Keys{std::string(row.values.at(value))})
               << out[0].dump(1);
           const Quirks told = test::started(out[1]["commands"][0])[0].servos[0].quirks;
           for (const Flip& other : flips()) {
@@ -266,7 +266,7 @@ TEST(GuessKinds, EveryProbeTells) {
         const std::size_t value = row.of != nullptr ? row.of(config.quirks) : ms ? kMs : kNotMs;
         const std::string key(trait == Trait::kSeries ? "series" : row.key);
         const Json found = guessed(log.lines())[0];
-        EXPECT_EQ(open_values(found, key), Keys{std::string(row.values.at(value))})
+        EXPECT_EQ(possible_value_names(found, key), Keys{std::string(row.values.at(value))})
             << found.dump(1);
       }
     }
@@ -281,7 +281,7 @@ TEST(GuessKinds, ErrorsBeyondTheOldBits) {
   log.apply({1, SupplyVoltage{100, 0ns}});
   log.run(100ms);
   ask(log, {"9A", "9A"});
-  EXPECT_EQ(open_values(guessed(log.lines())[0], "all_error_bits"), Keys{"true"});
+  EXPECT_EQ(possible_value_names(guessed(log.lines())[0], "all_error_bits"), Keys{"true"});
 }
 
 /// A limit of 50 counts with a load that needs more.
@@ -295,7 +295,7 @@ TEST(GuessKinds, CurrentBeyondALimitThatIsNone) {
     load.tau = -2.0;
     log.apply({1, Load{load}});
     for (int n = 0; n < 50; ++n) ask(log, {"A2003200A0860100", "9C"});
-    EXPECT_EQ(open_values(guessed(log.lines())[0], "speed_iq_limit"),
+    EXPECT_EQ(possible_value_names(guessed(log.lines())[0], "speed_iq_limit"),
               limits ? Keys{} : Keys{"false"});
   }
 }
@@ -313,7 +313,7 @@ TEST(GuessKinds, CommandsForSeveralDrives) {
     log.send("280#0100000000000000");
     const Json found = guessed(log.lines())[0];
     const bool newer = generation == Generation::kV236;
-    EXPECT_EQ(open_values(found, "multi_drive_more"), Keys{newer ? "true" : "false"})
+    EXPECT_EQ(possible_value_names(found, "multi_drive_more"), Keys{newer ? "true" : "false"})
         << found.dump(1);
   }
 }

@@ -102,7 +102,7 @@ inline std::vector<Json> guessed(const std::vector<std::string>& lines) {
 }
 
 /// Returns the remaining values of a switch; empty if nothing is known about it.
-inline std::vector<std::string> open_values(const Json& drive, std::string_view key) {
+inline std::vector<std::string> possible_value_names(const Json& drive, std::string_view key) {
   std::vector<std::string> values;
   for (const Json& finding : drive["findings"]) {
     if (finding["key"] != key) continue;

@@ -21,7 +21,7 @@ using test::guessed;
 using test::guessed_text;
 using test::Json;
 using test::Logged;
-using test::open_values;
+using test::possible_value_names;
 using Keys = std::vector<std::string>;
 
 // --- captures of real drives
@@ -32,7 +32,8 @@ TEST(Guess, TellsTheLayoutOfOneCapturedState) {
   const auto drive = guessed({"  can0  141   [8]  9A 00 00 00 00 00 00 00",
                               "  can0  141   [8]  9A 24 08 13 00 00 00 00"})[0];
   EXPECT_EQ(drive["fits"], (Keys{"v235", "v236", "v236b"}));
-  EXPECT_EQ(open_values(drive, "state_1"), (Keys{"centivolt", "centivolt_and_bus_current"}));
+  EXPECT_EQ(possible_value_names(drive, "state_1"),
+            (Keys{"centivolt", "centivolt_and_bus_current"}));
   EXPECT_EQ(drive["findings"][0]["values"][1]["frames"][0]["frame"], "141#9A24081300000000");
 }
 
@@ -98,7 +99,7 @@ TEST(Guess, UsesEveryCommandOfRs485) {
   EXPECT_EQ(out[0]["product"],
             (Json{{"motor", "MS4015"}, {"driver", "DS40R7"}, {"firmware", "2.35"}}));
   EXPECT_EQ(out[0]["encoder_largest"], 0x1925);
-  EXPECT_EQ(open_values(out[0], "series"), Keys{"MS"});
+  EXPECT_EQ(possible_value_names(out[0], "series"), Keys{"MS"});
   EXPECT_EQ(out[1]["commands"],
             Keys{"lk-emu --bus rs485:/tmp/arm --ids 1 --generation v235 --motor ms4015"});
   EXPECT_EQ(guessed_text(lines).find("u, drive 1: v235; calls itself MS4015 with driver DS40R7, "
@@ -127,7 +128,7 @@ TEST(Guess, TellsTheTurnOfTheEncoderFieldByTheAngle) {
                             cdeg >> 16U));
     }
     const auto drive = guessed(lines)[0];
-    EXPECT_EQ(open_values(drive, "encoder_span"), Keys{span});
+    EXPECT_EQ(possible_value_names(drive, "encoder_span"), Keys{span});
     EXPECT_NEAR(drive["encoder_counts_per_turn"].get<double>(), 4 * step, 4);
   }
 }
@@ -144,7 +145,8 @@ TEST(Guess, NeedsNoQueries) {
 /// 25.60 V come with 1 LSB of current.
 TEST(Guess, ClaimsNothingByAFrameThatCanBeEither) {
   const auto drive = guessed({"can0 141 [8] 9A 19 00 08 01 00 00 00"})[0];
-  EXPECT_EQ(open_values(drive, "state_1"), (Keys{"decivolt", "centivolt_and_bus_current"}));
+  EXPECT_EQ(possible_value_names(drive, "state_1"),
+            (Keys{"decivolt", "centivolt_and_bus_current"}));
   // 0.01° at [6:7] equals 655.36° at [4:7].
   const auto angle = guessed({"can0 141 [8] 94 00 00 00 00 00 01 00"})[0];
   EXPECT_EQ(angle["fits"].size(), protocol::kGenerationRows.size());
@@ -160,8 +162,8 @@ TEST(Guess, TellsBusCurrentByTheByteOfAnOffDrive) {
 TEST(Guess, TellsAnOutputTurnByAnAngleBeyondATurn) {
   // 359999 = 0x57E3F: 3599.99°, the last value of an i10.
   const auto drive = guessed({"can0 141 [8] 94 00 00 00 3F 7E 05 00"})[0];
-  EXPECT_EQ(open_values(drive, "single_turn_bits"), Keys{"32"});
-  EXPECT_EQ(open_values(drive, "encoder_span"), Keys{"output_turn"});
+  EXPECT_EQ(possible_value_names(drive, "single_turn_bits"), Keys{"32"});
+  EXPECT_EQ(possible_value_names(drive, "encoder_span"), Keys{"output_turn"});
 }
 
 /// Returns queries every 10 ms, each with a reply after 0.3 ms, except for the `silent` command.
@@ -181,21 +183,23 @@ Keys dialogue(const Keys& commands, std::string_view silent) {
 
 TEST(Guess, TellsACommandThatIsNotThereByItsSilenceBetweenAnswers) {
   const auto drive = guessed(dialogue({"9C", "30", "9C", "30", "9C"}, "30"))[0];
-  EXPECT_EQ(open_values(drive, "pid_commands"), Keys{"false"});
+  EXPECT_EQ(possible_value_names(drive, "pid_commands"), Keys{"false"});
   EXPECT_EQ(drive["fits"], (Keys{"v235", "v236", "v236b"}));
   EXPECT_EQ(drive["findings"][1]["values"][0]["frames"][0]["frame"], "141#3000000000000000");
 }
 
 TEST(Guess, ClaimsNothingByOneSilence) {
   const auto drive = guessed(dialogue({"9C", "30", "9C", "9C", "9C"}, "30"))[0];
-  EXPECT_EQ(open_values(drive, "pid_commands"), Keys{});
+  EXPECT_EQ(possible_value_names(drive, "pid_commands"), Keys{});
 }
 
 /// Without earlier or later replies the drive may not have had power.
 TEST(Guess, ClaimsNothingBySilenceAtTheEnds) {
-  EXPECT_EQ(open_values(guessed(dialogue({"30", "30", "30", "9C", "9C"}, "30"))[0], "pid_commands"),
+  EXPECT_EQ(possible_value_names(guessed(dialogue({"30", "30", "30", "9C", "9C"}, "30"))[0],
+                                 "pid_commands"),
             Keys{});
-  EXPECT_EQ(open_values(guessed(dialogue({"9C", "9C", "30", "30", "30"}, "30"))[0], "pid_commands"),
+  EXPECT_EQ(possible_value_names(guessed(dialogue({"9C", "9C", "30", "30", "30"}, "30"))[0],
+                                 "pid_commands"),
             Keys{});
 }
 
@@ -211,7 +215,7 @@ TEST(Guess, ClaimsNothingBySilenceOfABusThatLosesReplies) {
       lines.push_back("(" + std::to_string(1.005 + 0.01 * n) + ") can0 141#3000000000000000");
     }
   }
-  EXPECT_EQ(open_values(guessed(lines)[0], "pid_commands"), Keys{});
+  EXPECT_EQ(possible_value_names(guessed(lines)[0], "pid_commands"), Keys{});
 }
 
 TEST(Guess, SaysWhatItCannotAnswerFor) {
@@ -232,7 +236,7 @@ TEST(Guess, TellsRepliesWithIdentifiersOfTheirOwn) {
     lines.push_back("(" + std::to_string(1 + n) + ".000000) can0 141#9A00000000000000");
     lines.push_back("(" + std::to_string(1 + n) + ".000300) can0 181#9A1900F000000000");
   }
-  EXPECT_EQ(open_values(guessed(lines)[0], "reply_id_base"), Keys{"0x180"});
+  EXPECT_EQ(possible_value_names(guessed(lines)[0], "reply_id_base"), Keys{"0x180"});
 }
 
 /// MyActuator drives from V3 on reply on 0x240 + ID.
@@ -259,7 +263,7 @@ TEST(Guess, SaysThatTwoKindsSpeakWithOneId) {
 TEST(Guess, IsNotLedAstrayByOneFrameInAHundred) {
   Keys lines(100, "can0 141 [8] 9A 19 00 F0 00 00 00 00");
   lines.push_back("can0 141 [8] 9A 1F 54 09 00 00 00 00");
-  EXPECT_EQ(open_values(guessed(lines)[0], "state_1"), Keys{"decivolt"});
+  EXPECT_EQ(possible_value_names(guessed(lines)[0], "state_1"), Keys{"decivolt"});
 }
 
 TEST(Guess, PrintsFindingsWithTheirFrames) {
@@ -395,12 +399,13 @@ TEST(GuessTraits, KnowTheSwitchBehindEveryCommand) {
     off.dialect.*c.member = false;
     for (const auto& row : protocol::commands()) {
       const bool depends = protocol::answers(on, row.opcode) != protocol::answers(off, row.opcode);
-      EXPECT_EQ(depends, trait_behind(row.opcode, protocol::Framing::kCan) == c.trait) << row.name;
+      EXPECT_EQ(depends, trait_of_command(row.opcode, protocol::Framing::kCan) == c.trait)
+          << row.name;
     }
   }
   for (const auto& row : protocol::commands()) {
     EXPECT_EQ(row.fits == protocol::Fits::kAllButMs,
-              trait_behind(row.opcode, protocol::Framing::kCan) == Trait::kSeries)
+              trait_of_command(row.opcode, protocol::Framing::kCan) == Trait::kSeries)
         << row.name;
   }
 }
@@ -415,7 +420,7 @@ TEST(GuessTraits, KnowWhatTellsThePresetsOfRs485Apart) {
           protocol::answers(protocol::wire_format(generation.serial, Series::kMf), row.opcode));
     }
     if (answered.size() < 2) continue;
-    const auto trait = trait_behind(row.opcode, protocol::Framing::kSerial);
+    const auto trait = trait_of_command(row.opcode, protocol::Framing::kSerial);
     ASSERT_TRUE(trait) << row.name;
     EXPECT_TRUE(shows_on(*trait, protocol::Framing::kSerial)) << row.name;
   }
