@@ -98,10 +98,10 @@ class Joints:
 
     def start(self):
         """Enables the drives and reads the angles of the joints."""
-        self._surely(RUN)
-        for joint, data in zip(self.joints, self._surely(CLEAR_ERRORS)):
+        self._query_all(RUN)
+        for joint, data in zip(self.joints, self._query_all(CLEAR_ERRORS)):
             self._raise_errors(joint, data[7])
-        for i, (joint, data) in enumerate(zip(self.joints, self._surely(ANGLE))):
+        for i, (joint, data) in enumerate(zip(self.joints, self._query_all(ANGLE))):
             boot_deg = joint.direction * joint.gear * joint.boot_deg
             self._rotor_deg[i] = int.from_bytes(data[1:], "little", signed=True) / 100
             self._offset_deg[i] = round((boot_deg - self._rotor_deg[i]) / 360) * 360
@@ -184,7 +184,7 @@ class Joints:
                 raise NoReply(f"{self.joints[i].name} (drive {self.joints[i].motor}) does not answer any more")
         return replies
 
-    def _surely(self, command):
+    def _query_all(self, command):
         """Sends a query to all joints, again to those that do not answer; returns all replies."""
         replies = {}
         for _ in range(1 + RETRIES):

@@ -11,7 +11,7 @@ from typing import IO, Optional, Sequence
 
 from .errors import StartError
 
-GOODBYE_S = 10.0  # assumed; before its end lk-emu waits for the disk with its ROM
+STOP_TIMEOUT_S = 10.0  # assumed; before its end lk-emu waits for the disk with its ROM
 BUILDS = ("release", "dev", "")  # directories below build/
 
 
@@ -95,7 +95,7 @@ class Process:
         """Sends SIGTERM, then SIGKILL if needed; returns the exit status."""
         status = end(self._popen)
         self._last_resort.detach()
-        self._reader.join(GOODBYE_S)
+        self._reader.join(STOP_TIMEOUT_S)
         return status
 
     def out(self) -> str:
@@ -119,7 +119,7 @@ def end(popen: "subprocess.Popen[bytes]") -> int:
     if popen.poll() is None:
         popen.terminate()
         try:
-            popen.wait(GOODBYE_S)
+            popen.wait(STOP_TIMEOUT_S)
         except subprocess.TimeoutExpired:
             popen.kill()
     close(popen.stdin)

@@ -24,7 +24,7 @@ class WebSocket:
         self._message = b""  # received fragments of an incomplete message
         self._sock = open_socket(path, timeout_s)
         try:
-            self._shake_hands(target)
+            self._handshake(target)
         except BaseException:
             self._sock.close()
             raise
@@ -53,7 +53,7 @@ class WebSocket:
         self._try_send(CLOSE, struct.pack("!H", 1000))
         self._sock.close()
 
-    def _shake_hands(self, target: str) -> None:
+    def _handshake(self, target: str) -> None:
         key = base64.b64encode(os.urandom(16)).decode()
         self._sock.sendall(
             f"GET {target} HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"

@@ -50,7 +50,7 @@ def test_a_start_that_takes_too_long(fake):
 
 
 def test_one_that_does_not_want_to_end_is_killed(fake, monkeypatch):
-    monkeypatch.setattr("lkemu.program.GOODBYE_S", 0.2)
+    monkeypatch.setattr("lkemu.program.STOP_TIMEOUT_S", 0.2)
     with pytest.raises(lkemu.Ended, match="SIGKILL"):
         with lkemu.Emulator(bus="vcan0", program=fake, arguments=["--stubborn"]):
             pass

@@ -63,9 +63,9 @@ inline emulator::BusConfig every_kind(const std::vector<std::string>& motors, in
 }
 
 /// Random host frames and random events on drives.
-class BusLife {
+class RandomBusRun {
  public:
-  explicit BusLife(const emulator::BusConfig& config)
+  explicit RandomBusRun(const emulator::BusConfig& config)
       : serial_(config.serial.has_value()),
         drives_(static_cast<int>(config.servos.size())),
         life_(static_cast<std::uint32_t>(config.seed), drives_, std::chrono::milliseconds(100)),
@@ -135,7 +135,7 @@ class BusLife {
 
   bool serial_;
   int drives_;
-  RandomLife life_;
+  RandomInputs life_;
   emulator::Bus bus_;
   emulator::SimTime at_{0};
   std::size_t frames_ = 0;

@@ -76,7 +76,7 @@ void trace_lives(std::ostream& out) {
   for (const bool serial : {false, true}) {
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
       const int drives = seed == 1 ? 32 : seed == 2 ? 5 : 2;
-      BusLife life(every_kind(motors, drives, serial, seed));
+      RandomBusRun life(every_kind(motors, drives, serial, seed));
       life.live_until(2s);
       out << "life " << (serial ? "RS-485 " : "CAN ") << drives << " drives, " << life.frames()
           << " frames " << hex(life.hash()) << '\n';

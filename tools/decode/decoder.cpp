@@ -77,7 +77,7 @@ std::string Decoder::take(std::string_view line) {
   frame.words = read(frame.told, readers.front());
   ++summary_.frames;
   tally.count(frame.told, frame.words, frame.at);
-  for (const Settled& settled : talk.take_outcomes()) tally.count(settled);
+  for (const QueryOutcome& settled : talk.take_outcomes()) tally.count(settled);
   const std::string odd = check_generation(frame.told);
   if (options_.json) return found + frame_json(frame);
   return notes(shown) + found + frame_line(frame, options_) + odd;
@@ -86,7 +86,8 @@ std::string Decoder::take(std::string_view line) {
 std::string Decoder::finish() {
   for (auto& [wire, talk] : conversations_) {
     talk.end();
-    for (const Settled& settled : talk.take_outcomes()) summary_.buses[wire.first].count(settled);
+    for (const QueryOutcome& settled : talk.take_outcomes())
+      summary_.buses[wire.first].count(settled);
   }
   return options_.json ? summary_json(summary_, options_) : summary_text(summary_, options_);
 }

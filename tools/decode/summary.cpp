@@ -83,16 +83,16 @@ void BusTally::count(const Told& told, const FrameWords& words, const std::optio
   }
 }
 
-void BusTally::count(const Settled& settled) {
+void BusTally::count(const QueryOutcome& settled) {
   CommandTally& tally = commands[{settled.drive, settled.asked}];
   switch (settled.how) {
-    case Settled::How::kUnanswered:
+    case QueryOutcome::How::kUnanswered:
       ++tally.unanswered;
       break;
-    case Settled::How::kOpen:
+    case QueryOutcome::How::kOpen:
       ++tally.open;
       break;
-    case Settled::How::kAnswered:
+    case QueryOutcome::How::kAnswered:
       if (settled.latency) tally.latency.add(*settled.latency);
       if (settled.was_unclear) {
         --tally.unclear;

@@ -59,7 +59,7 @@ struct BusTally {
   std::uint64_t of_newer_firmware = 0;  // of these: another generation has the command
 
   void count(const Told& told, const FrameWords& words, const std::optional<SimTime>& at);
-  void count(const Settled& settled);
+  void count(const QueryOutcome& settled);
   /// Returns the time from the first to the last frame; empty without time stamps.
   std::optional<double> duration_s() const;
   /// Returns queries per second, or replies if there are no queries; empty without a duration.

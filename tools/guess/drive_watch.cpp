@@ -75,7 +75,7 @@ struct Says {
   Trait trait;
   ValueSet allowed;
 };
-std::optional<Says> says(const Settled& settled, bool answered) {
+std::optional<Says> says(const QueryOutcome& settled, bool answered) {
   const auto framing = protocol::framing_of(settled.query);
   const auto trait = trait_of(settled.asked, framing);
   const int len = settled.query.dlc - 1;
@@ -118,9 +118,9 @@ void DriveWatch::query(const Told& told, std::optional<SimTime> at) {
   if (!protocol::is_serial(told.frame)) motion_.query(sighting);
 }
 
-void DriveWatch::settle(const Settled& settled) {
-  if (settled.how == Settled::How::kOpen) return;
-  const bool answered = settled.how == Settled::How::kAnswered;
+void DriveWatch::settle(const QueryOutcome& settled) {
+  if (settled.how == QueryOutcome::How::kOpen) return;
+  const bool answered = settled.how == QueryOutcome::How::kAnswered;
   const auto says_so = says(settled, answered);
   if (!says_so && settled.asked <= 0xFF) evidence_.count_answer(answered);
   if (answered) {
@@ -254,7 +254,7 @@ void DriveWatch::see_packet(const Told& told, const Sighting& sighting) {
   } else if (const auto product = product_info(frame)) {
     evidence_.see(Trait::kProduct, only(len == 42 ? kShortProduct : kLongProduct), weight,
                   sighting);
-    evidence_.call_itself(*product);
+    evidence_.set_product(*product);
     for (const char* const series : protocol::kSeriesNames) {
       if (product->motor.starts_with(series)) see_series(std::string_view(series) == "MS");
     }

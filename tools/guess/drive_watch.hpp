@@ -22,7 +22,7 @@ class DriveWatch {
   /// Processes a frame that is a reply or a repeated query.
   void unclear(const Told& told, std::optional<SimTime> at);
   /// Processes the outcome of a query. Call before reply() with the frame that settled it.
-  void settle(const Settled& settled);
+  void settle(const QueryOutcome& settled);
 
   const Evidence& evidence() const { return evidence_; }
   const EncoderWatch& encoder() const { return encoder_; }

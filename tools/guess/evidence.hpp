@@ -59,7 +59,7 @@ class Evidence {
   void on_serial() { framing_ = protocol::Framing::kSerial; }
   protocol::Framing framing() const { return framing_; }
   /// Notes the product info of the drive.
-  void call_itself(const ProductInfo& product) { product_ = product; }
+  void set_product(const ProductInfo& product) { product_ = product; }
   const std::optional<ProductInfo>& product() const { return product_; }
   /// Counts a query that every drive answers.
   void count_answer(bool answered) { ++(answered ? answered_ : lost_); }

@@ -87,7 +87,7 @@ std::string Guesser::take(std::string_view line) {
 
 void Guesser::hear(GuessedBus& bus, const BusFrame& heard) {
   const Told told = bus.conversation.hear(heard);
-  for (const Settled& settled : bus.conversation.take_outcomes()) {
+  for (const QueryOutcome& settled : bus.conversation.take_outcomes()) {
     bus.drives[settled.drive].settle(settled);
   }
   if (told.role == Role::kQuery && told.drive == 0) {
@@ -106,7 +106,7 @@ void Guesser::hear(GuessedBus& bus, const BusFrame& heard) {
 std::string Guesser::finish() {
   for (auto& [wire, bus] : buses_) {
     bus.conversation.end();
-    for (const Settled& settled : bus.conversation.take_outcomes()) {
+    for (const QueryOutcome& settled : bus.conversation.take_outcomes()) {
       bus.drives[settled.drive].settle(settled);
     }
   }

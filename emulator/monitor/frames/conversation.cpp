@@ -106,7 +106,7 @@ Told Conversation::hear_several(const BusFrame& heard) {
     if (!command) continue;
     expire(id, heard.at);
     settle_run(id);
-    if (drive(id).pending.size() >= kMostPending) drop_first(id, Settled::How::kUnanswered);
+    if (drive(id).pending.size() >= kMostPending) drop_first(id, QueryOutcome::How::kUnanswered);
     drive(id).pending.push_back({.query = heard.frame,
                                  .command = *command,
                                  .asked = heard.frame.id,
@@ -188,7 +188,7 @@ Told Conversation::reply(int id, const BusFrame& heard, const std::vector<std::s
   }
   if (fits.empty()) return told;
   // Drives answer in order: earlier queries than the first match remain unanswered.
-  for (std::size_t n = 0; n < fits.front(); ++n) drop_first(id, Settled::How::kUnanswered);
+  for (std::size_t n = 0; n < fits.front(); ++n) drop_first(id, QueryOutcome::How::kUnanswered);
   told.asked = own.pending.front().asked;
   if (fits.size() == 1) {
     if (heard.at && own.pending.front().at) told.latency = *heard.at - *own.pending.front().at;
@@ -217,7 +217,7 @@ Told Conversation::asked_again(int id, const BusFrame& heard, std::size_t last) 
   settle_run(id);
   auto& pending = drive(id).pending;
   last = std::min(last + 1, pending.size());
-  for (std::size_t n = 0; n < last; ++n) drop_first(id, Settled::How::kUnanswered);
+  for (std::size_t n = 0; n < last; ++n) drop_first(id, QueryOutcome::How::kUnanswered);
   drive(id).alive = false;
   return query(id, heard, false);
 }
@@ -271,7 +271,7 @@ void Conversation::ask(int id, const BusFrame& heard, bool unclear) {
   const auto command = protocol::reply_command(known->command);
   if (!command) return;
   Drive& own = drive(id);
-  if (own.pending.size() >= kMostPending) drop_first(id, Settled::How::kUnanswered);
+  if (own.pending.size() >= kMostPending) drop_first(id, QueryOutcome::How::kUnanswered);
   own.pending.push_back({.query = heard.frame,
                          .command = *command,
                          .asked = heard.frame.data[0],
@@ -304,7 +304,7 @@ void Conversation::expire(int id, const std::optional<SimTime>& now) {
   while (!pending.empty() && over(pending.front())) {
     const bool missed = *now > *pending.front().at;
     drive(id).alive = drive(id).alive && !(missed && pending.front().required);
-    drop_first(id, missed ? Settled::How::kUnanswered : Settled::How::kOpen);
+    drop_first(id, missed ? QueryOutcome::How::kUnanswered : QueryOutcome::How::kOpen);
   }
 }
 
@@ -321,17 +321,17 @@ void Conversation::settle_run(int id) {
     if (fits && candidates <= replies.size() - answered) {
       answer_first(id, replies[answered++]);
     } else {
-      drop_first(id, Settled::How::kUnanswered);
+      drop_first(id, QueryOutcome::How::kUnanswered);
     }
     if (fits) --candidates;
   }
 }
 
-void Conversation::drop_first(int id, Settled::How how) {
+void Conversation::drop_first(int id, QueryOutcome::How how) {
   Drive& own = drive(id);
   const Pending& first = own.pending.front();
   if (first.required && !first.unclear) {
-    settled_.push_back({.how = first.maybe_answered ? Settled::How::kOpen : how,
+    settled_.push_back({.how = first.maybe_answered ? QueryOutcome::How::kOpen : how,
                         .drive = id,
                         .asked = first.asked,
                         .query = first.query,
@@ -343,11 +343,11 @@ void Conversation::drop_first(int id, Settled::How how) {
 void Conversation::answer_first(int id, const std::optional<SimTime>& at) {
   Drive& own = drive(id);
   const Pending& first = own.pending.front();
-  Settled settled{.drive = id,
-                  .asked = first.asked,
-                  .query = first.query,
-                  .at = first.at,
-                  .was_unclear = first.unclear};
+  QueryOutcome settled{.drive = id,
+                       .asked = first.asked,
+                       .query = first.query,
+                       .at = first.at,
+                       .was_unclear = first.unclear};
   if (at && first.at) settled.latency = *at - *first.at;
   settled_.push_back(settled);
   own.pending.pop_front();
@@ -363,10 +363,10 @@ void Conversation::forget_times() {
 void Conversation::end() {
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
     settle_run(id);
-    while (!drive(id).pending.empty()) drop_first(id, Settled::How::kOpen);
+    while (!drive(id).pending.empty()) drop_first(id, QueryOutcome::How::kOpen);
   }
 }
 
-std::vector<Settled> Conversation::take_outcomes() { return std::exchange(settled_, {}); }
+std::vector<QueryOutcome> Conversation::take_outcomes() { return std::exchange(settled_, {}); }
 
 }  // namespace lk::emulator

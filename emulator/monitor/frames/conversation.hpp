@@ -38,7 +38,7 @@ struct Told {
 };
 
 /// Outcome of a query, reported as soon as it is known.
-struct Settled {
+struct QueryOutcome {
   enum class How : std::uint8_t {
     kAnswered,
     kUnanswered,
@@ -65,7 +65,7 @@ class Conversation {
   /// Ends the bus: no more frames come.
   void end();
   /// Returns outcomes since the last call.
-  std::vector<Settled> take_outcomes();
+  std::vector<QueryOutcome> take_outcomes();
 
  private:
   struct Pending {
@@ -107,7 +107,7 @@ class Conversation {
   Told asked_again(int id, const BusFrame& heard, std::size_t last);
   void expire(int id, const std::optional<SimTime>& now);
   void settle_run(int id);
-  void drop_first(int id, Settled::How how);
+  void drop_first(int id, QueryOutcome::How how);
   void answer_first(int id, const std::optional<SimTime>& at);
 
   Drive& drive(int id) { return drives_[static_cast<std::size_t>(id - protocol::kMinId)]; }
@@ -117,7 +117,7 @@ class Conversation {
 
   std::span<const FrameReader> readers_;
   std::array<Drive, protocol::kMaxDrivesPerBus> drives_;
-  std::vector<Settled> settled_;
+  std::vector<QueryOutcome> settled_;
   std::optional<SimTime> first_;  // first stamp
   bool sent_ = false;             // directions seen for frames of drives
   bool received_ = false;

@@ -190,7 +190,7 @@ class Polled {
   }
 
   bool serial_;
-  test::RandomLife life_;
+  test::RandomInputs life_;
   BusConfig config_;
   Bus bus_;
   std::string faults_;

@@ -258,7 +258,7 @@ class LongRun {
   }
 
   SimTime duration_;
-  test::RandomLife life_;
+  test::RandomInputs life_;
   Bus bus_;
   std::vector<TimedFrame> replies_;
   std::vector<RomWrite> rom_writes_;

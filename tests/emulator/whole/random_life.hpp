@@ -19,10 +19,10 @@ namespace lk::test {
 using emulator::SimTime;
 
 /// Draws frames, directives and faults, valid and invalid, over the whole permitted range.
-class RandomLife {
+class RandomInputs {
  public:
   /// Each fault lasts at most `longest_fault`.
-  RandomLife(std::uint32_t seed, int drives, SimTime longest_fault)
+  RandomInputs(std::uint32_t seed, int drives, SimTime longest_fault)
       : random_(seed), drives_(drives), longest_fault_(longest_fault) {}
 
   bool one_in(unsigned n) { return below(n) == 0; }
