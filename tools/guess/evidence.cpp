@@ -45,7 +45,7 @@ namespace {
 
 /// Frames against a value count if they are more than this part of all sure and likely frames
 /// (assumed). The log of an exchanged drive has both.
-constexpr std::uint64_t kContradictionShare = 20;
+constexpr std::uint64_t kContradictionDivisor = 20;
 /// Unanswered queries needed for each query that may have been answered (assumed).
 constexpr std::uint64_t kSilencePerHint = 4;
 /// Prior of the loss rate: so many queries before the log, one of them lost (assumed).
@@ -117,7 +117,7 @@ bool Evidence::excluded(Trait trait, std::size_t value) const {
       all.sure == 0 && all.silent >= enough_silence() && all.silent > kSilencePerHint * doubtful;
   if (silence || !tell(all)) return silence && against.silent > 0;
   return tell(against) &&
-         (against.sure + against.likely) * kContradictionShare > all.sure + all.likely;
+         (against.sure + against.likely) * kContradictionDivisor > all.sure + all.likely;
 }
 
 std::uint64_t Evidence::frames_for(Trait trait, std::size_t value) const {
