@@ -31,8 +31,7 @@ std::vector<fs::path> sources_in(const fs::path& folder) {
 
 std::vector<fs::path> pure_sources() {
   std::vector<fs::path> files;
-  for (const char* room :
-       {"protocol", "model", "emulator/core", "emulator/monitor/advice"}) {
+  for (const char* room : {"protocol", "model", "emulator/core", "emulator/monitor/advice"}) {
     const auto more = sources_in(kRoot / room);
     files.insert(files.end(), more.begin(), more.end());
   }
