@@ -33,7 +33,7 @@ function(lk_note_room directory)
   set_property(GLOBAL APPEND_STRING PROPERTY LK_ROOMS "${directory}: ${uses}\n")
 endfunction()
 
-# A room of the program itself, with one compilation unit for each of its folders. -O1: most of the code is library templates, and none
+# A room of the program itself, one compilation unit for each folder. -O1: most of the code is library templates, and none
 # is time-critical. Full optimisation would double the build time.
 function(lk_program_room directory)
   lk_room(${directory} ${ARGN})

@@ -21,8 +21,8 @@ LAG_SHARE = 0.2
 PATH_SHARE = 0.03  # of an amplitude, for the path between samples (assumed)
 AMBIGUOUS_SHARE, ROUGH_S = 0.2, 2.5e-3  # more than that is refused (assumed)
 NEGATIVE_S = 0.5e-3  # a drive cannot act before it is told; so much may be the stamps (assumed)
-# What a geared drive without play leaves unexplained at most, over the torque current of the inertia, and by how much more
-# for stamps that are off; a load behind play leaves 0.06 to 0.5 (measured on planted motors).
+# Largest share of the inertial current that a gear without play leaves unexplained, its increase per second of stamp error,
+# and the part of the excess that widens the interval. A load behind play leaves 0.06 to 0.5 (measured on planted motors).
 UNEXPLAINED, UNEXPLAINED_PER_S, PLAY_SHARE = 0.05, 200.0, 0.5
 
 
@@ -130,8 +130,8 @@ def widened_cogging(fit: Fit, order: int, at: int, amplitude: Estimate, weights:
 
 
 def unexplained(fit: Fit, regression: Regression) -> float:
-    """How much more than a gear without play leaves unexplained where torques are commanded, over the torque current of the
-    inertia. Within the play of a gear the load does not move with the rotor, so that no one inertia explains both."""
+    """The unexplained share of the inertial current beyond that of a gear without play, where torques are commanded. Within
+    the play the load does not move with the rotor: one inertia cannot explain both."""
     commanded = fit.windows.commanded
     if fit.track.motor.N == 1 or not fit.experiment:
         return 0.0
