@@ -384,6 +384,7 @@ max = 30
 """
 
 # Turns the joint, and stops it: in the end, or when it meets a fault. One that is carefree does not need the latter.
+# One that guards stops it without a fault too, unless it is passive.
 TURNING = """
 import os
 import struct
@@ -402,9 +403,10 @@ def run_case(bus, clock, how):
     for n in range(3, 29):
         clock.advance_to(0.1 * n)
         fault = any(one.first_effect_at_s is not None for one in clock.faults())
-        if fault or how == "alarms":
+        if fault or how in ("alarms", "guards"):
             print("error: something is wrong")
-        if not stopped and ((fault and not passive) or (n == 11 and (how != "needs" or not fault))):
+        in_the_end = n == 11 and not (how == "needs" and fault) and not (how == "guards" and passive)
+        if not stopped and ((fault and not passive) or in_the_end):
             say(bus, 0x81)
             stopped = True
 """
@@ -439,8 +441,13 @@ def stopping(tmp_path, monkeypatch):
     (tmp_path / "turns.toml").write_text(SCENARIO)
     (tmp_path / "my_host.py").write_text(TURNING)
 
-    def run_plan(more):
-        (tmp_path / "plan.toml").write_text(STOPPING_PLAN.format(more=more))
+    def run_plan(more, *lines):
+        """`lines` replace those of the dimensions."""
+        plan = STOPPING_PLAN.format(more=more)
+        if lines:
+            before, rest = plan.split("[dimension]\n")
+            plan = before + "\n".join(["[dimension]", *lines, rest[rest.index("[hazard]") :]])
+        (tmp_path / "plan.toml").write_text(plan)
         done = campaign("plan.toml", "--quiet", "--json", "report.json")
         assert done.returncode == 0, done.stderr
         return json.loads(pathlib.Path("report.json").read_text())["all"]
@@ -455,6 +462,22 @@ def test_a_hazard_that_the_reaction_prevents_is_dangerous_and_detected(stopping)
     ]  # fmt: skip
     assert (found["coverage"]["detected"], found["coverage"]["dangerous"], found["coverage"]["share"]) == (1, 1, 1.0)
     assert (found["safe_detected"], found["safe_undetected"], found["false_alarms"]) == (1, 1, 1)
+
+
+def test_a_passive_host_runs_in_a_plan_without_faults_too(stopping):
+    found = stopping('passive = "NO_STOP=1"', 'host.how = ["guards", "alarms"]')
+    assert [(row["outcome"], row["passive"]) for row in rows()] == [("detected by the host", "dangerous"), ("detected by the host", "safe")]
+    assert (found["coverage"]["detected"], found["coverage"]["dangerous"]) == (1, 1)
+
+
+def test_the_note_of_a_real_time_host_says_that_it_may_have_missed_the_fault(stopping):
+    plan = STOPPING_PLAN.format(more='clock = "realtime"').replace('"friction"', '"drop"').replace("fault.friction.factor = 2", "")
+    plan = plan.replace("at_s = 0.5", "at_s = 0.1").replace('python = "my_host.py"', 'command = "true"')
+    pathlib.Path("plan.toml").write_text(plan.replace('["needs", "carefree", "alarms"]', '["x"]'))
+    done = campaign("plan.toml", "--quiet")
+    assert done.returncode == 0, done.stderr
+    assert [row["outcome"] for row in rows()] == ["not fired"]
+    assert "the fault affected nothing from 0.1 s on: the host may have started later" in rows()[0]["note"]
 
 
 def test_without_a_passive_host_coverage_has_bounds(stopping):

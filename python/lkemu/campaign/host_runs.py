@@ -18,7 +18,7 @@ from ..command import printable
 from ..errors import Error, StartError
 from .host_bus import KINDS
 from .judge import DANGEROUS, EXCEPTION, SAFE, HostEnd, Result, is_safe_by_detection, judge, judge_host
-from .outcomes import MACHINE_FAILED, OUTCOMES
+from .outcomes import MACHINE_FAILED, NOT_FIRED, OUTCOMES
 from .plan import Plan
 from .program import Program
 from .sampling import Case
@@ -136,8 +136,8 @@ class HostRuns:
         worst.runs = len(results)
         worst.flips = sum(one.outcome != worst.outcome for one in results)
         worst.wall_s = sum(one.wall_s for one in results)
-        if self._host.passive[0] and reference is not None and is_safe_by_detection(worst):
-            without = self._reference(number, values, passive=True)
+        if self._host.passive[0] and is_safe_by_detection(worst):
+            without = None if reference is None else self._reference(number, values, passive=True)
             runs = [self._judged(number, values, self._run(number, values, passive=True), without) for _ in range(self._host.runs)]
             worst.passive = DANGEROUS if any(one.violated_at_ns is not None for one in runs) else SAFE
         return worst
@@ -260,6 +260,9 @@ class HostRuns:
         planned = 0 if reference is None else len(reference["verdict"]["faults"])
         judge(self._plan, result, self._seen(run, planned), without)
         judge_host(self._plan, result, self._end_of(run), None if reference is None else self._end_of(reference))
+        began = result.fault_at_ns
+        if result.real_time and result.outcome == NOT_FIRED and began is not None and result.first_effect_at_ns is None:
+            result.note += f"; the fault affected nothing from {began / 1e9:g} s on: the host may have started later"
         return result
 
 
