@@ -193,7 +193,8 @@ def main():
     if "--refuse" in sys.argv:
         print("lk-emu: --refuse: there is no such option", file=sys.stderr)
         sys.exit(2)
-    signal.signal(signal.SIGTERM, signal.SIG_IGN if "--stubborn" in sys.argv else goodbye)
+    # Blocked before any thread starts, and taken by sigwait(): a handler can run too late, after wait() has begun to wait.
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})
     pairs = {sys.argv[n + 1]: ids_of(sys.argv[n + 3]) for n, word in enumerate(sys.argv) if word == "--bus"}
     server = Server(option("--control"), Handler)
     server.world = World(pairs, option("--clock", "realtime"))
@@ -203,11 +204,10 @@ def main():
     threading.Thread(target=server.serve_forever, daemon=True).start()
     if "--never-ready" not in sys.argv:
         print("lk-emu ready " + " ".join(pairs), flush=True)
-    threading.Event().wait()
-
-
-def goodbye(*_):
-    os.write(1, b"lk-emu stopped after 0.1 s\n")  # print() fails in a signal handler that interrupts print()
+    if "--stubborn" in sys.argv:
+        threading.Event().wait()
+    signal.sigwait({signal.SIGTERM})
+    print("lk-emu stopped after 0.1 s", flush=True)
     os._exit(0)
 
 
