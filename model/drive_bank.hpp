@@ -33,7 +33,7 @@ struct Mount {
   /// inertia at their inertia-weighted mean angle; the drive computes their relative vibration.
   bool stiff = false;
   /// The shaft was placed at `theta`, as by hand, without turning; drive and body are at rest.
-  bool put_there = false;
+  bool posed = false;
 };
 /// State of a mounted shaft, as input of the body simulation.
 struct MountedShaft {

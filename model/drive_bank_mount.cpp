@@ -66,7 +66,7 @@ void DriveBank::mount(std::size_t drive, const Mount& mount) {
   unit.mounted = true;
   unit.mounted_stiff = mount.stiff;
   unit.params.load = {.J = mount.J, .tau = mount.tau};
-  if (mount.put_there) put_at_rest(drive, mount.theta + unit.mount_offset);
+  if (mount.posed) put_at_rest(drive, mount.theta + unit.mount_offset);
   const State::Joint joint = state_->joint(drive);
   const MechanicsParams mechanics = with_faults(unit.params, unit.faults).mechanics;
   state_->with_block(drive, [&](auto& block, std::size_t lane) {

@@ -20,7 +20,7 @@ std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 std::string name_of(const mjModel& model, mjtObj kind, int index) {
   const char* const name = mj_id2name(&model, kind, index);
-  return name != nullptr ? on_one_line(name) : "";
+  return name != nullptr ? sanitized_line(name) : "";
 }
 
 /// Returns the joint or body that the degree of freedom `dof` moves.

@@ -11,14 +11,14 @@
 #include <vector>
 
 #include "emulator/body/mujoco_model.hpp"
-#include "emulator/core/coupling/body_looks.hpp"
+#include "emulator/core/coupling/drawable_body.hpp"
 #include "emulator/core/coupling/mechanism.hpp"
 
 namespace lk::emulator {
 
 /// A body simulated by MuJoCo. Drives can turn its hinges. Actuators of the model are disabled, and
 /// the drive's armature replaces the model's.
-class MujocoBody : public Mechanism, public BodyLooks {
+class MujocoBody : public Mechanism, public DrawableBody {
  public:
   /// Loads an MJCF or URDF file and starts in its first keyframe, if any. Divides `step` if the
   /// model needs shorter ones. Throws std::invalid_argument with MuJoCo's message.
@@ -47,7 +47,7 @@ class MujocoBody : public Mechanism, public BodyLooks {
   bool has_floor() const override { return !planes_.empty(); }
   void set_floor(const Floor& floor) override;
   void pose(const Pose& pose) override;
-  void look(BodyState& state) const override;
+  void read_state(BodyState& state) const override;
   std::optional<std::string> failure() const override { return failure_; }
   /// Shows groups 0 to 2, as MuJoCo's viewer does. Meshes are shown as bounding boxes, height
   /// fields not at all.

@@ -33,7 +33,7 @@ std::string mujoco_words(std::string_view text) {
   for (const char one : text.substr(0, text.find_last_not_of('\n') + 1)) {
     line += one == '\n' ? std::string("; ") : std::string(1, one);
   }
-  return on_one_line(line);
+  return sanitized_line(line);
 }
 
 namespace {

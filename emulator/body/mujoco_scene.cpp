@@ -45,7 +45,7 @@ std::optional<GeomKind> kind_of(int type) {
 BodyPart part(const mjModel& model, int body) {
   BodyPart part;
   const char* const name = mj_id2name(&model, mjOBJ_BODY, body);
-  if (name != nullptr) part.name = on_one_line(name);
+  if (name != nullptr) part.name = sanitized_line(name);
   const int joint = model.body_jntadr[body];
   part.free = joint >= 0 && model.jnt_type[joint] == mjJNT_FREE;
   part.mass_kg = model.body_mass[body];
@@ -151,7 +151,7 @@ Triple rpy_rad_of(const mjtNum* quaternion) {
 void MujocoBody::find_scene() {
   for (int key = 0; key < model_->nkey; ++key) {
     const char* const name = mj_id2name(model_.get(), mjOBJ_KEY, key);
-    keyframes_.push_back(name != nullptr ? on_one_line(name) : "");
+    keyframes_.push_back(name != nullptr ? sanitized_line(name) : "");
   }
   for (int body = 1; body < model_->nbody; ++body) {
     if (is_free(*model_, body)) free_parts_.push_back(static_cast<std::size_t>(body));
@@ -196,7 +196,7 @@ void MujocoBody::pose(const Pose& pose) {
   std::fill_n(data_->qacc_warmstart, m.nv, 0.0);
 }
 
-void MujocoBody::look(BodyState& state) const {
+void MujocoBody::read_state(BodyState& state) const {
   const mjModel& m = *model_;
   state.parts.resize(parts_.size());
   for (int body = 0; body < m.nbody; ++body) {

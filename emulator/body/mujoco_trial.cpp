@@ -100,7 +100,7 @@ void try_in_child(const std::string& file, void (*load)(const std::string& file)
   const int fork_error = errno;
   if (child == 0) run_child(ends[1], file, load);
   ::close(ends[1]);
-  const std::string problem = child > 0 ? on_one_line(read_all(ends[0])) : "";
+  const std::string problem = child > 0 ? sanitized_line(read_all(ends[0])) : "";
   ::close(ends[0]);
   if (child < 0) fail("fork failed: " + std::generic_category().message(fork_error));
   const int status = wait_for(child);

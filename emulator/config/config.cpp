@@ -121,7 +121,7 @@ std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& override
   Body body{read_body(reader, load_body), {}, {}};
   if (body.mechanism) {
     BodyState beginning;
-    body.mechanism->look(beginning);
+    body.mechanism->read_state(beginning);
     body.signals = std::make_shared<BodySignals>(body.mechanism->parts(), std::move(beginning));
     body.taken.resize(body.mechanism->joints().size());
   }

@@ -189,7 +189,7 @@ ServoConfig make_servo(int id, const Profile& profile, const AskedOfBus& asked) 
   try {
     check_drive(reader, servo);
   } catch (const ConfigError& problem) {
-    throw std::invalid_argument("--motor: " + on_one_line(profile.name) + ": " + problem.reason);
+    throw std::invalid_argument("--motor: " + sanitized_line(profile.name) + ": " + problem.reason);
   }
   return servo;
 }

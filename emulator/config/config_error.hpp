@@ -12,12 +12,12 @@ namespace lk::emulator {
 struct ConfigError : std::runtime_error {
   ConfigError(const std::string& file_name, int line_number, const std::string& key_path,
               const std::string& why)
-      : std::runtime_error(on_one_line(file_name + place(line_number) + ": " +
-                                       (key_path.empty() ? "" : key_path + ": ") + why)),
+      : std::runtime_error(sanitized_line(file_name + place(line_number) + ": " +
+                                          (key_path.empty() ? "" : key_path + ": ") + why)),
         file(file_name),
         line(line_number),
         key(key_path),
-        reason(on_one_line(why)) {}
+        reason(sanitized_line(why)) {}
 
   std::string file;
   int line;         // from 1; 0: not from a text

@@ -247,7 +247,8 @@ void ask_quirks(const std::map<std::string, std::string>& asked, ServoConfig& se
   read_quirks(reader, servo);
   const std::vector<std::string>& known = reader.asked();
   for (const auto& [key, value] : asked) {
-    if (std::ranges::find(known, key) != known.end() || !nearest(key, known).empty()) continue;
+    if (std::ranges::find(known, key) != known.end() || !closest_match(key, known).empty())
+      continue;
     reader.fail(key, "unknown; there are: " + comma_list(known));
   }
   reader.finish();
@@ -261,7 +262,7 @@ Generation ask_generation(const std::string& word, const std::string& drive,
     throw std::invalid_argument("--generation: " + drive + " (" + profile.name +
                                 "): " + problem.what());
   } catch (const std::invalid_argument& problem) {
-    throw std::invalid_argument(on_one_line(std::string("--generation: ") + problem.what()));
+    throw std::invalid_argument(sanitized_line(std::string("--generation: ") + problem.what()));
   }
 }
 

@@ -75,7 +75,7 @@ std::string none_of(const std::string& word, const std::vector<std::string>& wor
   constexpr std::size_t kShortList = 16;
   const std::string quoted = "\"" + word + "\"";
   if (words.size() <= kShortList) return quoted + " is not one of " + comma_list(words);
-  const std::string meant = nearest(word, words);
+  const std::string meant = closest_match(word, words);
   return quoted + " is unknown" + (meant.empty() ? "" : ", did you mean " + meant + "?");
 }
 
@@ -247,7 +247,7 @@ void TableReader::finish() const {
   for (const auto& [key, node] : *table_) {
     const std::string name(key.str());
     if (std::find(asked_.begin(), asked_.end(), name) != asked_.end()) continue;
-    const std::string meant = nearest(name, asked_);
+    const std::string meant = closest_match(name, asked_);
     fail(name, meant.empty() ? "unknown key" : "unknown key, did you mean " + meant + "?");
   }
   if (!missing_.empty()) fail(missing_.front(), "missing");

@@ -130,7 +130,7 @@ struct TimedDirective {
   std::optional<Condition> when = std::nullopt;
   // Source text of the request as JSON, without its time, for recordings. If a request makes
   // several directives, only the first has it.
-  std::string said = {};
+  std::string source_json = {};
 };
 
 }  // namespace lk::emulator

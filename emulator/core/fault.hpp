@@ -20,7 +20,7 @@ struct FaultRow;
 inline constexpr int kWholeBus = 0;  // in place of a drive's ID
 
 /// Shortest time between two beginnings of a fault; shorter ones would take most of the run time.
-inline constexpr SimTime kClosestFaults = std::chrono::milliseconds(1);
+inline constexpr SimTime kMinFaultPeriod = std::chrono::milliseconds(1);
 
 /// Index of a word in the choices of a parameter. Code that uses it has an enumeration in the same
 /// order.
@@ -57,7 +57,7 @@ struct Fault {
   FaultValues values{};             // in the order and units of the row's parameters
   double probability = 1;           // per frame, for kinds that act on frames
   std::optional<SimTime> duration;  // of each occurrence, up to kLongestTime; absent: until cleared
-  // Period of beginnings, above `duration`, at least kClosestFaults; absent: one beginning.
+  // Period of beginnings, above `duration`, at least kMinFaultPeriod; absent: one beginning.
   std::optional<SimTime> every;
   int times = 0;  // beginnings in total, with `every`; 0: unlimited
 };
@@ -69,8 +69,8 @@ struct FaultEvidence {
   SimTime armed_at{0};
   std::optional<SimTime> began_at;         // of the first beginning
   std::optional<SimTime> first_effect_at;  // first difference from a run without it
-  // Affected frames; kicks and writes; of lasting faults: samples (Bus::kLookStep) with a visible
-  // effect, counted per drive.
+  // Affected frames; kicks and writes; of lasting faults: samples (Bus::kSamplePeriod) with a
+  // visible effect, counted per drive.
   std::uint64_t effects = 0;
   std::string first_on;  // object of the first effect: "drive 2", "drive 2, 142#9C…"
 };

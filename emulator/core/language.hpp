@@ -8,7 +8,7 @@ namespace lk::emulator {
 enum class Language { kEnglish, kChinese };
 
 /// A text in both languages.
-struct Words {
+struct BilingualText {
   std::string_view en;
   std::string_view zh;
 

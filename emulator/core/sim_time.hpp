@@ -21,7 +21,7 @@ struct TimedFrame {
   SimTime at{0};
   protocol::Frame frame;
   std::uint64_t after_rom_write = 0;  // of a drive: number of the RomWrite it acknowledges; 0: none
-  int said_by = 0;    // of a drive: its ID if the identifier does not give it; else 0
+  int drive_id = 0;   // of a drive: its ID if the identifier does not give it; else 0
   bool echo = false;  // the host's own frame, which it reads back
   // Of a host: its number at its port, which passes the frame on to other hosts. 0: the medium has
   // already delivered it to them.

@@ -12,6 +12,6 @@ struct StartError : std::runtime_error {
 };
 
 /// Returns the system's text for an errno.
-inline std::string reason_of(int error) { return std::generic_category().message(error); }
+inline std::string errno_text(int error) { return std::generic_category().message(error); }
 
 }  // namespace lk::emulator

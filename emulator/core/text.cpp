@@ -11,7 +11,7 @@ namespace {
 unsigned byte(char c) { return static_cast<unsigned char>(c); }
 
 /// Marks of writing direction, and ends of lines and paragraphs.
-bool misleads(std::string_view character) {
+bool changes_layout(std::string_view character) {
   constexpr std::string_view kMarks[] = {"\u061C", "\u200E", "\u200F", "\u2028", "\u2029",
                                          "\u202A", "\u202B", "\u202C", "\u202D", "\u202E",
                                          "\u2066", "\u2067", "\u2068", "\u2069"};
@@ -35,7 +35,7 @@ std::size_t character_length(std::string_view text) {
   const bool too_large = first == 0xF4 && second >= 0x90;
   const bool no_character = first == 0xEF && second == 0xBF && byte(text[2]) >= 0xBE;
   if (control || overlong || surrogate || too_large || no_character) return 0;
-  return misleads(text.substr(0, length)) ? 0 : length;
+  return changes_layout(text.substr(0, length)) ? 0 : length;
 }
 
 std::string_view xml_entity(char c) {
@@ -89,7 +89,7 @@ std::string_view next_character(std::string_view& rest) {
   return character;
 }
 
-std::string on_one_line(std::string_view text) {
+std::string sanitized_line(std::string_view text) {
   std::string out;
   while (!text.empty()) out += next_character(text);
   return out;
@@ -123,7 +123,7 @@ std::string comma_list(const std::vector<std::string>& words) {
   return all;
 }
 
-std::string nearest(const std::string& word, const std::vector<std::string>& known) {
+std::string closest_match(const std::string& word, const std::vector<std::string>& known) {
   std::string best;
   std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
   for (const auto& candidate : known) {

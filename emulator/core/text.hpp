@@ -15,7 +15,7 @@ namespace lk::emulator {
 std::string_view next_character(std::string_view& rest);
 
 /// Returns the text as a terminal or a log can show it on one line.
-std::string on_one_line(std::string_view text);
+std::string sanitized_line(std::string_view text);
 
 /// Converts names to lower case for comparison, ASCII only in every locale.
 inline std::string small_letters(std::string text) {
@@ -49,7 +49,7 @@ std::string plain_number(double value);
 std::string comma_list(const std::vector<std::string>& words);
 
 /// Returns the name in `known` that is closest to `word`; empty if none is close.
-std::string nearest(const std::string& word, const std::vector<std::string>& known);
+std::string closest_match(const std::string& word, const std::vector<std::string>& known);
 
 /// Escapes text for XML, between tags and in an attribute. A question mark replaces characters that
 /// XML 1.0 cannot carry, or that next_character rejects.

@@ -23,12 +23,12 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void fail(const fs::path& file, const std::string& why) {
-  throw std::invalid_argument(on_one_line(file.string()) + ": " + why);
+  throw std::invalid_argument(sanitized_line(file.string()) + ": " + why);
 }
 
 [[noreturn]] void fail_to_read(const fs::path& file) {
   const char* const reason = std::strerror(errno);
-  throw std::invalid_argument("cannot read " + on_one_line(file.string()) + ": " + reason);
+  throw std::invalid_argument("cannot read " + sanitized_line(file.string()) + ": " + reason);
 }
 
 void check(const fs::path& file, const struct stat& found) {
@@ -175,7 +175,7 @@ void OutputFile::commit() {
 }
 
 void OutputFile::fail(int error) const {
-  throw StartError(option_ + ": cannot write " + on_one_line(path_.string()) + ": " +
+  throw StartError(option_ + ": cannot write " + sanitized_line(path_.string()) + ": " +
                    std::strerror(error));
 }
 

@@ -111,7 +111,7 @@ std::vector<std::string> motors_meant(const std::string& given) {
     std::ranges::copy_if(motor.words, std::back_inserter(alike),
                          [&](const std::string& word) { return size_of(word) == size; });
   }
-  const std::string meant = nearest(wanted, alike);
+  const std::string meant = closest_match(wanted, alike);
   return names_with(motors, [&](const std::string& word) { return word == meant; });
 }
 
@@ -143,8 +143,8 @@ bool is_missing(const fs::path& file) {
 
 /// Reads a motor file given by the user. Throws UnknownMotor.
 std::string read_motor_file(const std::string& path) {
-  if (on_one_line(path) != path) {
-    throw UnknownMotor("\"" + on_one_line(path) +
+  if (sanitized_line(path) != path) {
+    throw UnknownMotor("\"" + sanitized_line(path) +
                        "\" is not UTF-8 without control characters; give such a path");
   }
   if (is_missing(path)) throw UnknownMotor(not_there(path, shipped_name(fs::path(path).stem())));
@@ -169,8 +169,8 @@ fs::path shipped_file(const Shelf& shelf, const std::string& name) {
   const auto known = known_files(shelf);
   const fs::path directory = config_directory() / shelf.folder;
   if (std::ranges::find(known, name) == known.end()) {
-    throw std::invalid_argument(
-        unknown(shelf.what, directory.string(), name, known, nearest(small_letters(name), known)));
+    throw std::invalid_argument(unknown(shelf.what, directory.string(), name, known,
+                                        closest_match(small_letters(name), known)));
   }
   return directory / (name + ".toml");
 }

@@ -105,7 +105,7 @@ void check(const Descriptor& opened, const fs::path& path) {
   const std::string name = path.string();
   struct stat found {};
   if (::fstat(opened.get(), &found) != 0) {
-    throw StartError("cannot look at " + name + ": " + reason_of(errno));
+    throw StartError("cannot look at " + name + ": " + errno_text(errno));
   }
   const bool is_directory = S_ISDIR(found.st_mode);
   if (!is_directory && (!S_ISREG(found.st_mode) || found.st_nlink != 1)) {
@@ -124,7 +124,7 @@ void remove(const RomPlace& place, const fs::path& file) {
   if (::unlinkat(place.directory_fd, place.name.c_str(), 0) == 0) {
     spdlog::info("{}: ROM wiped, {} removed", drive, file.string());
   } else if (errno != ENOENT) {
-    throw StartError("cannot remove " + file.string() + ": " + reason_of(errno));
+    throw StartError("cannot remove " + file.string() + ": " + errno_text(errno));
   }
 }
 
@@ -158,7 +158,7 @@ RomDirectory::RomDirectory(const fs::path& path, const std::string& advice) : pa
   // The lock file may exist from a time when the directory was writable.
   if (error == 0 && ::faccessat(descriptor(), ".", W_OK | X_OK, AT_EACCESS) != 0) error = errno;
   if (error != 0) {
-    throw StartError("cannot keep ROM in " + path.string() + ": " + reason_of(error) + advice);
+    throw StartError("cannot keep ROM in " + path.string() + ": " + errno_text(error) + advice);
   }
   check(lock_, path / "lock");
   lock();
@@ -170,12 +170,12 @@ void RomDirectory::lock() {
       throw StartError(path_.string() + " is in use by " + holder(lock_.get()) +
                        "; stop it, or give another --rom DIR");
     }
-    throw StartError("cannot lock " + path_.string() + ": " + reason_of(errno));
+    throw StartError("cannot lock " + path_.string() + ": " + errno_text(errno));
   }
   // Text for the message above only: a full disk does no harm here.
   const std::string self = "lk-emu (pid " + std::to_string(::getpid()) + ")\n";
   if (::ftruncate(lock_.get(), 0) != 0 || ::pwrite(lock_.get(), self.data(), self.size(), 0) < 0) {
-    spdlog::debug("{}: lock: {}", path_.string(), reason_of(errno));
+    spdlog::debug("{}: lock: {}", path_.string(), errno_text(errno));
   }
 }
 
@@ -239,7 +239,7 @@ void RomStore::wipe() {
   }
   for (const RomDirectory& directory : directories_) {
     if (::fsync(directory.descriptor()) == 0) continue;
-    throw StartError("cannot wipe ROM in " + directory.path().string() + ": " + reason_of(errno));
+    throw StartError("cannot wipe ROM in " + directory.path().string() + ": " + errno_text(errno));
   }
 }
 
@@ -264,7 +264,7 @@ namespace {
 
 /// Identifiers of drives' replies are a multiple of 64 plus the ID.
 int drive_of(const TimedFrame& reply) {
-  return reply.said_by != 0 ? reply.said_by : static_cast<int>(reply.frame.id & 0x3FU);
+  return reply.drive_id != 0 ? reply.drive_id : static_cast<int>(reply.frame.id & 0x3FU);
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ void check_directory(const std::filesystem::path& directory) {
   const std::string name = directory.string();
   struct stat found {};
   if (::lstat(name.c_str(), &found) != 0) {
-    throw StartError("cannot look at " + name + ": " + reason_of(errno));
+    throw StartError("cannot look at " + name + ": " + errno_text(errno));
   }
   if (!S_ISDIR(found.st_mode)) throw StartError(name + " is not a directory: remove it");
   if (!is_ours(found.st_uid, directory)) throw StartError(name + " belongs to another user");
@@ -63,7 +63,7 @@ std::filesystem::path runtime_directory() {
 void secure_directory(const std::filesystem::path& directory) {
   const std::string name = directory.string();
   if (::mkdir(name.c_str(), 0700) != 0 && errno != EEXIST) {
-    throw StartError("cannot make " + name + ": " + reason_of(errno));
+    throw StartError("cannot make " + name + ": " + errno_text(errno));
   }
   check_directory(directory);
 }
@@ -76,7 +76,7 @@ bool is_live_socket(const std::filesystem::path& path) {
   std::copy(name.begin(), name.end(), std::begin(address.sun_path));
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   // Unknown is not dead: never remove a socket that may be in use.
-  if (fd < 0) throw StartError("cannot see whether " + name + " is in use: " + reason_of(errno));
+  if (fd < 0) throw StartError("cannot see whether " + name + " is in use: " + errno_text(errno));
   const int result = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address);
   // Only a refused connection shows a dead socket: a full queue or another socket type is alive.
   const bool live = result == 0 || errno != ECONNREFUSED;
@@ -118,7 +118,7 @@ void clear_stale_socket(const std::filesystem::path& path) {
   struct stat found {};
   if (::lstat(name.c_str(), &found) != 0) {
     if (errno == ENOENT) return;
-    throw StartError("cannot look at " + name + ": " + reason_of(errno));
+    throw StartError("cannot look at " + name + ": " + errno_text(errno));
   }
   if (!S_ISSOCK(found.st_mode)) throw StartError(name + " already exists and is not a socket");
   if (!is_ours(found.st_uid, path.parent_path())) {
@@ -126,7 +126,7 @@ void clear_stale_socket(const std::filesystem::path& path) {
   }
   if (is_live_socket(path)) throw StartError(name + " is in use by another lk-emu");
   if (::unlink(name.c_str()) != 0 && errno != ENOENT) {
-    throw StartError("cannot remove " + name + ": " + reason_of(errno));
+    throw StartError("cannot remove " + name + ": " + errno_text(errno));
   }
 }
 

@@ -132,7 +132,7 @@ void trace_scenario(const std::string& name, std::ostream& out) {
   run.take_traffic(traffic);
   for (const emulator::Traffic& one : traffic) add(hash, one.frame);
   for (const emulator::ExpectationResult& result : run.verdict().expectations) {
-    for (const char c : result.expected + result.measured + result.says) {
+    for (const char c : result.expected + result.measured + result.description) {
       hash.add(static_cast<unsigned char>(c));
     }
   }

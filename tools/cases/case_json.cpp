@@ -24,7 +24,7 @@ void add_time(Json& json, const char* key, const std::optional<SimTime>& time) {
 }
 
 Json result_json(const ExpectationResult& result) {
-  Json json{{"says", result.says.empty() ? result.expected : result.says},
+  Json json{{"says", result.description.empty() ? result.expected : result.description},
             {"status", status_word(result.status)},
             {"measured", result.measured}};
   add_time(json, "at_ns", result.at);
@@ -100,7 +100,7 @@ std::string possible_json(const CaseRun& one) {
   }
   Json expectations = Json::array();
   for (std::size_t n = 0; n < one.course->own; ++n) {
-    expectations.push_back(scenario.expectations[n].says);
+    expectations.push_back(scenario.expectations[n].description);
   }
   return Json{{"case", one.request->number},
               {"inputs", fmt::format("{:016x}", one.course->inputs)},
@@ -112,7 +112,7 @@ std::string possible_json(const CaseRun& one) {
 }
 
 std::string impossible_json(std::uint64_t number, const std::string& reason) {
-  return Json{{"case", number}, {"error", on_one_line(reason)}}.dump() + '\n';
+  return Json{{"case", number}, {"error", sanitized_line(reason)}}.dump() + '\n';
 }
 
 }  // namespace lk::emulator

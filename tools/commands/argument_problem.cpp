@@ -12,7 +12,7 @@ namespace lk::emulator {
 namespace {
 
 std::string perhaps(const std::string& word, const std::vector<std::string>& known) {
-  const std::string meant = nearest(word, known);
+  const std::string meant = closest_match(word, known);
   return meant.empty() ? "" : ", did you mean " + meant + "?";
 }
 
@@ -35,7 +35,7 @@ std::string option_problem(const CLI::App& app, const std::string& option) {
 std::string argument_problem(const CLI::App& app, const std::vector<std::string>& first_words) {
   const std::vector<std::string> left_over = app.remaining(true);
   if (left_over.empty()) return "";
-  const std::string word = on_one_line(left_over.front());
+  const std::string word = sanitized_line(left_over.front());
   if (word.starts_with('-')) return option_problem(app, word);
   if (std::ranges::find(first_words, word) != first_words.end()) {
     return fmt::format("\"{}\" has to come first: {} {} …", word, app.get_name(), word);

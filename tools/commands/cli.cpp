@@ -404,7 +404,7 @@ void check_files(const CLI::App& app) {
     if (file == "-" || file.starts_with("/dev/")) continue;
     const auto [other, free] = taken.emplace(file, name);
     if (!free) {
-      throw StartError(std::string(name) + ": " + on_one_line(file) + " is the file of " +
+      throw StartError(std::string(name) + ": " + sanitized_line(file) + " is the file of " +
                        other->second + " already");
     }
   }

@@ -45,7 +45,7 @@ using Answer = CtlClient::Answer;
 
 /// Makes all strings safe to print, because they may come from other programs.
 Json printable(Json json) {
-  if (json.is_string()) return on_one_line(json.get<std::string>());
+  if (json.is_string()) return sanitized_line(json.get<std::string>());
   if (json.is_structured()) {
     for (Json& part : json) part = printable(part);
   }
@@ -232,8 +232,9 @@ class Ctl {
       const Json error = answer.body.value("error", Json::object());
       const std::string where = error.value("where", std::string("?"));
       // Errors in the request path are reported as "ctl", because the user did not type the path.
-      std::fprintf(stderr, "lk-emu: %s: %s\n", where == "path" ? "ctl" : on_one_line(where).c_str(),
-                   on_one_line(error.value("reason", std::string("refused"))).c_str());
+      std::fprintf(stderr, "lk-emu: %s: %s\n",
+                   where == "path" ? "ctl" : sanitized_line(where).c_str(),
+                   sanitized_line(error.value("reason", std::string("refused"))).c_str());
       return 1;
     }
     std::fputs((raw_.json ? answer.body.dump(2) + "\n" : table(printable(answer.body))).c_str(),

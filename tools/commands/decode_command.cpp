@@ -224,7 +224,7 @@ std::string motor_sold_as(const std::string& label) {
 template <class Reader>
 void read_log(const std::string& log, Reader& reader) {
   const bool from_input = log.empty() || log == "-";
-  const std::string name = from_input ? "standard input" : on_one_line(log);
+  const std::string name = from_input ? "standard input" : sanitized_line(log);
   Descriptor file;
   if (!from_input) {
     file = Descriptor(::open(log.c_str(), O_RDONLY | O_CLOEXEC));

@@ -119,7 +119,7 @@ void print_one(const std::string& word) {
   }
   std::vector<std::string> words;
   for (const FaultRow& row : fault_table()) words.emplace_back(row.word);
-  const std::string meant = nearest(word, words);
+  const std::string meant = closest_match(word, words);
   throw StartError(
       "faults: no fault \"" + word + "\"" +
       (meant.empty() ? " (lk-emu faults lists them)" : ", did you mean " + meant + "?"));

@@ -33,7 +33,7 @@ std::string since_text(SimTime since) {
 }
 
 struct RoleWords {
-  Words words;
+  BilingualText words;
   const char* colour;
 };
 
@@ -63,15 +63,15 @@ std::string remark(const DecodedFrame& frame, Language language) {
     return text;
   }
   if (frame.told.role == Role::kUnclear) {
-    return std::string(Words{"query or reply?", "命令帧还是回复帧？"}.in(language));
+    return std::string(BilingualText{"query or reply?", "命令帧还是回复帧？"}.in(language));
   }
   if (frame.told.role != Role::kReply) return "";
   if (frame.told.choices == 0) {
-    return std::string(Words{"no query for it", "没有对应的命令帧"}.in(language));
+    return std::string(BilingualText{"no query for it", "没有对应的命令帧"}.in(language));
   }
   if (frame.told.choices == 1) return "";
   const std::string_view format =
-      Words{"to one of {} queries", "对应 {} 个命令帧之一"}.in(language);
+      BilingualText{"to one of {} queries", "对应 {} 个命令帧之一"}.in(language);
   return fmt::format(fmt::runtime(format), frame.told.choices);
 }
 
@@ -102,14 +102,14 @@ std::string frame_line(const DecodedFrame& frame, const DecodeOptions& options) 
   if (!beside.empty()) {
     line += said.empty() ? "" : "  ";
     const std::string in_brackets =
-        fmt::format(fmt::runtime(Words{"({})", "（{}）"}.in(language)), beside);
+        fmt::format(fmt::runtime(BilingualText{"({})", "（{}）"}.in(language)), beside);
     line += paint(in_brackets, error ? kRed : kYellow, options);
   }
   line.erase(line.find_last_not_of(' ') + 1);
   return line + "\n";
 }
 
-std::string note_line(const Words& words, const DecodeOptions& options) {
+std::string note_line(const BilingualText& words, const DecodeOptions& options) {
   return paint("# " + std::string(words.in(options.language)), kDim, options) + "\n";
 }
 
@@ -142,8 +142,8 @@ std::string assumption_line(const DecodeOptions& options, protocol::Framing fram
 }
 
 std::string bad_line(std::uint64_t line, const std::string& problem, const DecodeOptions& options) {
-  const std::string_view format = Words{"# line {} is not a frame of candump, skipped: {}",
-                                        "# 第 {} 行不是 candump 的帧，略过：{}"}
+  const std::string_view format = BilingualText{"# line {} is not a frame of candump, skipped: {}",
+                                                "# 第 {} 行不是 candump 的帧，略过：{}"}
                                       .in(options.language);
   return paint(fmt::format(fmt::runtime(format), line, problem), kYellow, options) + "\n";
 }

@@ -120,7 +120,7 @@ using Row = std::vector<std::string>;
 
 constexpr std::size_t kLeft = 2;  // columns of text; the others are numbers
 
-const Words kHeads[] = {
+const BilingualText kHeads[] = {
     {"drive", "驱动器"},  {"command", "命令"},      {"queries", "命令帧"}, {"replies", "回复帧"},
     {"per s", "每秒"},    {"unanswered", "未应答"}, {"min ms", "最小 ms"}, {"median ms", "中位 ms"},
     {"p99 ms", "p99 ms"}, {"max ms", "最大 ms"},
@@ -175,7 +175,7 @@ std::string instant(const std::optional<SimTime>& at, const BusTally& bus) {
 
 /// Formats a line by the text of the language.
 template <class... Values>
-std::string said(const Words& format, Language language, const Values&... values) {
+std::string said(const BilingualText& format, Language language, const Values&... values) {
   return fmt::format("  {}\n", fmt::format(fmt::runtime(format.in(language)), values...));
 }
 
@@ -227,16 +227,16 @@ std::string doubts_of(const BusTally& bus, const DecodeOptions& options) {
 std::string bus_text(const std::string& interface, const BusTally& bus,
                      const DecodeOptions& options) {
   const Language language = options.language;
-  const Words frames = bus.frames == 1 ? Words{"\n{}: {} frame", "\n{}：{} 帧"}
-                                       : Words{"\n{}: {} frames", "\n{}：{} 帧"};
+  const BilingualText frames = bus.frames == 1 ? BilingualText{"\n{}: {} frame", "\n{}：{} 帧"}
+                                               : BilingualText{"\n{}: {} frames", "\n{}：{} 帧"};
   std::string text = fmt::format(fmt::runtime(frames.in(language)), interface, bus.frames);
   if (const auto duration = bus.duration_s()) {
-    text +=
-        fmt::format(fmt::runtime(Words{" in {:.6f} s", "，历时 {:.6f} s"}.in(language)), *duration);
+    text += fmt::format(fmt::runtime(BilingualText{" in {:.6f} s", "，历时 {:.6f} s"}.in(language)),
+                        *duration);
   }
   text += "\n";
   std::vector<Row> rows(1);
-  for (const Words& head : kHeads) rows.front().emplace_back(head.in(language));
+  for (const BilingualText& head : kHeads) rows.front().emplace_back(head.in(language));
   for (const auto& [key, command] : bus.commands) {
     if (command.queries + command.replies == 0) continue;
     rows.push_back(command_row(key.first, key.second, command, bus, language));
@@ -255,15 +255,16 @@ std::string summary_text(const DecodeSummary& summary, const DecodeOptions& opti
     for (const auto& [key, command] : bus.commands) latencies |= command.latency.count() > 0;
   }
   if (latencies) {
-    text += fmt::format("\n{}\n", Words{"Latencies are from stamp to stamp; median and p99 are "
-                                        "right to 1.6 %.",
-                                        "延迟为两个时间戳之差；中位数和 p99 的误差不超过 1.6 %。"}
-                                      .in(options.language));
+    text += fmt::format("\n{}\n",
+                        BilingualText{"Latencies are from stamp to stamp; median and p99 are "
+                                      "right to 1.6 %.",
+                                      "延迟为两个时间戳之差；中位数和 p99 的误差不超过 1.6 %。"}
+                            .in(options.language));
   }
   if (summary.bad_lines > 0) {
     text += fmt::format(
-        fmt::runtime(
-            Words{"\nLines that are not frames: {}\n", "\n不是帧的行：{}\n"}.in(options.language)),
+        fmt::runtime(BilingualText{"\nLines that are not frames: {}\n", "\n不是帧的行：{}\n"}.in(
+            options.language)),
         summary.bad_lines);
   }
   return text;

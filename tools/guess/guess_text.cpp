@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kLongestName = 15;  // IFNAMSIZ - 1
 
 template <class... Args>
-std::string say(const Words& words, Language language, const Args&... args) {
+std::string say(const BilingualText& words, Language language, const Args&... args) {
   return fmt::format(fmt::runtime(words.in(language)), args...);
 }
 
@@ -66,7 +66,7 @@ std::string finding(Trait trait, const Evidence& evidence, std::optional<SimTime
   const TraitRow& row = row_of(trait);
   std::string text = "    ";
   if (!row.key.empty()) {
-    const std::string between(Words{" or ", " 或 "}.in(language));
+    const std::string between(BilingualText{" or ", " 或 "}.in(language));
     text += fmt::format("{} = {}: ", row.key,
                         fmt::join(possible_value_names(trait, evidence), between));
   }
@@ -76,7 +76,7 @@ std::string finding(Trait trait, const Evidence& evidence, std::optional<SimTime
   std::string meaning;
   for (std::size_t value = 0; value < row.count; ++value) {
     if (!contains(evidence.open(trait), value)) continue;
-    meaning += meaning.empty() ? "" : Words{"; or ", "；或 "}.in(language);
+    meaning += meaning.empty() ? "" : BilingualText{"; or ", "；或 "}.in(language);
     meaning += row.meanings.at(value).in(language);
     if (evidence.frames_for(trait, value) <= frames_for) continue;
     frames_for = evidence.frames_for(trait, value);
@@ -109,7 +109,7 @@ std::string generation_lines(const Guess& guess, Language language) {
     text += say({"    {:<12} {} (frames for it: {}, against: {})\n",
                  "    {:<12} {}（支持的帧：{}，反对的帧：{}）\n"},
                 language, generation_name(fit.generation),
-                fits ? std::string(Words{"fits", "符合"}.in(language))
+                fits ? std::string(BilingualText{"fits", "符合"}.in(language))
                      : say({"does not fit: {}", "不符：{}"}, language, key_list(fit.against)),
                 fit.frames_for, fit.frames_against);
   }
@@ -118,23 +118,23 @@ std::string generation_lines(const Guess& guess, Language language) {
 
 std::string summary_of(const Guess& guess, Language language) {
   if (guess.foreign) {
-    return std::string(
-        Words{"replies on 0x240 + ID: not an LK-TECH drive; MyActuator drives from V3 on do that, "
-              "and are not "
-              "emulated",
-              "回复帧标识符为 0x240 + ID：不是瓴控驱动器；MyActuator V3 起如此，本仿真器不支持"}
-            .in(language));
+    return std::string(BilingualText{
+        "replies on 0x240 + ID: not an LK-TECH drive; MyActuator drives from V3 on do that, "
+        "and are not "
+        "emulated",
+        "回复帧标识符为 0x240 + ID：不是瓴控驱动器；MyActuator V3 起如此，本仿真器不支持"}
+                           .in(language));
   }
   if (guess.fits.empty()) {
     return say({"a mixture, nearest to {}", "混合型，最接近 {}"}, language,
                generation_name(guess.nearest));
   }
   if (guess.fits.size() == guess.generations.size()) {
-    return std::string(
-        Words{"nothing in the log tells the generations apart", "日志里没有能分辨固件代的内容"}.in(
-            language));
+    return std::string(BilingualText{"nothing in the log tells the generations apart",
+                                     "日志里没有能分辨固件代的内容"}
+                           .in(language));
   }
-  return names(guess.fits, Words{" or ", " 或 "}.in(language));
+  return names(guess.fits, BilingualText{" or ", " 或 "}.in(language));
 }
 
 /// Describes the query to send, or the event to wait for, to know more.
@@ -144,10 +144,11 @@ std::string probe_line(Trait trait, int drive, protocol::Framing framing, Langua
     return say({"    to distinguish them: {} ({})\n", "    要分辨它们：{}（{}）\n"}, language,
                row.how.in(language), row.key);
   }
-  const Words words = row.how.en.empty() ? Words{"    to distinguish them, send: {} ({})\n",
-                                                 "    要分辨它们，请发送：{}（{}）\n"}
-                                         : Words{"    to distinguish them, send: {} ({}; {})\n",
-                                                 "    要分辨它们，请发送：{}（{}；{}）\n"};
+  const BilingualText words = row.how.en.empty()
+                                  ? BilingualText{"    to distinguish them, send: {} ({})\n",
+                                                  "    要分辨它们，请发送：{}（{}）\n"}
+                                  : BilingualText{"    to distinguish them, send: {} ({}; {})\n",
+                                                  "    要分辨它们，请发送：{}（{}；{}）\n"};
   return say(words, language, probe_text(trait, drive, framing), row.key, row.how.in(language));
 }
 
@@ -211,14 +212,14 @@ std::string conclusion(const std::string& interface, int id, const DriveWatch& d
                        Language language) {
   std::string text = say({"{}, drive {}: ", "{}，驱动器 {}："}, language, interface, id);
   if (drive.replies() == 0) {
-    text += Words{"no reply: no conclusion possible", "没有回复：无法判断"}.in(language);
+    text += BilingualText{"no reply: no conclusion possible", "没有回复：无法判断"}.in(language);
   } else {
     const Evidence& evidence = drive.evidence();
     text += summary_of(guess_of(evidence), language);
     const std::string product =
         evidence.product() ? product_text(*evidence.product(), language) : "";
     for (const std::string& more : {product, encoder_text(drive, language)}) {
-      if (!more.empty()) text += std::string(Words{"; ", "；"}.in(language)) + more;
+      if (!more.empty()) text += std::string(BilingualText{"; ", "；"}.in(language)) + more;
     }
   }
   return text + say({" (queries: {}, replies: {})\n", "（命令帧：{}，回复帧：{}）\n"}, language,
@@ -316,7 +317,7 @@ std::vector<std::string> doubts(const Guess& guess, Language language) {
   } else if (guess.fits.size() > 1) {
     const std::vector<Generation> others(guess.fits.begin() + 1, guess.fits.end());
     notes.push_back(say({"or generation {}", "或固件代 {}"}, language,
-                        names(others, Words{" or ", " 或 "}.in(language))));
+                        names(others, BilingualText{" or ", " 或 "}.in(language))));
   }
   if (guess.ms && guess.motor.empty()) {
     notes.push_back(say({"{} is a stand-in: the log does not show which MS motor it is",
@@ -351,8 +352,8 @@ std::string toml_drive(const Kind& kind, Language language) {
 
 std::string command_text(const std::vector<StartCommand>& commands, Language language) {
   if (commands.empty()) return "";
-  std::string text(Words{"To emulate them (--motor takes the motor by its label):\n",
-                         "仿真它们（--motor 给出电机型号）：\n"}
+  std::string text(BilingualText{"To emulate them (--motor takes the motor by its label):\n",
+                                 "仿真它们（--motor 给出电机型号）：\n"}
                        .in(language));
   for (const StartCommand& command : commands) {
     text += "  " + command.line + "\n";
@@ -363,11 +364,12 @@ std::string command_text(const std::vector<StartCommand>& commands, Language lan
 
 std::string robot_text(const std::string& robot, Language language) {
   if (robot.empty()) return "";
-  return std::string(Words{"As robot.toml, for lk-emu --config ./robot.toml (motor = takes the "
+  return std::string(
+             BilingualText{"As robot.toml, for lk-emu --config ./robot.toml (motor = takes the "
                            "motor by its label):\n\n",
                            "存为 robot.toml，用 lk-emu --config ./robot.toml 启动（motor = "
                            "给出电机型号）：\n\n"}
-                         .in(language)) +
+                 .in(language)) +
          robot;
 }
 
@@ -419,8 +421,8 @@ std::string guess_text(const Guesser& guesser, Language language) {
   }
   if (any) text += "\n";
   for (const auto& [wire, bus] : guesser.buses()) {
-    const Words frames =
-        bus.frames == 1 ? Words{"{}: {} frame", "{}：{} 帧"} : Words{"{}: {} frames", "{}：{} 帧"};
+    const BilingualText frames = bus.frames == 1 ? BilingualText{"{}: {} frame", "{}：{} 帧"}
+                                                 : BilingualText{"{}: {} frames", "{}：{} 帧"};
     text += say(frames, language, wire.first, bus.frames);
     if (bus.others > 0)
       text += say({", {} of no drive", "，其中 {} 帧不属于驱动器"}, language, bus.others);
@@ -429,7 +431,7 @@ std::string guess_text(const Guesser& guesser, Language language) {
       text += drive_text(id, drive, guesser.begin(), language);
     }
     if (bus.drives.empty()) {
-      text += Words{"  no drive's frames\n", "  没有驱动器的帧\n"}.in(language);
+      text += BilingualText{"  no drive's frames\n", "  没有驱动器的帧\n"}.in(language);
     }
     text += "\n";
   }

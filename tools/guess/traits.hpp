@@ -76,11 +76,11 @@ struct TraitRow {
   std::string_view key;                              // name of the switch; empty for kSeries
   std::size_t count;                                 // of values
   std::array<std::string_view, kMostValues> values;  // as --quirk takes them
-  std::array<Words, kMostValues> meanings;           // what a drive does
+  std::array<BilingualText, kMostValues> meanings;   // what a drive does
   /// Returns the value of a drive with these switches; null if they do not define it.
   std::size_t (*of)(const Quirks& quirks);
   std::string_view probe;              // DATA of the first query that decides the trait
-  Words how;                           // further steps; without a probe, all steps
+  BilingualText how;                   // further steps; without a probe, all steps
   Wires wires = Wires::kCan;           // on which the trait shows
   std::string_view serial_probe = {};  // CMD and data of a packet that decides it
 };

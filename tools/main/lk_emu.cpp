@@ -77,10 +77,11 @@ int run_and_report_errors(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const lk::emulator::StartError& problem) {
-    std::fprintf(stderr, "lk-emu: %s\n", lk::emulator::on_one_line(problem.what()).c_str());
+    std::fprintf(stderr, "lk-emu: %s\n", lk::emulator::sanitized_line(problem.what()).c_str());
     return 2;
   } catch (const std::exception& problem) {
-    std::fprintf(stderr, "lk-emu: failed: %s\n", lk::emulator::on_one_line(problem.what()).c_str());
+    std::fprintf(stderr, "lk-emu: failed: %s\n",
+                 lk::emulator::sanitized_line(problem.what()).c_str());
     return 1;
   }
 }

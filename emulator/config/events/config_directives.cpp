@@ -233,7 +233,7 @@ std::vector<TimedDirective> read_directives(TableReader& reader, const BusConfig
     const char* const place = reader.has("at_s") ? "at_s" : reader.has("when") ? "when" : "";
     reader.fail(place, std::string("an event needs an action: ") + kActionList);
   }
-  directives.front().said = reader.as_json({"at_s", "bus"});
+  directives.front().source_json = reader.as_json({"at_s", "bus"});
   return directives;
 }
 

@@ -67,7 +67,7 @@ void read_course(TableReader& reader, Fault& fault) {
     if (!fault.duration && !row.momentary()) {
       reader.fail("every_s", "needs for_s: how long it lasts each time");
     }
-    if (*fault.every < kClosestFaults) reader.fail("every_s", "must be at least 0.001");
+    if (*fault.every < kMinFaultPeriod) reader.fail("every_s", "must be at least 0.001");
     if (*fault.every <= fault.duration.value_or(SimTime{0})) {
       reader.fail("every_s", "must be longer than it lasts each time");
     }
@@ -96,7 +96,7 @@ void check_room(const TableReader& event, const std::vector<TimedDirective>& dir
 
 std::string text_problem(const std::string& text, std::size_t longest) {
   if (text.size() > longest) return "is longer than " + std::to_string(longest) + " bytes";
-  return on_one_line(text) == text ? "" : "must be one line without control characters";
+  return sanitized_line(text) == text ? "" : "must be one line without control characters";
 }
 
 void check_clear(const TableReader& reader, const std::string& which,
@@ -115,18 +115,19 @@ void check_clear(const TableReader& reader, const std::string& which,
     known.insert(known.end(), {name, kind});
   }
   if (std::ranges::find(known, which) != known.end()) return;
-  const std::string meant = nearest(which, known);
+  const std::string meant = closest_match(which, known);
   reader.fail("clear", "no fault is called \"" + which + "\", and none is of that kind" +
                            (meant.empty() ? "" : "; did you mean " + meant + "?"));
 }
 
 bool delays_in_adapter(const FaultRow& row) {
-  return row.adapter_shows == &AdapterShown::late || row.adapter_shows == &AdapterShown::batched;
+  return row.adapter_shows == &AdapterEffects::late ||
+         row.adapter_shows == &AdapterEffects::batched;
 }
 
 void check_adapter(const TableReader& event, const FaultRow& row, const BusConfig& bus,
                    bool others_delay) {
-  if (row.adapter_shows != &AdapterShown::lost || bus.adapter != nullptr || others_delay) return;
+  if (row.adapter_shows != &AdapterEffects::lost || bus.adapter != nullptr || others_delay) return;
   event.fail("fault", std::string(row.word) +
                           ": no frame waits in an adapter here; give the bus an `adapter`, or add "
                           "adapter_latency or adapter_batch first");

@@ -144,7 +144,7 @@ Expectation read_expectation(TableReader& reader, const Scenario& scenario) {
   check_subjects(reader);
   const auto id = reader.integer("id", protocol::kMinId, protocol::kMaxId);
   if (id) expectation.id = static_cast<int>(*id);
-  expectation.says = reader.text("says").value_or("");
+  expectation.description = reader.text("says").value_or("");
   bool found = true;
   bool of_body = false;
   if (const Signal* signal = read_signal(reader, "signal", scenario.robot.front())) {

@@ -107,7 +107,7 @@ void refuse_robot(const TableReader& reader) {
 
 void read_head(TableReader& reader, const std::string& file, Scenario& scenario) {
   const std::size_t slash = file.find_last_of('/');
-  scenario.name = on_one_line(file.substr(slash == std::string::npos ? 0 : slash + 1));
+  scenario.name = sanitized_line(file.substr(slash == std::string::npos ? 0 : slash + 1));
   if (scenario.name.ends_with(".toml")) scenario.name.resize(scenario.name.size() - 5);
   scenario.about = reader.text("about").value_or("");
   const auto duration = read_duration(reader, "duration_s");
@@ -126,10 +126,10 @@ void check_head(TableReader& reader) {
 }
 
 /// Returns drives that differ from the robot. `known`: `running` with the file's bus names.
-std::vector<ForeignDrive> foreign_drives(const std::vector<BusConfig>& robot,
-                                         const std::vector<BusConfig>& known,
-                                         const std::vector<BusConfig>& running) {
-  std::vector<ForeignDrive> foreign;
+std::vector<DriveMismatch> drive_mismatches(const std::vector<BusConfig>& robot,
+                                            const std::vector<BusConfig>& known,
+                                            const std::vector<BusConfig>& running) {
+  std::vector<DriveMismatch> mismatches;
   for (const BusConfig& meant : robot) {
     const auto found = std::ranges::find(known, meant.interface, &BusConfig::interface);
     const BusConfig* const here =
@@ -141,11 +141,11 @@ std::vector<ForeignDrive> foreign_drives(const std::vector<BusConfig>& robot,
         if (drive != here->servos.end()) motor = drive->profile.name;
       }
       if (motor == servo.profile.name) continue;
-      foreign.push_back({here != nullptr ? here->interface : meant.interface, servo.id,
-                         servo.profile.name, motor});
+      mismatches.push_back({here != nullptr ? here->interface : meant.interface, servo.id,
+                            servo.profile.name, motor});
     }
   }
-  return foreign;
+  return mismatches;
 }
 
 /// Gives the running buses the names of the robot's file, in its order, if the robot runs on other
@@ -170,7 +170,7 @@ void take_names_of_robot(TableReader& reader, const ScenarioFiles& files,
       scenario.robot[n].interface = of_file[n].interface;
     }
   }
-  scenario.foreign = foreign_drives(of_file, scenario.robot, running);
+  scenario.mismatches = drive_mismatches(of_file, scenario.robot, running);
 }
 
 }  // namespace

@@ -56,29 +56,29 @@ struct Babbling {
   int id;
 };
 /// Conditions and lasting faults are sampled.
-struct Look {};
+struct Sample {};
 
 using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, CalibrationStep, Reconnect,
-                          BusOffEnd, FaultBegin, FaultEnd, Babbling, Look>;
+                          BusOffEnd, FaultBegin, FaultEnd, Babbling, Sample>;
 
 /// Tasks of a bus besides frames, by time. At equal times configured tasks come first, then the
 /// order of entry decides. A value.
 class Agenda {
  public:
-  enum class Rank : std::uint8_t { kConfigured, kSaidLater };
-  void enter(SimTime at, Task task, Rank rank = Rank::kSaidLater) {
-    entries_.push_back({at, rank, entered_++, std::move(task)});
+  enum class Rank : std::uint8_t { kConfigured, kRuntime };
+  void schedule(SimTime at, Task task, Rank rank = Rank::kRuntime) {
+    entries_.push_back({at, rank, scheduled_++, std::move(task)});
     std::ranges::push_heap(entries_, later);
   }
-  /// Ensures a look at `at` or earlier; at most one is pending.
-  void look_by(SimTime at, Rank rank = Rank::kSaidLater) {
-    if (next_look_ && *next_look_ <= at) return;
-    next_look_ = at;
-    enter(at, Look{}, rank);
+  /// Ensures a sample at `at` or earlier; at most one is pending.
+  void sample_by(SimTime at, Rank rank = Rank::kRuntime) {
+    if (next_sample_ && *next_sample_ <= at) return;
+    next_sample_ = at;
+    schedule(at, Sample{}, rank);
   }
-  /// Clears the pending look if it is due. Call after each look, due or early.
-  void looked(SimTime now) {
-    if (next_look_ && *next_look_ <= now) next_look_.reset();
+  /// Clears the pending sample if it is due. Call after each sample, due or early.
+  void clear_due_sample(SimTime now) {
+    if (next_sample_ && *next_sample_ <= now) next_sample_.reset();
   }
   std::optional<SimTime> next_due() const {
     return entries_.empty() ? std::nullopt : std::optional(entries_.front().at);
@@ -94,18 +94,18 @@ class Agenda {
   std::size_t directives() const {
     return static_cast<std::size_t>(std::ranges::count_if(entries_, is_directive));
   }
-  void forget_directives() {
-    forget_if<Directive>([](const Directive& /*directive*/) { return true; });
+  void cancel_directives() {
+    cancel_if<Directive>([](const Directive& /*directive*/) { return true; });
   }
   /// Removes the tasks of this kind for a drive.
   template <class Kind>
-  void forget(int id) {
-    forget_if<Kind>([id](const Kind& task) { return task.id == id; });
+  void cancel(int id) {
+    cancel_if<Kind>([id](const Kind& task) { return task.id == id; });
   }
   /// Removes the tasks of this kind for a fault.
   template <class Kind>
-  void forget_fault(std::size_t fault) {
-    forget_if<Kind>([fault](const Kind& task) { return task.fault == fault; });
+  void cancel_fault(std::size_t fault) {
+    cancel_if<Kind>([fault](const Kind& task) { return task.fault == fault; });
   }
 
  private:
@@ -122,7 +122,7 @@ class Agenda {
     return std::holds_alternative<Directive>(entry.task);
   }
   template <class Kind, class Which>
-  void forget_if(const Which& which) {
+  void cancel_if(const Which& which) {
     const auto meant = [&](const Entry& entry) {
       const auto* task = std::get_if<Kind>(&entry.task);
       return task != nullptr && which(*task);
@@ -131,8 +131,8 @@ class Agenda {
   }
 
   std::vector<Entry> entries_;  // a heap, the next entry first
-  std::uint64_t entered_ = 0;
-  std::optional<SimTime> next_look_;
+  std::uint64_t scheduled_ = 0;
+  std::optional<SimTime> next_sample_;
 };
 
 }  // namespace lk::emulator

@@ -19,12 +19,12 @@ Bus::Bus(const BusConfig& config)
       faults_(config.seed),
       body_signals_(config.body_signals) {
   for (const ServoConfig& servo : config.servos) {
-    const MotorPlace motor = motors_.place_of(servo, config);
+    const MotorLocation motor = motors_.location_of(servo, config);
     Servo firmware(servo, motors_.telemetry(motor));
     const Power power(servo.profile.drive.supply.v_source, motors_.alive(motor));
     const DriveLink link{.owner = protocol::kSingleDriveId + static_cast<std::uint32_t>(servo.id)};
     nodes_.add({std::move(firmware), motor, power, Memory(), link});
-    follow_start(nodes_.of(servo.id));
+    on_controller_start(nodes_.of(servo.id));
   }
   rom_writes_.reserve(nodes_.size());
   if (body_signals_) body_ = body_signals_->beginning();
@@ -74,15 +74,15 @@ bool Bus::deliver_to(SimTime until) {
     if ((faults_or_conditions() || flags_left_ > 0) && start && *start > time_) {
       target = std::min(target, *start);
     }
-    const Brought brought = bring_concerned_to(target);
-    if (brought == Brought::kNotYet) return false;
-    if (brought == Brought::kEdge) continue;  // the due event may be void now
+    const Advance advance = advance_affected_motors_to(target);
+    if (advance == Advance::kWaiting) return false;
+    if (advance == Advance::kPowerEdge) continue;  // the due event may be void now
     time_ = target;
     if (due && *due <= target) {
       if (agenda_.next_due() && *agenda_.next_due() <= time_) {
         perform(agenda_.take());
       } else if (adapter_.next_due() && *adapter_.next_due() <= time_) {
-        hand_over(adapter_.take());
+        deliver_to_host(adapter_.take());
       } else {
         deliver_next();
       }
@@ -139,25 +139,25 @@ void Bus::echo(SimTime at) {
 void Bus::to_host(TimedFrame frame) {
   if (serial_) {
     const int id = static_cast<int>(frame.frame.id & 0x3FU);
-    faults_.read(frame.frame, time_);
-    if (!frame.echo && frame.said_by == 0) frame.said_by = id;  // the bytes give no ID
+    faults_.apply_to_read(frame.frame, time_);
+    if (!frame.echo && frame.drive_id == 0) frame.drive_id = id;  // the bytes give no ID
   }
   if (!adapter_.in_use()) {
-    hand_over(frame);
+    deliver_to_host(frame);
     return;
   }
   if (serial_) {
     bytes_to_host(frame);
     return;
   }
-  const AdapterShown shown = adapter_.from_wire(frame);
+  const AdapterEffects shown = adapter_.from_wire(frame);
   faults_.count_adapter(shown, frame.frame, time_);
   const bool reply = frame.sender == 0 && frame.frame.kind != protocol::FrameKind::kError;
-  if (shown.lost && reply) lose_in_adapter();
+  if (shown.lost && reply) count_adapter_overrun();
   if (shown.reported) adapter_.from_wire({time_, report_overrun()}, 0);
 }
 
-void Bus::lose_in_adapter() {
+void Bus::count_adapter_overrun() {
   ++stats_.replies_lost;
   ++stats_.replies_overrun;
 }
@@ -167,13 +167,13 @@ void Bus::bytes_to_host(TimedFrame frame) {
   const protocol::WireBytes bytes = protocol::wire_bytes(frame.frame);
   const std::size_t fits = std::min(bytes.size, adapter_.room());
   if (fits > 0 && fits < bytes.size) frame.frame = protocol::bytes_frame(bytes.view().first(fits));
-  AdapterShown shown = adapter_.from_wire(frame, fits > 0 ? fits : bytes.size);
-  if (shown.lost) lose_in_adapter();
+  AdapterEffects shown = adapter_.from_wire(frame, fits > 0 ? fits : bytes.size);
+  if (shown.lost) count_adapter_overrun();
   shown.lost = shown.lost || fits < bytes.size;
   faults_.count_adapter(shown, frame.frame, time_);
 }
 
-void Bus::hand_over(const TimedFrame& frame) {
+void Bus::deliver_to_host(const TimedFrame& frame) {
   replies_.push_back(frame);
   if (frame.sender != 0) return;
   ++(frame.frame.kind == protocol::FrameKind::kError ? stats_.error_frames : stats_.replies);
@@ -188,7 +188,7 @@ void Bus::deliver_next() {
 
 void Bus::deliver(const WireDelivery& delivery) {
   if (had_errors_) {  // a success decrements the error counters
-    count_success(host_link_, delivery.from_host);
+    count_success(host_errors_, delivery.from_host);
     if (!delivery.from_host) {
       int& errors = transmit_errors({delivery.frame, false, delivery.owner});
       errors = std::max(errors - 1, 0);
@@ -204,7 +204,7 @@ void Bus::deliver(const WireDelivery& delivery) {
       to_host({.at = delivery.at, .frame = delivery.frame, .sender = delivery.owner});
     }
     process_query(delivery.at, delivery.frame);
-    stats_.extra_frames += duplicates_.hear(delivery.at, delivery.frame, wire_, faults_, time_);
+    stats_.extra_frames += duplicates_.process(delivery.at, delivery.frame, wire_, faults_, time_);
     return;
   }
   if (delivery.frame.dlc == 0 && serial_) {  // its bytes cannot be told from another's
@@ -213,8 +213,8 @@ void Bus::deliver(const WireDelivery& delivery) {
     return;
   }
   if (delivery.met_host) {
-    if (LiveFault* const keeper = faults_.line_keeper()) {
-      keeper->took_effect(time_, kWholeBus, &delivery.frame);
+    if (LiveFault* const holder = faults_.line_holder()) {
+      holder->took_effect(time_, kWholeBus, &delivery.frame);
     }
   }
   const std::uint32_t id = delivery.owner & 0x3FU;

@@ -26,7 +26,7 @@
 namespace lk::emulator {
 
 /// Supply, ambient and load of a drive as last set, without faults.
-struct Surroundings {
+struct DriveConditions {
   bool power = true;
   double supply_V = 0;
   double ambient_C = 0;
@@ -92,12 +92,12 @@ class Bus {
   /// `faults_full()`.
   bool apply(const Directive& directive);
   /// Schedules a directive for its time or condition; a fault is armed now. Samples conditions
-  /// every kLookStep, but counts frames at once. Returns false without effect if there is no room
-  /// for the fault or the condition.
+  /// every kSamplePeriod, but counts frames at once. Returns false without effect if there is no
+  /// room for the fault or the condition.
   bool plan(const TimedDirective& planned);
   /// As `plan`, but behaves like the last event of the configuration. Pre: its time is not past.
   bool plan_as_configured(const TimedDirective& event);
-  static constexpr SimTime kLookStep = std::chrono::milliseconds(1);
+  static constexpr SimTime kSamplePeriod = std::chrono::milliseconds(1);
   /// Faults on the board, in the order of arming: all unfinished ones, at most kMostFaults in
   /// total.
   std::vector<FaultReport> faults() const { return faults_.reports(); }
@@ -130,9 +130,9 @@ class Bus {
   /// The drive `id` answers multi-drive commands only. At any time.
   bool multi_drive_mode(int id) const { return nodes_.of(id).servo.multi_drive_mode(); }
   /// Address, bus and rates in force of the drive `id`. At any time.
-  const DrivePlace& place(int id) const { return nodes_.of(id).servo.place(); }
+  const DriveAddress& bus_address(int id) const { return nodes_.of(id).servo.bus_address(); }
   /// Changes whenever the address of some drive changes.
-  std::uint64_t moves() const { return nodes_.moves(); }
+  std::uint64_t address_changes() const { return nodes_.address_changes(); }
   // For the drive `id`.
   const Servo& servo(int id) const {
     assert(settled());
@@ -140,7 +140,7 @@ class Bus {
   }
   model::Telemetry telemetry(int id) const;
   model::Truth truth(int id) const;
-  Surroundings surroundings(int id) const;
+  DriveConditions drive_conditions(int id) const;
   /// Set point of the control loops.
   model::Setpoint setpoint(int id) const;
   DriveView view(int id) const {
@@ -170,68 +170,69 @@ class Bus {
   Lane lane(const Node& node) { return motors_.lane(node.motor); }
   /// Throws if no bus with these drives can execute it.
   void check(const Directive& directive) const;
-  bool enter(const TimedDirective& planned, Agenda::Rank rank);
-  enum class Brought : std::uint8_t {
-    kThere,
-    kEdge,    // at the first earlier instant at which a drive dies or starts
-    kNotYet,  // shared motors have not arrived
+  bool schedule(const TimedDirective& planned, Agenda::Rank rank);
+  enum class Advance : std::uint8_t {
+    kReached,
+    kPowerEdge,  // at the first earlier instant at which a drive dies or starts
+    kWaiting,    // shared motors have not arrived
   };
   /// Advances all motors to `t`, or only `one` and those that are computed with it.
-  Brought bring_to(SimTime t, const Node* one = nullptr);
-  Brought await(SimTime t);
-  /// As `bring_to`, for the drives that the events due by `t` affect.
-  Brought bring_concerned_to(SimTime t);
+  Advance advance_motors_to(SimTime t, const Node* one = nullptr);
+  Advance await_shared_motors(SimTime t);
+  /// As `advance_motors_to`, for the drives that the events due by `t` affect.
+  Advance advance_affected_motors_to(SimTime t);
   /// Some fault or condition may read any drive.
   bool faults_or_conditions() const { return faults_.any_active() || !conditions_.empty(); }
-  void follow_lives();
+  void update_power();
   /// `at`: last instant with power.
   void lose_power(Node& node, SimTime at);
 
   void perform(const Task& task);
   void step_supply(Node& node);
   void begin_fault(std::size_t fault);
-  void keep_line();
+  void update_line_hold();
   void end_fault(std::size_t fault);
   /// Updates motor, link and firmware of a drive for its active faults.
-  void pass_on_faults(Node& node);
-  void look();
-  void look_at_faults();
-  void look_at(LiveFault& live);
+  void apply_faults(Node& node);
+  void sample();
+  void sample_faults();
+  void sample_fault(LiveFault& live);
 
   void deliver_next();
-  bool line_is_kept();
+  bool line_is_held();
   void echo(SimTime at);
   /// Passes a frame from the wire to the hosts, through their adapter.
   void to_host(TimedFrame frame);
   void bytes_to_host(TimedFrame frame);
-  void lose_in_adapter();
-  void hand_over(const TimedFrame& frame);
+  void count_adapter_overrun();
+  void deliver_to_host(const TimedFrame& frame);
   /// Pre: the motor of the drive is at `time_`. Restarts its controller.
   void restart(Node& node);
   /// The firmware has started, perhaps at another address.
-  void follow_start(Node& node);
+  void on_controller_start(Node& node);
   /// The ID, bus or rate in force has changed.
-  void follow_place(Node& node);
+  void on_address_change(Node& node);
   /// The state of one drive may decide what the others receive.
-  bool any_concerns_all() const;
+  bool any_affects_others() const;
   /// A half of 0x18 is over.
   void step_calibration(Node& node);
   void process_query(SimTime at, const protocol::Frame& frame);
   void process_multi_drive(SimTime at, const protocol::Frame& frame);
   /// A drive receives a frame addressed to it. Returns why it does not answer; nullopt if it does.
-  std::optional<Drop> hear(SimTime at, Node& node, const protocol::Frame& frame);
+  std::optional<Drop> process_for_drive(SimTime at, Node& node, const protocol::Frame& frame);
   /// Addressees of a query.
-  enum class For : std::uint8_t { kOne, kSeveral };
-  void answer(SimTime at, Node& node, const protocol::Query& query, For whom);
+  enum class Addressees : std::uint8_t { kOne, kSeveral };
+  void answer(SimTime at, Node& node, const protocol::Query& query, Addressees whom);
   /// State before a command.
-  struct Before {
+  struct PriorState {
     bool mute;                 // nothing that the drive sends leaves it
     std::uint64_t rom_writes;  // number of ROM writes so far
   };
   /// Sends the reply at `ready`, or later when the flash is done.
-  void say(SimTime at, SimTime ready, Node& node, const protocol::Reply& reply, Before before);
+  void send_reply(SimTime at, SimTime ready, Node& node, const protocol::Reply& reply,
+                  PriorState before);
   /// Delay from the last bit of a query to the reply.
-  SimTime reply_time(Node& node, For whom) const;
+  SimTime reply_time(Node& node, Addressees whom) const;
   void deliver(const WireDelivery& delivery);
   /// A drive at another bit rate answers each frame with an error flag, until it is error-passive.
   bool is_disturbed();
@@ -250,7 +251,7 @@ class Bus {
   std::uint64_t seed_;
   Motors motors_;
   Nodes nodes_;
-  HostLink host_link_;
+  HostErrorCounters host_errors_;
   AdapterTimes own_adapter_;  // as configured, without faults
   HostAdapter adapter_;
   bool had_errors_ = false;  // a frame has been destroyed: error counters may be above 0

@@ -14,7 +14,7 @@
 namespace lk::emulator {
 
 /// Interval at which a power cycle checks whether the drive is dead.
-constexpr SimTime kDeathWatch = std::chrono::milliseconds(1);
+constexpr SimTime kPowerOffPollPeriod = std::chrono::milliseconds(1);
 
 void Bus::check(const Directive& directive) const {
   std::visit(overloaded{
@@ -37,13 +37,13 @@ bool Bus::apply(const Directive& directive) {
   const int id = directive.id;
   const auto motor = [&] { return lane(nodes_.of(id)); };
   const auto connect = [&](bool connected) {
-    agenda_.forget<Reconnect>(id);  // the last request wins
+    agenda_.cancel<Reconnect>(id);  // the last request wins
     motor().bank.connect_supply(motor().index, connected);
   };
   // A new supply request cancels the pending one.
   const auto start_supply = [&] {
-    agenda_.forget<SupplyStep>(id);
-    agenda_.forget<SagEnd>(id);
+    agenda_.cancel<SupplyStep>(id);
+    agenda_.cancel<SagEnd>(id);
     step_supply(nodes_.of(id));
   };
   bool done = true;
@@ -52,7 +52,7 @@ bool Bus::apply(const Directive& directive) {
           [&](const PowerOn&) { connect(true); }, [&](const PowerOff&) { connect(false); },
           [&](const PowerCycle& cycle) {
             connect(false);
-            agenda_.enter(time_ + cycle.off_for, Reconnect{id});
+            agenda_.schedule(time_ + cycle.off_for, Reconnect{id});
           },
           [&](const SupplyVoltage& supply) {
             nodes_.of(id).power.move(supply.supply_V, time_, supply.ramp);
@@ -61,7 +61,7 @@ bool Bus::apply(const Directive& directive) {
           [&](const Sag& sag) {
             nodes_.of(id).power.sag(sag.to_V, time_);
             start_supply();
-            agenda_.enter(time_ + sag.duration, SagEnd{id});
+            agenda_.schedule(time_ + sag.duration, SagEnd{id});
           },
           [&](const AmbientTemperature& ambient) {
             motor().bank.set_ambient_temperature(motor().index, ambient.ambient_C);
@@ -77,14 +77,14 @@ bool Bus::apply(const Directive& directive) {
           },
           [&](const ClearFault& clear) {
             if (clear.which == kPlanned) {
-              agenda_.forget_directives();
-              conditions_.forget_directives();
+              agenda_.cancel_directives();
+              conditions_.cancel_directives();
               return;
             }
             for (const std::size_t fault : faults_.find(clear.which)) {
-              agenda_.forget_fault<FaultBegin>(fault);
-              agenda_.forget_fault<FaultEnd>(fault);
-              conditions_.forget_fault(fault);
+              agenda_.cancel_fault<FaultBegin>(fault);
+              agenda_.cancel_fault<FaultEnd>(fault);
+              conditions_.cancel_fault(fault);
               if (faults_[fault].active()) end_fault(fault);
               faults_[fault].evidence.state = FaultEvidence::State::kCleared;
             }
@@ -98,30 +98,30 @@ bool Bus::apply(const Directive& directive) {
 
 bool Bus::plan(const TimedDirective& planned) {
   settle();
-  return enter(planned, Agenda::Rank::kSaidLater);
+  return schedule(planned, Agenda::Rank::kRuntime);
 }
 
 bool Bus::plan_as_configured(const TimedDirective& event) {
   settle();
-  return enter(event, Agenda::Rank::kConfigured);
+  return schedule(event, Agenda::Rank::kConfigured);
 }
 
-bool Bus::enter(const TimedDirective& planned, Agenda::Rank rank) {
+bool Bus::schedule(const TimedDirective& planned, Agenda::Rank rank) {
   check(planned.directive);
   if (planned.when) nodes_.of(planned.when->id);
-  const SimTime said = rank == Agenda::Rank::kConfigured ? SimTime{0} : time_;
+  const SimTime armed_at = rank == Agenda::Rank::kConfigured ? SimTime{0} : time_;
   const auto* set = std::get_if<SetFault>(&planned.directive.what);
   if ((set != nullptr && faults_.full()) || (planned.when && conditions_.full())) return false;
   Task task = planned.directive;
   if (set != nullptr) {
-    task = FaultBegin{faults_.arm(set->fault, said)};
+    task = FaultBegin{faults_.arm(set->fault, armed_at)};
   }
   const SimTime from = std::max(planned.at, time_);
   if (planned.when) {
     conditions_.add(from, *planned.when, std::move(task));
-    agenda_.look_by(from, rank);
+    agenda_.sample_by(from, rank);
   } else {
-    agenda_.enter(from, std::move(task), rank);
+    agenda_.schedule(from, std::move(task), rank);
   }
   return true;
 }
@@ -140,7 +140,7 @@ void Bus::perform(const Task& task) {
                  [&](const CalibrationStep& step) { step_calibration(nodes_.of(step.id)); },
                  [&](const Reconnect& reconnect) {
                    if (nodes_.of(reconnect.id).power.alive) {
-                     agenda_.enter(time_ + kDeathWatch, reconnect);
+                     agenda_.schedule(time_ + kPowerOffPollPeriod, reconnect);
                    } else {
                      apply({reconnect.id, PowerOn{}});
                    }
@@ -152,47 +152,47 @@ void Bus::perform(const Task& task) {
                    LiveFault& live = faults_[babbling.fault];
                    Node& node = nodes_.of(babbling.id);
                    OnBabble on{live, node.servo, node.link, time_ - node.started};
-                   Babble said = live.row().babble(on);
-                   if (serial_ && said.frame) {
-                     said.frame->kind = protocol::FrameKind::kBytes, said.frame->id = 0;
+                   Babble next = live.row().babble(on);
+                   if (serial_ && next.frame) {
+                     next.frame->kind = protocol::FrameKind::kBytes, next.frame->id = 0;
                    }
-                   agenda_.enter(time_ + said.pause, babbling);
+                   agenda_.schedule(time_ + next.pause, babbling);
                    const bool silent = faults_.first(node.id(), &FaultRow::silences) != nullptr;
-                   if (!said.frame || !node.power.alive || silent ||
-                       !node.link.babble(wire_, *said.frame, time_)) {
+                   if (!next.frame || !node.power.alive || silent ||
+                       !node.link.babble(wire_, *next.frame, time_)) {
                      return;
                    }
                    ++stats_.extra_frames;
-                   live.took_effect(time_, node.id(), &*said.frame);
+                   live.took_effect(time_, node.id(), &*next.frame);
                  },
-                 [&](const Look&) { look(); },
+                 [&](const Sample&) { sample(); },
              },
              task);
 }
 
 void Bus::step_supply(Node& node) {
-  if (const auto next = node.power.step(time_)) agenda_.enter(*next, SupplyStep{node.id()});
+  if (const auto next = node.power.step(time_)) agenda_.schedule(*next, SupplyStep{node.id()});
   const Lane motor = lane(node);
   motor.bank.set_supply_voltage(motor.index, node.power.supply_V());
 }
 
-void Bus::look() {
-  agenda_.looked(time_);
+void Bus::sample() {
+  agenda_.clear_due_sample(time_);
   const std::vector<Task> due = conditions_.take_due(time_, [this](int id) { return view(id); });
   for (const Task& task : due) perform(task);
-  look_at_faults();
-  if (faults_or_conditions()) agenda_.look_by(time_ + kLookStep);
+  sample_faults();
+  if (faults_or_conditions()) agenda_.sample_by(time_ + kSamplePeriod);
 }
 
 bool Bus::write_setting(int id, RomParameter parameter, const Registers& value) {
   settle();
   Node& node = nodes_.of(id);
   if (!node.power.alive || node.memory.size() >= Wire::kDriveQueue) return false;
-  const DrivePlace place = node.servo.place();
+  const DriveAddress address = node.servo.bus_address();
   node.servo.write_setting(parameter, value, lane(node));
-  if (node.servo.place() != place) follow_place(node);
-  agenda_.enter(node.memory.begin(time_, node.servo), RomWritten{id});
-  faults_.count_shown(node.servo, time_);
+  if (node.servo.bus_address() != address) on_address_change(node);
+  agenda_.schedule(node.memory.begin(time_, node.servo), RomWritten{id});
+  faults_.count_firmware_effects(node.servo, time_);
   return true;
 }
 

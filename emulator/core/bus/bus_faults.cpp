@@ -13,53 +13,53 @@ void Bus::begin_fault(std::size_t fault) {
   if (!faults_.start(fault, time_)) return;
   LiveFault& live = faults_[fault];
   const FaultRow& row = live.row();
-  if (live.comes_again()) agenda_.enter(time_ + *live.fault.every, FaultBegin{fault});
+  if (live.will_recur()) agenda_.schedule(time_ + *live.fault.every, FaultBegin{fault});
   if (row.momentary()) {
     for (const int id : live.fault.ids) {
       Node& node = nodes_.of(id);
       AtOnce on{live, node.servo, lane(node), node.memory, node.power.alive, rom_writes_};
       const bool changed = row.at_once(on);
-      if (changed) nodes_.find_addresses();
+      if (changed) nodes_.update_addresses();
       if (on.restart) power_cycle(id);
       if (changed) live.took_effect(time_, id);
     }
     return;
   }
   if (row.adapter != nullptr) adapter_.set(faults_.adapter_times(own_adapter_));
-  if (row.keeps_line != nullptr) keep_line();
-  if (live.fault.duration) agenda_.enter(time_ + *live.fault.duration, FaultEnd{fault});
+  if (row.line_hold_time != nullptr) update_line_hold();
+  if (live.fault.duration) agenda_.schedule(time_ + *live.fault.duration, FaultEnd{fault});
   for (std::size_t n = 0; n < live.fault.ids.size(); ++n) {
     live.anchors[n] = truth(live.fault.ids[n]).theta_out;
-    pass_on_faults(nodes_.of(live.fault.ids[n]));
+    apply_faults(nodes_.of(live.fault.ids[n]));
   }
   for (const int id : live.fault.ids) {
     const Node& node = nodes_.of(id);
-    if (row.babble != nullptr) agenda_.enter(time_, Babbling{fault, id});
+    if (row.babble != nullptr) agenda_.schedule(time_, Babbling{fault, id});
     if (row.duplicate != nullptr) {
       duplicates_.add(faults_, fault, node.servo, motors_.f_pwm_Hz(node.motor), time_);
     }
   }
-  agenda_.look_by(time_ + kLookStep);
+  agenda_.sample_by(time_ + kSamplePeriod);
 }
 
 void Bus::end_fault(std::size_t fault) {
-  if (faults_.take_turn(fault, time_)) look_at(faults_[fault]);
-  look_at_faults();
+  if (faults_.mark_sampled(fault, time_)) sample_fault(faults_[fault]);
+  sample_faults();
   faults_.stop(fault);
-  agenda_.forget_fault<Babbling>(fault);
+  agenda_.cancel_fault<Babbling>(fault);
   stats_.replies_lost += duplicates_.remove(fault, wire_, time_);
   if (faults_[fault].row().adapter != nullptr) adapter_.set(faults_.adapter_times(own_adapter_));
-  if (faults_[fault].row().keeps_line != nullptr) keep_line();
-  for (const int id : faults_[fault].fault.ids) pass_on_faults(nodes_.of(id));
+  if (faults_[fault].row().line_hold_time != nullptr) update_line_hold();
+  for (const int id : faults_[fault].fault.ids) apply_faults(nodes_.of(id));
 }
 
-void Bus::keep_line() {
+void Bus::update_line_hold() {
   if (wire_.serial() == nullptr) return;
-  const LiveFault* const keeper = faults_.line_keeper();
-  wire_.serial()->keep_line(keeper != nullptr ? keeper->row().keeps_line(*keeper) : SimTime{0});
+  const LiveFault* const holder = faults_.line_holder();
+  wire_.serial()->hold_line(holder != nullptr ? holder->row().line_hold_time(*holder) : SimTime{0});
 }
 
-void Bus::pass_on_faults(Node& node) {
+void Bus::apply_faults(Node& node) {
   node.servo.set_faults(faults_.firmware_faults(node.id()));
   LiveFault* const blocking = faults_.first(node.id(), &FaultRow::blocks);
   if (blocking == nullptr && node.link.blocked) {
@@ -69,7 +69,7 @@ void Bus::pass_on_faults(Node& node) {
     for (std::size_t n = 0; n < caught; ++n) blocking->took_effect(time_, node.id());
   }
   if (faults_.first(node.id(), &FaultRow::holds_back) == nullptr) {
-    stats_.replies_lost += node.link.let_go(wire_, time_);
+    stats_.replies_lost += node.link.release_held_back(wire_, time_);
   }
   const Lane motor = lane(node);
   const model::Faults plant = faults_.plant_faults(node.servo.config(), time_);
@@ -77,17 +77,17 @@ void Bus::pass_on_faults(Node& node) {
 }
 
 /// Samples lasting faults of the plant: counts visible effects, updates faults that move.
-void Bus::look_at_faults() {
-  std::set<int> moved;
-  for (const std::size_t fault : faults_.take_turns(time_)) {
+void Bus::sample_faults() {
+  std::set<int> varying;
+  for (const std::size_t fault : faults_.take_due_samples(time_)) {
     LiveFault& live = faults_[fault];
-    look_at(live);
-    if (live.row().moves) moved.insert(live.fault.ids.begin(), live.fault.ids.end());
+    sample_fault(live);
+    if (live.row().varies_in_time) varying.insert(live.fault.ids.begin(), live.fault.ids.end());
   }
-  for (const int id : moved) pass_on_faults(nodes_.of(id));
+  for (const int id : varying) apply_faults(nodes_.of(id));
 }
 
-void Bus::look_at(LiveFault& live) {
+void Bus::sample_fault(LiveFault& live) {
   for (const int id : live.fault.ids) {
     const Node& node = nodes_.of(id);
     const model::Faults alone = plant_faults(live, node.servo.config(), time_);
@@ -110,7 +110,7 @@ bool Bus::is_disturbed() {
 bool Bus::destroy_next() {
   const bool disturbed = is_disturbed();
   if (!disturbed && !faults_.any_active()) return false;
-  if (wire_.serial() != nullptr && !wire_.serial()->take_judgement()) return false;
+  if (wire_.serial() != nullptr && !wire_.serial()->take_fault_chance()) return false;
   const WireCandidate next = wire_.next();
   const int id = static_cast<int>(next.owner & 0x3FU);
   const bool of_drive = !next.from_host && next.owner < Duplicates::kFirstOwner;
@@ -127,7 +127,7 @@ bool Bus::destroy_next() {
   }
   had_errors_ = true;
   int& errors = transmit_errors(next);
-  to_host({time_, report_error(host_link_, next.from_host)});
+  to_host({time_, report_error(host_errors_, next.from_host)});
   if (!next.from_host) errors += kErrorStep;
   if (errors >= kBusOff) {
     errors = 0;
@@ -140,7 +140,7 @@ bool Bus::destroy_next() {
 }
 
 int& Bus::transmit_errors(const WireCandidate& frame) {
-  if (frame.from_host) return host_link_.transmit_errors;
+  if (frame.from_host) return host_errors_.transmit_errors;
   if (frame.owner >= Duplicates::kFirstOwner) return duplicates_.errors(frame.owner);
   return nodes_.of(static_cast<int>(frame.owner & 0x3FU)).link.errors;
 }
@@ -154,11 +154,11 @@ void Bus::leave_bus(const WireCandidate& given_up) {
   ++stats_.replies_lost;
   if (given_up.owner >= Duplicates::kFirstOwner) return;
   Node& node = nodes_.of(static_cast<int>(given_up.owner & 0x3FU));
-  stats_.replies_lost += node.link.forget(wire_, time_);
+  stats_.replies_lost += node.link.drop_all(wire_, time_);
   const SimTime recovery = wire_.bits(CanWire::kRecoveryBits) + faults_.recovery(node.id());
   if (recovery > SimTime{0}) {
     node.link.bus_off = true;
-    agenda_.enter(time_ + recovery, BusOffEnd{node.id()});
+    agenda_.schedule(time_ + recovery, BusOffEnd{node.id()});
   }
 }
 

@@ -10,7 +10,7 @@ namespace lk::emulator {
 
 bool Bus::settle() {
   while (!settled()) {
-    if (bring_to(time_) == Brought::kNotYet) return false;
+    if (advance_motors_to(time_) == Advance::kWaiting) return false;
   }
   return true;
 }
@@ -18,52 +18,52 @@ bool Bus::settle() {
 bool Bus::reach(SimTime t) {
   if (t > SimTime{0} && !advance_to(t - SimTime{1})) return false;
   for (;;) {
-    const Brought brought = bring_to(t);
-    if (brought == Brought::kNotYet) return false;
-    if (brought == Brought::kThere) break;
+    const Advance advance = advance_motors_to(t);
+    if (advance == Advance::kWaiting) return false;
+    if (advance == Advance::kReached) break;
   }
   time_ = std::max(time_, t);
   return true;
 }
 
-Bus::Brought Bus::bring_to(SimTime t, const Node* one) {
+Bus::Advance Bus::advance_motors_to(SimTime t, const Node* one) {
   if (motors_.shared()) [[unlikely]]
-    return await(t);
+    return await_shared_motors(t);
   const bool edge = one != nullptr ? motors_.advance_to(t, one->motor) : motors_.advance_to(t);
   if (one == nullptr && !duplicates_.empty()) duplicates_.advance_to(t);
   if (edge) {
-    follow_lives();
+    update_power();
   } else if (one == nullptr) {
     motors_at_ = t;
   }
-  return edge ? Brought::kEdge : Brought::kThere;
+  return edge ? Advance::kPowerEdge : Advance::kReached;
 }
 
 /// For motors that others advance. A drive that has died or started stays at that instant until
-/// `follow_lives` has run.
-[[gnu::noinline]] Bus::Brought Bus::await(SimTime t) {
+/// `update_power` has run.
+[[gnu::noinline]] Bus::Advance Bus::await_shared_motors(SimTime t) {
   const auto changed = [this](const Node& node) {
     return motors_.alive(node.motor) != node.power.alive;
   };
   if (std::ranges::any_of(nodes_, changed)) {
-    follow_lives();
-    return Brought::kEdge;
+    update_power();
+    return Advance::kPowerEdge;
   }
   if (!motors_.have_reached(t)) {
     waits_for_ = t;
-    return Brought::kNotYet;
+    return Advance::kWaiting;
   }
   if (!duplicates_.empty()) duplicates_.advance_to(t);
   motors_at_ = t;
-  return Brought::kThere;
+  return Advance::kReached;
 }
 
 /// Drives interact on the wire only. Without faults and conditions, which read several drives, a
 /// drive without traffic may lag. Motors advanced together stop where a drive dies: its frame is
 /// void, and none is ahead of what follows.
-Bus::Brought Bus::bring_concerned_to(SimTime t) {
+Bus::Advance Bus::advance_affected_motors_to(SimTime t) {
   if (faults_or_conditions()) {
-    return bring_to(t);
+    return advance_motors_to(t);
   }
   const bool agenda_due = agenda_.next_due() && *agenda_.next_due() <= t;
   const bool wire_due = wire_.next_due() && *wire_.next_due() <= t;
@@ -71,33 +71,35 @@ Bus::Brought Bus::bring_concerned_to(SimTime t) {
   const bool replies = start && *start <= t;
   // If the drive of an unfinished reply dies, a frame behind it may have had the wire by now.
   if (!agenda_due && !wire_due && !(replies && wire_.several_wait())) {
-    return Brought::kThere;
+    return Advance::kReached;
   }
-  if (nodes_.size() == 1 || any_concerns_all()) {
-    return bring_to(t);
+  if (nodes_.size() == 1 || any_affects_others()) {
+    return advance_motors_to(t);
   }
   if (replies) {
-    const Brought speaker = bring_to(t, &nodes_.of(static_cast<int>(wire_.next().owner & 0x3FU)));
-    if (speaker != Brought::kThere || !agenda_due) return speaker;
+    const Advance advance =
+        advance_motors_to(t, &nodes_.of(static_cast<int>(wire_.next().owner & 0x3FU)));
+    if (advance != Advance::kReached || !agenda_due) return advance;
   }
-  if (agenda_due) return bring_to(t);
+  if (agenda_due) return advance_motors_to(t);
   const protocol::Frame next = wire_.next().frame;
-  if (next.kind == protocol::FrameKind::kBytes) return bring_to(t);  // a packet may end here
+  if (next.kind == protocol::FrameKind::kBytes)
+    return advance_motors_to(t);  // a packet may end here
   const auto addressed = protocol::address(next);
   const int* const id = std::get_if<int>(&addressed);
   if (id != nullptr && *id == protocol::kMultiDrive) {
-    return bring_to(t);
+    return advance_motors_to(t);
   }
   const std::uint32_t drives = id != nullptr ? nodes_.at_address(*id) : 0;
-  if (std::popcount(drives) > 1) return bring_to(t);
-  Brought brought = Brought::kThere;
-  nodes_.each(drives, [&](const Node& node) { brought = bring_to(t, &node); });
-  return brought;
+  if (std::popcount(drives) > 1) return advance_motors_to(t);
+  Advance advance = Advance::kReached;
+  nodes_.each(drives, [&](const Node& node) { advance = advance_motors_to(t, &node); });
+  return advance;
 }
 
 /// Updates drives that have died or started. Motors may be at different times then: drives interact
 /// on the wire only, and each is advanced before its frames take effect.
-void Bus::follow_lives() {
+void Bus::update_power() {
   for (Node& node : nodes_) {
     const bool alive = motors_.alive(node.motor);
     if (alive == node.power.alive) continue;
@@ -105,7 +107,7 @@ void Bus::follow_lives() {
     if (alive) {
       node.started = motors_.time(node.motor);
       node.servo.power_cycle(lane(node));
-      follow_start(node);
+      on_controller_start(node);
     } else {
       // A frame that would start at the end of the tick does not start.
       lose_power(node, motors_.time(node.motor) - SimTime{1});
@@ -115,11 +117,11 @@ void Bus::follow_lives() {
 
 /// Pending replies and pending ROM writes are lost.
 void Bus::lose_power(Node& node, SimTime at) {
-  stats_.replies_lost += node.link.forget(wire_, at);
+  stats_.replies_lost += node.link.drop_all(wire_, at);
   node.link.errors = 0;
-  if (std::exchange(node.link.bus_off, false)) agenda_.forget<BusOffEnd>(node.id());
-  agenda_.forget<CalibrationStep>(node.id());
-  if (node.memory.lose_power(node.servo)) agenda_.forget<RomWritten>(node.id());
+  if (std::exchange(node.link.bus_off, false)) agenda_.cancel<BusOffEnd>(node.id());
+  agenda_.cancel<CalibrationStep>(node.id());
+  if (node.memory.lose_power(node.servo)) agenda_.cancel<RomWritten>(node.id());
 }
 
 void Bus::power_cycle(int id) {
@@ -132,24 +134,24 @@ void Bus::restart(Node& node) {
   lose_power(node, time_);
   node.started = time_;
   node.servo.power_cycle(lane(node));
-  follow_start(node);
+  on_controller_start(node);
 }
 
 /// A drive with a new address at restart, at another rate, or holding the line affects the others.
 /// So its power state has to be known first.
-bool Bus::any_concerns_all() const {
+bool Bus::any_affects_others() const {
   return flags_left_ > 0 || std::ranges::any_of(nodes_, [](const Node& node) {
-           return node.servo.keeps_line() || node.servo.moves_at_start();
+           return node.servo.holds_line() || node.servo.address_changes_at_restart();
          });
 }
 
-void Bus::follow_start(Node& node) {
-  faults_.count_shown(node.servo, time_);
-  follow_place(node);
+void Bus::on_controller_start(Node& node) {
+  faults_.count_firmware_effects(node.servo, time_);
+  on_address_change(node);
 }
 
-void Bus::follow_place(Node& node) {
-  nodes_.find_addresses();
+void Bus::on_address_change(Node& node) {
+  nodes_.update_addresses();
   const bool disturbs = node.servo.on_its_bus() && !node.servo.at_its_rate();
   flags_left_ -= node.flags_left;
   node.flags_left = disturbs ? kFlagsToPassive : 0;
@@ -168,14 +170,14 @@ model::Truth Bus::truth(int id) const {
 
 double Bus::drawn_J(int id) const {
   assert(settled());
-  const MotorPlace& place = nodes_.of(id).motor;
-  return motors_.bank(place).energy(motors_.index(place)).supply;
+  const MotorLocation& location = nodes_.of(id).motor;
+  return motors_.bank(location).energy(motors_.index(location)).supply;
 }
 
 model::MountedShaft Bus::mounted_shaft(int id) const {
   assert(settled());
-  const MotorPlace& place = nodes_.of(id).motor;
-  return motors_.bank(place).mounted_shaft(motors_.index(place));
+  const MotorLocation& location = nodes_.of(id).motor;
+  return motors_.bank(location).mounted_shaft(motors_.index(location));
 }
 
 void Bus::take_body_acts(std::vector<BodyAct>& out) {
@@ -189,19 +191,19 @@ void Bus::mount(int id, const model::Mount& mount, const JointState& joint) {
   lane(node).mount(mount);
 }
 
-Surroundings Bus::surroundings(int id) const {
+DriveConditions Bus::drive_conditions(int id) const {
   assert(settled());
-  const MotorPlace& place = nodes_.of(id).motor;
-  const model::DriveBank& bank = motors_.bank(place);
-  const std::size_t index = motors_.index(place);
+  const MotorLocation& location = nodes_.of(id).motor;
+  const model::DriveBank& bank = motors_.bank(location);
+  const std::size_t index = motors_.index(location);
   const model::DriveParams& params = bank.params(index);
   return {bank.connected(index), params.supply.v_source, params.thermal.temp_ambient, params.load};
 }
 
 model::Setpoint Bus::setpoint(int id) const {
   assert(settled());
-  const MotorPlace& place = nodes_.of(id).motor;
-  return motors_.bank(place).setpoint(motors_.index(place));
+  const MotorLocation& location = nodes_.of(id).motor;
+  return motors_.bank(location).setpoint(motors_.index(location));
 }
 
 }  // namespace lk::emulator

@@ -44,7 +44,7 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
     process_multi_drive(at, frame);
     return;
   }
-  if (line_is_kept()) return;
+  if (line_is_held()) return;
   const std::uint32_t drives = nodes_.at_address(id);
   if (drives == 0) {
     stats_.drop(Drop::kNoSuchDrive);
@@ -53,7 +53,7 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
   bool answered = false;
   Drop cause = Drop::kNoSuchDrive;
   nodes_.each(drives, [&](Node& node) {
-    const auto silent = hear(at, node, frame);
+    const auto silent = process_for_drive(at, node, frame);
     answered = answered || !silent;
     cause = silent.value_or(cause);
   });
@@ -64,45 +64,45 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
   }
 }
 
-std::optional<Drop> Bus::hear(SimTime at, Node& node, const protocol::Frame& frame) {
+std::optional<Drop> Bus::process_for_drive(SimTime at, Node& node, const protocol::Frame& frame) {
   // A condition on this query acts before the drive processes it.
-  if (!conditions_.empty() && conditions_.count(node.id(), frame.data[0], time_)) look();
+  if (!conditions_.empty() && conditions_.count(node.id(), frame.data[0], time_)) sample();
   if (!node.power.alive) return Drop::kNoPower;
   Servo& servo = node.servo;
   if (servo.multi_drive_mode()) {
     servo.count_wrong_mode();
     return Drop::kWrongMode;
   }
-  protocol::Frame heard = frame;
-  if (!faults_.hear(node.link, servo, heard, time_)) return Drop::kFault;
-  if (servo.deaf_while_calibrating()) {
+  protocol::Frame received = frame;
+  if (!faults_.apply_to_query(node.link, servo, received, time_)) return Drop::kFault;
+  if (servo.ignores_queries()) {
     lane(node).feed_input();  // restarts the lost-input window
     return Drop::kDriveBusy;
   }
-  if (wire_.is_deaf(node.link.owner, at)) return Drop::kDriveBusy;
-  if (serial_) servo.keep_received(heard);
-  const auto understood = servo.understand(heard);
+  if (wire_.cannot_receive(node.link.owner, at)) return Drop::kDriveBusy;
+  if (serial_) servo.keep_received(received);
+  const auto understood = servo.understand(received);
   const auto* query = std::get_if<protocol::Query>(&understood);
   if (query == nullptr) {
     servo.count_unknown_command();
     return drop_cause(std::get<protocol::Reject>(understood));
   }
   if (node.link.full(wire_)) {
-    faults_.count_ignored(node.id(), heard, time_);
+    faults_.count_ignored(node.id(), received, time_);
     return Drop::kDriveBusy;
   }
-  answer(at, node, *query, For::kOne);
+  answer(at, node, *query, Addressees::kOne);
   return std::nullopt;
 }
 
 /// Returns true, and counts the drop, if a drive holds the RS-485 line: no drive receives frames.
-bool Bus::line_is_kept() {
+bool Bus::line_is_held() {
   if (!serial_) return false;
-  const auto keeper = std::ranges::find_if(
-      nodes_, [](const Node& node) { return node.power.alive && node.servo.keeps_line(); });
-  if (keeper == nodes_.end()) return false;
-  keeper->servo.show_kept_line();
-  faults_.count_shown(keeper->servo, time_);
+  const auto holder = std::ranges::find_if(
+      nodes_, [](const Node& node) { return node.power.alive && node.servo.holds_line(); });
+  if (holder == nodes_.end()) return false;
+  holder->servo.record_line_hold();
+  faults_.count_firmware_effects(holder->servo, time_);
   stats_.drop(Drop::kFault);
   return true;
 }
@@ -115,18 +115,18 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
     stats_.drop(Drop::kNoPower);
     return;
   }
-  if (line_is_kept()) return;
+  if (line_is_held()) return;
   bool answered = false;
   Drop cause = frame.id == protocol::MultiTorque::kIdentifier ? Drop::kWrongMode : Drop::kForeignId;
   nodes_.each_by_address([&](Node& node) {
     Servo& servo = node.servo;
     if (!node.power.alive) return;
-    protocol::Frame heard = frame;
-    if (!faults_.hear(node.link, servo, heard, time_)) {
+    protocol::Frame received = frame;
+    if (!faults_.apply_to_query(node.link, servo, received, time_)) {
       cause = Drop::kFault;
       return;
     }
-    const auto understood = servo.understand(heard);
+    const auto understood = servo.understand(received);
     const auto* query = std::get_if<protocol::Query>(&understood);
     if (query == nullptr) {
       const bool unknown =
@@ -136,13 +136,13 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
         cause = Drop::kUnknownCommand;
       }
     } else if (servo.multi_drive_mode()) {
-      if (servo.deaf_while_calibrating()) lane(node).feed_input();
-      if (node.link.deaf(wire_, at) || servo.deaf_while_calibrating()) {
-        faults_.count_ignored(node.id(), heard, time_);
+      if (servo.ignores_queries()) lane(node).feed_input();
+      if (node.link.cannot_receive(wire_, at) || servo.ignores_queries()) {
+        faults_.count_ignored(node.id(), received, time_);
         cause = Drop::kDriveBusy;
         return;
       }
-      answer(at, node, *query, For::kSeveral);
+      answer(at, node, *query, Addressees::kSeveral);
       answered = true;
     } else if (cause == Drop::kForeignId) {
       cause = Drop::kWrongMode;
@@ -155,44 +155,46 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
   }
 }
 
-void Bus::answer(SimTime at, Node& node, const protocol::Query& query, For whom) {
+void Bus::answer(SimTime at, Node& node, const protocol::Query& query, Addressees whom) {
   Servo& servo = node.servo;
-  const Before before{servo.is_mute(), servo.stats().rom_writes};
+  const PriorState before{servo.is_mute(), servo.stats().rom_writes};
   const bool calibrated = servo.calibrating();
-  const DrivePlace place = servo.place();
+  const DriveAddress address = servo.bus_address();
   const protocol::Reply reply = servo.handle(query, lane(node));
   if (!calibrated && servo.calibrating()) {
-    agenda_.enter(at + servo.config().calibrate_time / 2, CalibrationStep{node.id()});
+    agenda_.schedule(at + servo.config().calibrate_time / 2, CalibrationStep{node.id()});
   }
-  say(at, at + reply_time(node, whom), node, reply, before);
-  if (servo.take_move() && servo.place() != place) follow_place(node);
+  send_reply(at, at + reply_time(node, whom), node, reply, before);
+  if (servo.take_address_change() && servo.bus_address() != address) on_address_change(node);
   if (servo.take_restart()) restart(node);
 }
 
-void Bus::say(SimTime at, SimTime ready, Node& node, const protocol::Reply& reply, Before before) {
+void Bus::send_reply(SimTime at, SimTime ready, Node& node, const protocol::Reply& reply,
+                     PriorState before) {
   Servo& servo = node.servo;
   const bool silent = std::holds_alternative<protocol::NoReply>(reply);
-  Outgoing said{.ready = ready, .frame = silent ? protocol::Frame{} : servo.encode(reply)};
+  Outgoing sent{.ready = ready, .frame = silent ? protocol::Frame{} : servo.encode(reply)};
   if (servo.stats().rom_writes != before.rom_writes) {
-    said.after_rom_write = servo.stats().rom_writes;
+    sent.after_rom_write = servo.stats().rom_writes;
     const SimTime done = node.memory.begin(at, servo);
-    agenda_.enter(done, RomWritten{node.id()});
-    said.ready = std::max(said.ready, done);
+    agenda_.schedule(done, RomWritten{node.id()});
+    sent.ready = std::max(sent.ready, done);
   }
   if (silent) return;
   if (before.mute) {
-    faults_.count_shown(servo, time_);
+    faults_.count_firmware_effects(servo, time_);
     ++stats_.replies_lost;
     return;
   }
   if (!faults_.any_active()) {
-    node.link.last_said = said;
-    stats_.replies_lost += node.link.send(wire_, said);
+    node.link.last_frame = sent;
+    stats_.replies_lost += node.link.send(wire_, sent);
     return;
   }
-  faults_.count_shown(servo, time_);
-  const FaultBoard::Said made = faults_.say(node.id(), node.link, said, wire_.bitrate(), time_);
-  if (!made.stale) node.link.last_said = said;
+  faults_.count_firmware_effects(servo, time_);
+  const FaultBoard::FaultedReply made =
+      faults_.apply_to_reply(node.id(), node.link, sent, wire_.bitrate(), time_);
+  if (!made.stale) node.link.last_frame = sent;
   stats_.extra_frames += made.extra;
   stats_.replies_lost += made.lost + node.link.send_all(wire_, made.out);
 }
@@ -201,22 +203,22 @@ void Bus::step_calibration(Node& node) {
   const SimTime part = node.servo.config().calibrate_time / 2;
   if (!node.servo.calibrating()) return;
   if (node.servo.turn_back(lane(node))) {
-    agenda_.enter(time_ + part, CalibrationStep{node.id()});
+    agenda_.schedule(time_ + part, CalibrationStep{node.id()});
     return;
   }
-  const Before before{node.servo.is_mute(), node.servo.stats().rom_writes};
+  const PriorState before{node.servo.is_mute(), node.servo.stats().rom_writes};
   const protocol::Reply reply =
       node.servo.finish_calibration(lane(node), stream_seed(seed_, node.id(), SeedStream::kAlign));
-  say(time_, time_, node, reply, before);
+  send_reply(time_, time_, node, reply, before);
 }
 
 /// A CAN bus without bit timing has no reply time; flash writes still take time. After a
 /// multi-drive packet each drive has a time slot, whether or not those before it answer
 /// (docs/reference/rs485.md).
-SimTime Bus::reply_time(Node& node, For whom) const {
+SimTime Bus::reply_time(Node& node, Addressees whom) const {
   const ServoConfig& config = node.servo.config();
   if (!serial_) return wire_.bitrate() > 0 ? config.reply_time : SimTime{0};
-  if (whom == For::kSeveral) {
+  if (whom == Addressees::kSeveral) {
     constexpr int kReplyBits = 130;
     const SimTime before = serial_->broadcast_reply_time.value_or(
         wire_.bitrate() >= 4'000'000   ? std::chrono::microseconds(30)

@@ -59,14 +59,14 @@ std::vector<Task> Conditions::take_due(SimTime now, const std::function<DriveVie
   return due;
 }
 
-void Conditions::forget_fault(std::size_t fault) {
+void Conditions::cancel_fault(std::size_t fault) {
   std::erase_if(waiting_, [fault](const Waiting& waiting) {
     const auto* begin = std::get_if<FaultBegin>(&waiting.task);
     return begin != nullptr && begin->fault == fault;
   });
 }
 
-void Conditions::forget_directives() { std::erase_if(waiting_, is_directive); }
+void Conditions::cancel_directives() { std::erase_if(waiting_, is_directive); }
 
 std::size_t Conditions::directives() const {
   return static_cast<std::size_t>(std::ranges::count_if(waiting_, is_directive));

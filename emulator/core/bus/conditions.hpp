@@ -28,8 +28,8 @@ class Conditions {
   /// present state of a drive.
   std::vector<Task> take_due(SimTime now, const std::function<DriveView(int id)>& view);
   /// Removes the pending beginning of this fault.
-  void forget_fault(std::size_t fault);
-  void forget_directives();
+  void cancel_fault(std::size_t fault);
+  void cancel_directives();
   /// Number of pending directives, without beginnings of faults.
   std::size_t directives() const;
 

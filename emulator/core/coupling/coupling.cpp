@@ -81,7 +81,7 @@ Coupling::Coupling(const Coupling& other)
       links_(other.links_),
       torques_(other.torques_),
       pushing_(other.pushing_),
-      seen_(other.seen_),
+      state_(other.state_),
       end_(other.end_),
       under_way_(other.under_way_),
       step_(other.step_),
@@ -91,7 +91,7 @@ Coupling& Coupling::operator=(const Coupling& other) { return *this = Coupling(o
 
 bool Coupling::take_acts(std::span<Bus* const> buses) {
   std::vector<BodyAct> acts;
-  bool put_there = false;
+  bool posed = false;
   for (Bus* const bus : buses) bus->take_body_acts(acts);
   for (const BodyAct& act : acts) {
     std::visit(
@@ -104,16 +104,16 @@ bool Coupling::take_acts(std::span<Bus* const> buses) {
             [&](const Floor& floor) { mechanism_->set_floor(floor); },
             [&](const Pose& pose) {
               mechanism_->pose(pose);
-              put_there = true;
+              posed = true;
             },
         },
         act.what);
   }
-  return put_there;
+  return posed;
 }
 
 /// Applies the sum of all pushes on each part. A push lasts whole steps.
-void Coupling::push_on() {
+void Coupling::apply_pushes() {
   for (const Pushing& one : pushing_) {
     Push sum{.part = one.push.part};
     for (const Pushing& other : pushing_) {
@@ -136,8 +136,8 @@ void Coupling::begin(std::span<Bus* const> buses) {
 
 /// Each joint responds as the body alone: its drive affects other joints only in the next step.
 void Coupling::mount(std::span<Bus* const> buses) {
-  const bool put_there = take_acts(buses);
-  push_on();
+  const bool posed = take_acts(buses);
+  apply_pushes();
   for (Link& link : links_) {
     link.armature = buses[link.bus]->mounted_shaft(link.id).armature;
     mechanism_->set_armature(link.joint.joint, link.armature * link.joint.rate * link.joint.rate);
@@ -152,12 +152,12 @@ void Coupling::mount(std::span<Bus* const> buses) {
                   .J = std::max(joint.inertia_kg_m2 / (rate * rate) - link.armature, kLightest),
                   .tau = joint.body_torque_Nm / rate,
                   .stiff = link.stiff,
-                  .put_there = put_there};
+                  .posed = posed};
     buses[link.bus]->mount(link.id, link.mount,
                            {joint.angle_rad, joint.speed_rad_s, link.torque_Nm});
   }
-  mechanism_->look(seen_);
-  for (Bus* const bus : buses) bus->set_body(seen_);
+  mechanism_->read_state(state_);
+  for (Bus* const bus : buses) bus->set_body(state_);
 }
 
 /// Called where a step begins or ends: `end_` is the present time.
@@ -169,7 +169,7 @@ bool Coupling::has_failed() {
 
 /// Torque of a drive on its joint, from the motion of the shaft. The momentum gives the mean, the
 /// distance gives the slope. Uses the `armature` in the body, even if it has broken off since.
-JointTorque Coupling::given(const Link& link, const model::MountedShaft& shaft) const {
+JointTorque Coupling::drive_torque(const Link& link, const model::MountedShaft& shaft) const {
   const double step_s = seconds(step_);
   const double J = link.mount.J + link.armature;
   const double gained = shaft.omega - link.mount.omega;
@@ -191,7 +191,7 @@ void Coupling::finish(std::span<Bus* const> buses) {
   if (!mechanism_ || failure_) return;
   for (Link& link : links_) {
     const model::MountedShaft shaft = buses[link.bus]->mounted_shaft(link.id);
-    torques_[link.joint.joint] = given(link, shaft);
+    torques_[link.joint.joint] = drive_torque(link, shaft);
     const double own = link.armature * (shaft.omega - link.mount.omega) / seconds(step_);
     link.torque_Nm = torques_[link.joint.joint].mean_Nm - own * link.joint.rate;
   }

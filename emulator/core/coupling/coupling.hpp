@@ -68,11 +68,11 @@ class Coupling {
     double armature = 0;  // kg·m² at the output: drive inertia that the body includes in this step
     double torque_Nm = 0;  // on the body at the joint, in the last step
   };
-  JointTorque given(const Link& link, const model::MountedShaft& shaft) const;
+  JointTorque drive_torque(const Link& link, const model::MountedShaft& shaft) const;
   /// Executes the acts that the buses have for the body. Returns true if one was a Pose.
   bool take_acts(std::span<Bus* const> buses);
   /// Applies the active pushes.
-  void push_on();
+  void apply_pushes();
   bool has_failed();
   /// Puts the drives on the joints in their present state.
   void mount(std::span<Bus* const> buses);
@@ -86,7 +86,7 @@ class Coupling {
     SimTime until;
   };
   std::vector<Pushing> pushing_;
-  BodyState seen_;  // at the start of the step
+  BodyState state_;  // at the start of the step
   SimTime end_{0};
   bool under_way_ = false;
   SimTime step_;

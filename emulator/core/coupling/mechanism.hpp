@@ -75,7 +75,7 @@ class Mechanism {
   /// Puts the body into a pose. Call `update` next.
   virtual void pose(const Pose& /*pose*/) {}
   /// Writes the present state to `state`.
-  virtual void look(BodyState& /*state*/) const {}
+  virtual void read_state(BodyState& /*state*/) const {}
   /// Why and where the state became invalid; nullopt while it is valid. An invalid body has
   /// stopped.
   virtual std::optional<std::string> failure() const = 0;

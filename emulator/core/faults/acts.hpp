@@ -24,10 +24,10 @@ struct LiveFault {
   FaultEvidence evidence;
   std::size_t order = 0;  // number of faults armed before it
   std::int64_t beginnings = 0;
-  SimTime since{0};                  // last beginning
-  std::optional<SimTime> looked_at;  // last sample of its effect
-  std::vector<double> anchors;       // rad: outputs of `fault.ids` at the last beginning
-  std::uint64_t destroyed = 0;       // number of frames since the last beginning
+  SimTime since{0};                   // last beginning
+  std::optional<SimTime> sampled_at;  // last sample of its effect
+  std::vector<double> anchors;        // rad: outputs of `fault.ids` at the last beginning
+  std::uint64_t destroyed = 0;        // number of frames since the last beginning
   std::uint64_t random = 1;
 
   const FaultRow& row() const { return *fault.row; }
@@ -39,7 +39,7 @@ struct LiveFault {
   bool is_of(int id) const {
     return std::find(fault.ids.begin(), fault.ids.end(), id) != fault.ids.end();
   }
-  bool comes_again() const { return fault.every && (fault.times == 0 || beginnings < fault.times); }
+  bool will_recur() const { return fault.every && (fault.times == 0 || beginnings < fault.times); }
   double number(std::size_t n) const { return fault.values[n].number(); }
   template <class Choice>
   Choice choice(std::size_t n) const {
@@ -71,7 +71,7 @@ struct OnPlant {
 /// A frame on the wire, before the drive receives it.
 struct OnQuery {
   enum class Fate : std::uint8_t {
-    kHeard,
+    kDelivered,
     kIgnored,  // by the firmware; other faults still act on it
     kLost,
   };
@@ -79,7 +79,7 @@ struct OnQuery {
   const Servo& servo;
   SimTime now;
   protocol::Frame& frame;
-  Fate fate = Fate::kHeard;
+  Fate fate = Fate::kDelivered;
 
   /// The drive listens to frames of this kind, single-drive or multi-drive.
   bool is_listening() const;

@@ -36,7 +36,7 @@ std::size_t FaultBoard::unfinished() const {
       std::ranges::count_if(faults_, [](const LiveFault& live) { return !live.is_over(); }));
 }
 
-std::optional<std::size_t> FaultBoard::place(std::size_t order) const {
+std::optional<std::size_t> FaultBoard::index_of(std::size_t order) const {
   const auto found = std::ranges::lower_bound(faults_, order, {}, &LiveFault::order);
   if (found == faults_.end() || found->order != order) return std::nullopt;
   return static_cast<std::size_t>(found - faults_.begin());
@@ -78,7 +78,7 @@ std::size_t FaultBoard::arm(Fault fault, SimTime now) {
 }
 
 bool FaultBoard::start(std::size_t order, SimTime now) {
-  const auto at = place(order);
+  const auto at = index_of(order);
   if (!at || faults_[*at].evidence.state == State::kCleared) return false;
   LiveFault& live = faults_[*at];
   ++live.beginnings;
@@ -86,7 +86,7 @@ bool FaultBoard::start(std::size_t order, SimTime now) {
   live.destroyed = 0;
   live.evidence.began_at = live.evidence.began_at.value_or(now);
   if (live.row().momentary()) {
-    live.evidence.state = live.comes_again() ? State::kPaused : State::kOver;
+    live.evidence.state = live.will_recur() ? State::kPaused : State::kOver;
   } else {
     live.evidence.state = State::kActive;
     ++active_;
@@ -96,7 +96,7 @@ bool FaultBoard::start(std::size_t order, SimTime now) {
 
 void FaultBoard::stop(std::size_t order) {
   LiveFault& live = (*this)[order];
-  live.evidence.state = live.comes_again() ? State::kPaused : State::kOver;
+  live.evidence.state = live.will_recur() ? State::kPaused : State::kOver;
   --active_;
 }
 
@@ -109,30 +109,30 @@ std::vector<std::size_t> FaultBoard::find(const std::string& which) const {
   return found;
 }
 
-bool FaultBoard::take_turn(std::size_t order, SimTime now) {
-  return take_turn((*this)[order], now);
+bool FaultBoard::mark_sampled(std::size_t order, SimTime now) {
+  return mark_sampled((*this)[order], now);
 }
 
-bool FaultBoard::take_turn(LiveFault& live, SimTime now) {
-  if (!live.active() || live.row().plant == nullptr || live.looked_at == now) return false;
-  live.looked_at = now;
+bool FaultBoard::mark_sampled(LiveFault& live, SimTime now) {
+  if (!live.active() || live.row().plant == nullptr || live.sampled_at == now) return false;
+  live.sampled_at = now;
   return true;
 }
 
-std::vector<std::size_t> FaultBoard::take_turns(SimTime now) {
+std::vector<std::size_t> FaultBoard::take_due_samples(SimTime now) {
   std::vector<std::size_t> due;
   for (LiveFault& live : faults_) {
-    if (live.looked_at < live.since && take_turn(live, now)) due.push_back(live.order);
+    if (live.sampled_at < live.since && mark_sampled(live, now)) due.push_back(live.order);
   }
-  std::size_t looks = 0;
-  for (std::size_t n = 0; n < faults_.size() && looks < kMostLooks; ++n) {
-    if (LiveFault& live = faults_[turn_]; take_turn(live, now)) {
+  std::size_t samples = 0;
+  for (std::size_t n = 0; n < faults_.size() && samples < kMostLooks; ++n) {
+    if (LiveFault& live = faults_[turn_]; mark_sampled(live, now)) {
       due.push_back(live.order);
-      looks += live.fault.ids.size();
+      samples += live.fault.ids.size();
     }
     turn_ = (turn_ + 1) % faults_.size();
   }
-  if (looks < kMostLooks) turn_ = 0;
+  if (samples < kMostLooks) turn_ = 0;
   return due;
 }
 
@@ -178,7 +178,7 @@ AdapterTimes FaultBoard::adapter_times(AdapterTimes sum) const {
   return sum;
 }
 
-void FaultBoard::count_adapter(const AdapterShown& shown, const protocol::Frame& frame,
+void FaultBoard::count_adapter(const AdapterEffects& shown, const protocol::Frame& frame,
                                SimTime now) {
   if (!any_active()) return;
   for (LiveFault& live : faults_) {
@@ -188,9 +188,9 @@ void FaultBoard::count_adapter(const AdapterShown& shown, const protocol::Frame&
   }
 }
 
-void FaultBoard::count_shown(Servo& servo, SimTime now) {
+void FaultBoard::count_firmware_effects(Servo& servo, SimTime now) {
   if (!any_active()) return;
-  const FirmwareFaults shown = servo.take_shown_faults();
+  const FirmwareFaults shown = servo.take_effective_faults();
   for (LiveFault& live : faults_) {
     if (live.active() && live.row().firmware != nullptr && shown.*live.row().firmware &&
         live.is_of(servo.id())) {
@@ -199,15 +199,15 @@ void FaultBoard::count_shown(Servo& servo, SimTime now) {
   }
 }
 
-bool FaultBoard::hear(const DriveLink& link, const Servo& servo, protocol::Frame& frame,
-                      SimTime now) {
+bool FaultBoard::apply_to_query(const DriveLink& link, const Servo& servo, protocol::Frame& frame,
+                                SimTime now) {
   if (link.bus_off) return false;
   if (!any_active()) return true;
   bool ignored = false;
   for (LiveFault& live : faults_) {
-    if (!live.active() || live.row().hear == nullptr || !live.is_of(servo.id())) continue;
+    if (!live.active() || live.row().on_query == nullptr || !live.is_of(servo.id())) continue;
     OnQuery on{live, servo, now, frame};
-    live.row().hear(on);
+    live.row().on_query(on);
     if (on.fate == OnQuery::Fate::kLost) return false;
     ignored = ignored || on.fate == OnQuery::Fate::kIgnored;
   }
@@ -218,18 +218,19 @@ void FaultBoard::count_ignored(int id, const protocol::Frame& query, SimTime now
   if (LiveFault* const full = first(id, &FaultRow::blocks)) full->took_effect(now, id, &query);
 }
 
-FaultBoard::Said FaultBoard::say(int id, const DriveLink& link, const Outgoing& reply,
-                                 std::int64_t bitrate, SimTime now) {
-  Said said{.out = {reply}};
+FaultBoard::FaultedReply FaultBoard::apply_to_reply(int id, const DriveLink& link,
+                                                    const Outgoing& reply, std::int64_t bitrate,
+                                                    SimTime now) {
+  FaultedReply faulted{.out = {reply}};
   for (LiveFault& live : faults_) {
-    if (!live.active() || live.row().say == nullptr || !live.is_of(id)) continue;
-    OnReply on{live, id, now, link, said.out, bitrate};
-    live.row().say(on);
-    said.lost += on.lost;
-    said.extra += on.extra;
-    said.stale = said.stale || on.stale;
+    if (!live.active() || live.row().on_reply == nullptr || !live.is_of(id)) continue;
+    OnReply on{live, id, now, link, faulted.out, bitrate};
+    live.row().on_reply(on);
+    faulted.lost += on.lost;
+    faulted.extra += on.extra;
+    faulted.stale = faulted.stale || on.stale;
   }
-  return said;
+  return faulted;
 }
 
 LiveFault* FaultBoard::destroyer(int sender, std::int64_t bitrate, bool serial) {
@@ -242,12 +243,12 @@ LiveFault* FaultBoard::destroyer(int sender, std::int64_t bitrate, bool serial) 
   return nullptr;
 }
 
-void FaultBoard::read(protocol::Frame& frame, SimTime now) {
+void FaultBoard::apply_to_read(protocol::Frame& frame, SimTime now) {
   if (!any_active()) return;
   for (LiveFault& live : faults_) {
-    if (!live.active() || live.row().read == nullptr) continue;
+    if (!live.active() || live.row().on_read == nullptr) continue;
     OnRead on{live, now, frame};
-    live.row().read(on);
+    live.row().on_read(on);
   }
 }
 
@@ -260,13 +261,13 @@ const LiveFault* FaultBoard::echo() const {
   return found != faults_.end() ? &*found : nullptr;
 }
 
-LiveFault* FaultBoard::line_keeper() {
+LiveFault* FaultBoard::line_holder() {
   const auto longest = std::ranges::max_element(faults_, {}, [](const LiveFault& live) {
-    const bool keeps = live.active() && live.row().keeps_line != nullptr;
-    return keeps ? live.row().keeps_line(live) : SimTime{-1};
+    const bool holds = live.active() && live.row().line_hold_time != nullptr;
+    return holds ? live.row().line_hold_time(live) : SimTime{-1};
   });
   const bool any =
-      longest != faults_.end() && longest->active() && longest->row().keeps_line != nullptr;
+      longest != faults_.end() && longest->active() && longest->row().line_hold_time != nullptr;
   return any ? &*longest : nullptr;
 }
 

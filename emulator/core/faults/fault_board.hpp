@@ -38,8 +38,8 @@ class FaultBoard {
   /// Some fault so far, over or not, acts on the hosts' adapter.
   bool any_of_adapter() const { return any_of_adapter_; }
   /// Pre: the fault has not been dropped.
-  LiveFault& operator[](std::size_t order) { return faults_[*place(order)]; }
-  const LiveFault& operator[](std::size_t order) const { return faults_[*place(order)]; }
+  LiveFault& operator[](std::size_t order) { return faults_[*index_of(order)]; }
+  const LiveFault& operator[](std::size_t order) const { return faults_[*index_of(order)]; }
   auto begin() { return faults_.begin(); }
   auto end() { return faults_.end(); }
   /// In the order of arming.
@@ -55,9 +55,9 @@ class FaultBoard {
 
   /// Returns the plant faults to sample now, and marks them as sampled: new ones at once, others in
   /// turns of kMostLooks.
-  std::vector<std::size_t> take_turns(SimTime now);
-  /// As `take_turns`, for one fault out of turn. Returns true if it is to be sampled.
-  bool take_turn(std::size_t order, SimTime now);
+  std::vector<std::size_t> take_due_samples(SimTime now);
+  /// As `take_due_samples`, for one fault out of turn. Returns true if it is to be sampled.
+  bool mark_sampled(std::size_t order, SimTime now);
 
   // Effects of active faults on one drive.
 
@@ -70,40 +70,42 @@ class FaultBoard {
   /// Returns `sum` plus the times of active faults of the adapter.
   AdapterTimes adapter_times(AdapterTimes sum) const;
   /// Counts the adapter faults with an effect on the frame.
-  void count_adapter(const AdapterShown& shown, const protocol::Frame& frame, SimTime now);
+  void count_adapter(const AdapterEffects& shown, const protocol::Frame& frame, SimTime now);
   /// Counts the faults that changed the behaviour of the firmware.
-  void count_shown(Servo& servo, SimTime now);
+  void count_firmware_effects(Servo& servo, SimTime now);
   /// Applies faults to a frame before the drive receives it; may change it. Returns false if the
   /// drive does not receive it.
-  bool hear(const DriveLink& link, const Servo& servo, protocol::Frame& frame, SimTime now);
+  bool apply_to_query(const DriveLink& link, const Servo& servo, protocol::Frame& frame,
+                      SimTime now);
   /// Counts a query that came while the drive's queue was full.
   void count_ignored(int id, const protocol::Frame& query, SimTime now);
   /// A reply after the faults have acted on it.
-  struct Said {
+  struct FaultedReply {
     std::vector<Outgoing> out;
     std::uint64_t lost = 0, extra = 0;  // frames that do not leave; additional frames
     bool stale = false;                 // repeats an earlier reply
   };
-  Said say(int id, const DriveLink& link, const Outgoing& reply, std::int64_t bitrate, SimTime now);
+  FaultedReply apply_to_reply(int id, const DriveLink& link, const Outgoing& reply,
+                              std::int64_t bitrate, SimTime now);
   /// Fault that destroys the frame of the drive `sender`, or kWholeBus, on the wire; null if none
   /// does.
   LiveFault* destroyer(int sender, std::int64_t bitrate, bool serial);
   /// Applies faults to a frame that the host reads on RS-485.
-  void read(protocol::Frame& frame, SimTime now);
+  void apply_to_read(protocol::Frame& frame, SimTime now);
   /// Fault that lets hosts read what they send; null if none does.
   LiveFault* echo();
   const LiveFault* echo() const;
-  /// Fault that keeps the line longest after frames of hosts; null if none does.
-  LiveFault* line_keeper();
+  /// Fault that holds the line longest after frames of hosts; null if none does.
+  LiveFault* line_holder();
   /// Extra time that the drive stays off the bus after a bus-off.
   SimTime recovery(int id) const;
 
  private:
   std::string free_name(const Fault& fault) const;
   /// Indices in `faults_`.
-  std::optional<std::size_t> place(std::size_t order) const;
+  std::optional<std::size_t> index_of(std::size_t order) const;
   std::optional<std::size_t> oldest_over() const;
-  bool take_turn(LiveFault& live, SimTime now);
+  bool mark_sampled(LiveFault& live, SimTime now);
 
   std::uint64_t bus_seed_;
   std::vector<LiveFault> faults_;  // by order

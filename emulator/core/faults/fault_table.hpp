@@ -19,7 +19,7 @@ struct Faults;
 
 namespace lk::emulator {
 
-struct AdapterShown;
+struct AdapterEffects;
 struct AdapterTimes;
 struct AtOnce;
 struct Babble;
@@ -67,30 +67,30 @@ struct FaultRow {
 
   // Plant: motor, sensors, supply, clock of the drive.
   void (*plant)(const OnPlant& on, model::Faults& sum) = nullptr;
-  bool moves = false;  // its effect on the plant changes over time
+  bool varies_in_time = false;  // its effect on the plant changes over time
   // Frames: to the drive, from the drive, and on the wire.
-  void (*hear)(OnQuery& on) = nullptr;
-  void (*say)(OnReply& on) = nullptr;
+  void (*on_query)(OnQuery& on) = nullptr;
+  void (*on_reply)(OnReply& on) = nullptr;
   bool (*destroys)(OnWire& on) = nullptr;
   SimTime (*recovery)(const LiveFault& live) = nullptr;  // extra time off the bus after a bus-off
   bool silences = false;                                 // nothing leaves the drive
   bool blocks = false;                                   // its frames stay in its send queue
-  bool holds_back = false;                               // `say` may hold a frame back
+  bool holds_back = false;                               // `on_reply` may hold a frame back
   Babble (*babble)(OnBabble& on) = nullptr;              // sends unsolicited frames
   double (*duplicate)(const LiveFault& live) = nullptr;  // a second drive, so many rad from it
   // Adapter of the hosts: added times, and the flag of their effect.
   void (*adapter)(const LiveFault& live, AdapterTimes& sum) = nullptr;
-  bool AdapterShown::*adapter_shows = nullptr;
-  // RS-485 hosts: changes of what they read, echo of what they send, and how long they keep the
+  bool AdapterEffects::*adapter_shows = nullptr;
+  // RS-485 hosts: changes of what they read, echo of what they send, and how long they hold the
   // line after it.
-  void (*read)(OnRead& on) = nullptr;
+  void (*on_read)(OnRead& on) = nullptr;
   bool echoes = false;
-  SimTime (*keeps_line)(const LiveFault& live) = nullptr;
+  SimTime (*line_hold_time)(const LiveFault& live) = nullptr;
   // Firmware and memory: flag of the fault, and details from its parameters.
   bool FirmwareFaults::*firmware = nullptr;
   void (*firmware_detail)(const LiveFault& live, FirmwareFaults& sum) = nullptr;
   bool (*at_once)(AtOnce& on) = nullptr;  // at one instant; returns whether it changed anything
-  Words about = {};                       // description, one sentence
+  BilingualText about = {};               // description, one sentence
 
   /// Happens at one instant: takes no duration.
   bool momentary() const { return at_once != nullptr; }

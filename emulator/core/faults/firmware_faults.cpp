@@ -100,9 +100,9 @@ bool change_id(AtOnce& on) {
 constexpr FaultRow kFirmwareRows[] = {
     {.word = "reset", .group = kFirmware, .at_once = reset,
      .about = {"the controller restarts: RAM, turn count, errors and command are gone", "控制器重新启动：RAM、圈数、错误标志和命令全部丢失"}},
-    {.word = "hang", .group = kFirmware, .hear = hang,
+    {.word = "hang", .group = kFirmware, .on_query = hang,
      .about = {"the drive hears nothing and says nothing, a power cycle or not; the motor keeps its last command", "驱动器听不见也不说话，断电重启也没用；电机维持最后的命令"}},
-    {.word = "slow_replies", .group = kFirmware, .params = {number("delay_ms", 0.01, 10'000, 5)}, .say = answer_late,
+    {.word = "slow_replies", .group = kFirmware, .params = {number("delay_ms", 0.01, 10'000, 5)}, .on_reply = answer_late,
      .about = {"every reply is ready this much later; what the query asks for is done at once", "每个回复都晚这么久才备好；命令帧要求的动作则立即执行"}},
     {.word = "clock_drift", .group = kFirmware, .params = {needed("percent", -20, 20)},
      .plant = [](const OnPlant& on, model::Faults& f) { f.clock_ratio = std::clamp(f.clock_ratio * (1 + on.number() / 100), 0.8, 1.2); },

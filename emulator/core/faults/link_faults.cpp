@@ -24,11 +24,11 @@ void Duplicates::add(const FaultBoard& faults, std::size_t fault, const Servo& o
   // A later write of the encoder offset does not move the shaft.
   config.boot_offset = config.boot_offset.value_or(config.rom.encoder_offset);
   config.rom = original.rom();
-  const DrivePlace& place = original.place();
-  config.rom.driver_id = static_cast<std::uint8_t>(place.id);
-  config.rom.bus_type = static_cast<std::uint8_t>(place.bus);
-  config.rom.serial_rate = place.serial_rate;
-  config.rom.can_rate = place.can_rate;
+  const DriveAddress& address = original.bus_address();
+  config.rom.driver_id = static_cast<std::uint8_t>(address.id);
+  config.rom.bus_type = static_cast<std::uint8_t>(address.bus);
+  config.rom.serial_rate = address.serial_rate;
+  config.rom.can_rate = address.can_rate;
   model::DriveInit init = make_drive(config, faults.bus_seed());
   init.theta_m += live.row().duplicate(live);
   init.seed = mix(live.random + static_cast<std::uint64_t>(config.id));
@@ -44,7 +44,7 @@ std::size_t Duplicates::remove(std::size_t fault, Wire& wire, SimTime now) {
   std::size_t lost = 0;
   std::erase_if(drives_, [&](const Drive& drive) {
     if (drive.fault != fault) return false;
-    lost += wire.forget_replies(drive.owner, now);
+    lost += wire.drop_replies(drive.owner, now);
     return true;
   });
   return lost;
@@ -57,8 +57,8 @@ void Duplicates::advance_to(SimTime t) {
   }
 }
 
-std::size_t Duplicates::hear(SimTime at, const protocol::Frame& frame, Wire& wire,
-                             FaultBoard& faults, SimTime now) {
+std::size_t Duplicates::process(SimTime at, const protocol::Frame& frame, Wire& wire,
+                                FaultBoard& faults, SimTime now) {
   std::size_t answers = 0;
   for (Drive& drive : drives_) {
     Servo& servo = drive.servo;
@@ -67,7 +67,7 @@ std::size_t Duplicates::hear(SimTime at, const protocol::Frame& frame, Wire& wir
     const bool for_several = id != nullptr && *id == protocol::kMultiDrive;
     if (id == nullptr || (!for_several && servo.address() != *id) || !servo.on_its_bus() ||
         !servo.at_its_rate() || servo.multi_drive_mode() != for_several ||
-        wire.drive_queue_full(drive.owner) || wire.is_deaf(drive.owner, at)) {
+        wire.drive_queue_full(drive.owner) || wire.cannot_receive(drive.owner, at)) {
       continue;
     }
     const auto understood = servo.understand(frame);
@@ -77,7 +77,7 @@ std::size_t Duplicates::hear(SimTime at, const protocol::Frame& frame, Wire& wir
     const std::uint64_t writes_before = servo.stats().rom_writes;
     const protocol::Reply reply = servo.handle(*query, Lane{drive.motor, 0});
     if (servo.take_restart()) {
-      wire.forget_replies(drive.owner, now);
+      wire.drop_replies(drive.owner, now);
       servo.power_cycle(Lane{drive.motor, 0});
     }
     if (std::holds_alternative<protocol::NoReply>(reply)) continue;
@@ -90,7 +90,7 @@ std::size_t Duplicates::hear(SimTime at, const protocol::Frame& frame, Wire& wir
     drive.last_reply = std::max(ready, drive.last_reply);
     faults[drive.fault].took_effect(now, servo.id(), &answer);
     wire.send_from_drive(drive.last_reply, answer, 0, drive.owner, false);
-    servo.take_move();
+    servo.take_address_change();
     ++answers;
   }
   return answers;
@@ -215,10 +215,10 @@ void corrupt_reply(OnReply& on) {
 }
 
 void repeat_last(OnReply& on) {
-  if (!on.link.last_said) return;
+  if (!on.link.last_frame) return;
   on.stale = change(on, [&](Outgoing& one) {
-    one.frame = on.link.last_said->frame;
-    one.after_rom_write = on.link.last_said->after_rom_write;
+    one.frame = on.link.last_frame->frame;
+    one.after_rom_write = on.link.last_frame->after_rom_write;
   });
 }
 
@@ -255,7 +255,7 @@ Babble babble(OnBabble& on) {
 /// Ends with the first answer of the drive.
 Babble boot_garbage(OnBabble& on) {
   const SimTime pause = from_ms(5 + 15 * on.live.draw());
-  if (on.running > from_ms(on.live.number(0)) || on.link.last_said) return {pause, std::nullopt};
+  if (on.running > from_ms(on.live.number(0)) || on.link.last_frame) return {pause, std::nullopt};
   Frame frame;
   frame.id = on.servo.reply_id();
   frame.dlc = static_cast<std::uint8_t>(on.live.draw() * 8);
@@ -284,14 +284,14 @@ bool has_state_2(const Frame& frame) {
 /// Low byte of the previous reply, high byte of this one. On RS-485 the checksum is that of this
 /// one.
 void tear(OnReply& on) {
-  if (!on.link.last_said || !has_state_2(on.link.last_said->frame)) return;
+  if (!on.link.last_frame || !has_state_2(on.link.last_frame->frame)) return;
   change(on, [&](Outgoing& one) {
     if (!has_state_2(one.frame)) return;
     const auto field = on.live.choice<Torn>(0);
     const auto place = field == Torn::kAny ? static_cast<std::size_t>(on.live.draw() * 3)
                                            : static_cast<std::size_t>(field);
     const std::size_t byte = kTornBytes[place];
-    const std::uint8_t before = on.link.last_said->frame.data[byte];
+    const std::uint8_t before = on.link.last_frame->frame.data[byte];
     if (one.frame.data[byte] == before) return;
     if (!protocol::is_serial(one.frame)) {
       one.frame.data[byte] = before;
@@ -313,7 +313,7 @@ bool disturb(OnWire& on) {
   return true;
 }
 
-void mishear(OnQuery& on) {
+void reject_queries(OnQuery& on) {
   if (!on.would_be_answered()) return;
   on.took_effect();
   on.fate = OnQuery::Fate::kLost;
@@ -332,27 +332,27 @@ bool reflect(OnWire& on) {
 // Row: word, group and parameters, functions; description.
 // clang-format off
 constexpr FaultRow kLinkRows[] = {
-    {.word = "drop", .group = kLink, .params = {kFrames}, .per_frame = true, .hear = drop_query, .say = drop_reply,
+    {.word = "drop", .group = kLink, .params = {kFrames}, .per_frame = true, .on_query = drop_query, .on_reply = drop_reply,
      .about = {"the frame is lost: the other side never sees it; a reply is lost before it takes the wire", "丢帧：另一方看不到这一帧；回复在占用总线之前就丢了"}},
-    {.word = "delay", .group = kLink, .params = {needed("delay_ms", 0, 10'000), number("jitter_ms", 0, 10'000, 0)}, .per_frame = true, .say = delay,
+    {.word = "delay", .group = kLink, .params = {needed("delay_ms", 0, 10'000), number("jitter_ms", 0, 10'000, 0)}, .per_frame = true, .on_reply = delay,
      .about = {"the reply waits in the drive before it is sent, this long plus a random time up to the jitter; later ones wait behind it", "回复在驱动器里等这么久才发，再随机加上至多 jitter 的抖动；后面的回复排在它之后"}},
-    {.word = "duplicate", .group = kLink, .params = {count("copies", 1, 15, 1)}, .per_frame = true, .say = duplicate,
+    {.word = "duplicate", .group = kLink, .params = {count("copies", 1, 15, 1)}, .per_frame = true, .on_reply = duplicate,
      .about = {"the reply is sent this many more times, as far as the drive's queue of 16 has room", "回复多发这么多次，以驱动器 16 帧的队列装得下为限"}},
-    {.word = "corrupt", .group = kLink, .params = {count("bits", 1, 64, 1), kFrames}, .per_frame = true, .hear = corrupt_query, .say = corrupt_reply,
+    {.word = "corrupt", .group = kLink, .params = {count("bits", 1, 64, 1), kFrames}, .per_frame = true, .on_query = corrupt_query, .on_reply = corrupt_reply,
      .about = {"this many bits of the data, different ones each time, are flipped, and no CRC notices (a bad gateway or buffer)", "数据中有这么多位翻转，每次位置不同，而谁的 CRC 都没有发现（坏的网关或缓冲）"}},
-    {.word = "stale", .group = kLink, .per_frame = true, .say = repeat_last,
+    {.word = "stale", .group = kLink, .per_frame = true, .on_reply = repeat_last,
      .about = {"in place of the reply the drive sends again what it said last; since its start, or there is nothing to repeat", "驱动器不发新回复，而把上一次的话再说一遍；启动以来没有说过话，就没有可重复的"}},
-    {.word = "torn_reply", .group = kLink, .params = {choice("field", kTornWords, Torn::kAny)}, .per_frame = true, .say = tear,
+    {.word = "torn_reply", .group = kLink, .params = {choice("field", kTornWords, Torn::kAny)}, .per_frame = true, .on_reply = tear,
      .about = {"a field of 16 bits of a reply with state 2 has the low byte of what the drive said before and the high byte of this reply", "状态 2 回复中一个 16 位字段的低字节来自上一次回复，高字节来自这一次"}},
-    {.word = "reorder", .group = kLink, .per_frame = true, .say = hold_back, .holds_back = true,
+    {.word = "reorder", .group = kLink, .per_frame = true, .on_reply = hold_back, .holds_back = true,
      .about = {"the reply is held back and leaves behind the next one of the drive, or when the fault ends; what acknowledges a write to ROM is not held back", "回复被扣住，排到该驱动器下一个回复之后才发，或故障结束时发；ROM 写入的应答不扣"}},
-    {.word = "wrong_dlc", .group = kLink, .params = {count("dlc", 0, 7, 4)}, .per_frame = true, .say = cut_off,
+    {.word = "wrong_dlc", .group = kLink, .params = {count("dlc", 0, 7, 4)}, .per_frame = true, .on_reply = cut_off,
      .about = {"the reply has this many bytes; the rest is cut off", "回复只有这么多字节，其余截掉"}},
-    {.word = "wrong_id", .group = kLink, .params = {count("offset", -2047, 2047, 1)}, .per_frame = true, .say = change_id,
+    {.word = "wrong_id", .group = kLink, .params = {count("offset", -2047, 2047, 1)}, .per_frame = true, .on_reply = change_id,
      .about = {"the reply's identifier is off by this much, modulo 2048", "回复的标识符偏这么多，模 2048"}},
     {.word = "duplicate_id", .group = kLink, .params = {number("angle_deg", -360'000, 360'000, 90)}, .duplicate = [](const LiveFault& live) { return live.number(0) * kRadPerDeg; },
      .about = {"a second drive has the same ID: it hears the same, turns a motor of its own, which boots this far (of the rotor) from where the drive boots, and answers too, a little later; it has a supply of its own, and other faults do not reach it", "另有一个同 ID 的驱动器：听到的一样，转的是自己的电机，上电位置与原驱动器相差这么多（转子角度），也会应答，只是稍晚；它有自己的供电，别的故障不影响它"}},
-    {.word = "silent", .group = kLink, .say = [](OnReply& on) { lose_if(on, [] { return true; }); }, .silences = true,
+    {.word = "silent", .group = kLink, .on_reply = [](OnReply& on) { lose_if(on, [] { return true; }); }, .silences = true,
      .about = {"the drive hears and obeys, and nothing it sends leaves it", "驱动器听得见也照做，但发的东西一帧也出不来"}},
     {.word = "babbling", .group = kLink, .params = {number("period_us", 100, 10'000'000, 500), count("can_id", 0, 2047, 0)}, .babble = babble,
      .about = {"the drive sends a frame it was not asked for, over and over: 8 bytes of 0; when the wire is taken, no more than one waits behind another", "驱动器没人问也不停地发：8 个字节的 0；总线被占时，排队等待的不超过一帧"}},
@@ -363,11 +363,11 @@ constexpr FaultRow kLinkRows[] = {
      .about = {"everything the drive sends is destroyed: its error counter climbs by 8 each time, to error-passive (128) and bus-off (256); all it had to say is lost then, it is deaf and silent for 128 times 11 bits and the recovery time, and comes back with its counters at 0", "驱动器发什么都被破坏：错误计数每次加 8，先到被动错误（128），再到 bus-off（256）；此时它要说的全部丢掉，在 128 次 11 位加恢复时间内既听不见也不发，回来时计数为 0"}},
     {.word = "boot_garbage", .group = kLink, .params = {number("for_ms", 0.01, 10'000, 100)}, .babble = boot_garbage,
      .about = {"after each start the drive sends frames with its identifier, 0 to 7 bytes and random data, every 5 to 20 ms for this long, until it answers for the first time", "每次启动后，驱动器在这段时间内每 5 至 20 ms 发一帧：标识符是它自己的，0 至 7 个字节，数据随机，直到第一次应答"}},
-    {.word = "wrong_bitrate", .group = kLink, .hear = mishear, .destroys = disturb, .silences = true,
+    {.word = "wrong_bitrate", .group = kLink, .on_query = reject_queries, .destroys = disturb, .silences = true,
      .about = {"the drive is at another bit rate than the bus: it hears and says nothing, and destroys the first 16 frames with error flags, until it is error-passive", "驱动器的波特率与总线不同：听不懂也不说话，并用错误标志毁掉最初 16 帧，直到进入被动错误状态"}},
     {.word = "no_termination", .group = kLink, .params = {count("missing", 1, 2, 2), number("cable_m", 0.1, 1000, 2)}, .of_bus = true, .destroys = reflect,
      .about = {"terminating resistors are missing: of the frames on the wire, at 1 Mbit/s and on 2 m of cable, 1 % without one and half without both end in error frames, more with the cable and with the square of the bit rate", "缺少终端电阻：1 Mbit/s、2 m 线缆时，缺一个有 1 % 的帧以错误帧告终，缺两个则有一半；随线缆长度成正比、随波特率的平方增加"}},
-    {.word = "queue_full", .group = kLink, .say = [](OnReply& on) { for (const Outgoing& one : on.out) on.took_effect(one); }, .blocks = true,
+    {.word = "queue_full", .group = kLink, .on_reply = [](OnReply& on) { for (const Outgoing& one : on.out) on.took_effect(one); }, .blocks = true,
      .about = {"nothing leaves the drive's send queue: replies pile up in it, and when it is full (16) queries are ignored; what waits leaves in order when the fault ends", "驱动器的发送队列什么也发不出去：回复在里面越积越多，满了（16）之后命令帧被忽略；故障结束后按顺序发出"}},
 };
 // clang-format on

@@ -33,8 +33,8 @@ class Duplicates {
   std::size_t remove(std::size_t fault, Wire& wire, SimTime now);
   void advance_to(SimTime t);
   /// Processes a frame whose last bit was at `at`. Returns the number of answers.
-  std::size_t hear(SimTime at, const protocol::Frame& frame, Wire& wire, FaultBoard& faults,
-                   SimTime now);
+  std::size_t process(SimTime at, const protocol::Frame& frame, Wire& wire, FaultBoard& faults,
+                      SimTime now);
   /// Transmit error counter of the owner of a frame.
   int& errors(std::uint32_t owner);
 

@@ -13,7 +13,7 @@ namespace {
 
 std::string print(const FaultSetting& setting) {
   const auto* const word = std::get_if<std::string>(&setting.value());
-  return word != nullptr ? "'" + on_one_line(*word) + "'"
+  return word != nullptr ? "'" + sanitized_line(*word) + "'"
                          : plain_number(std::get<double>(setting.value()));
 }
 
@@ -34,7 +34,7 @@ bool fits(const FaultParam& param, const FaultValue& value) {
 }
 
 [[noreturn]] void refuse(std::string_view kind, const std::string& why) {
-  throw std::invalid_argument("fault '" + on_one_line(kind) + "': " + why);
+  throw std::invalid_argument("fault '" + sanitized_line(kind) + "': " + why);
 }
 
 /// Returns the value of the parameter; nullopt if it is not allowed.
@@ -52,7 +52,7 @@ const FaultRow& row_of(std::string_view kind) {
   if (const FaultRow* const row = find_fault(kind)) return *row;
   std::vector<std::string> words;
   for (const FaultRow& row : fault_table()) words.emplace_back(row.word);
-  const std::string meant = nearest(std::string(kind), words);
+  const std::string meant = closest_match(std::string(kind), words);
   refuse(kind, "unknown kind" + (meant.empty() ? "; lk-emu faults lists them"
                                                : "; did you mean " + meant + "?"));
 }
@@ -66,7 +66,7 @@ void set(Fault& fault, const FaultSetting& setting) {
       if (!one.word.empty()) words.emplace_back(one.word);
     }
     refuse(fault.row->word,
-           "no parameter '" + on_one_line(setting.word()) + "'" +
+           "no parameter '" + sanitized_line(setting.word()) + "'" +
                (words.empty() ? "; it takes none" : "; it takes: " + comma_list(words)));
   }
   const auto value = value_of(*param, setting);
@@ -97,7 +97,7 @@ std::string course_problem(const Fault& fault) {
     return "duration must be above 0 s, and at most 100000000 s";
   }
   if (fault.every && !fault.duration && !fault.row->momentary()) return "every needs a duration";
-  if (fault.every && (*fault.every < kClosestFaults || *fault.every > kLongestTime)) {
+  if (fault.every && (*fault.every < kMinFaultPeriod || *fault.every > kLongestTime)) {
     return "every must be at least 0.001 s, and at most 100000000 s";
   }
   if (fault.every && *fault.every <= lasts) return "every must be longer than duration";

@@ -33,10 +33,10 @@ bool DriveLink::babble(Wire& wire, const protocol::Frame& frame, SimTime now) co
   return true;
 }
 
-std::size_t DriveLink::forget(Wire& wire, SimTime now) {
-  const std::size_t lost = wire.forget_replies(owner, now) + (held_back ? 1 : 0);
+std::size_t DriveLink::drop_all(Wire& wire, SimTime now) {
+  const std::size_t lost = wire.drop_replies(owner, now) + (held_back ? 1 : 0);
   held_back.reset();
-  last_said.reset();
+  last_frame.reset();
   last_reply = SimTime{0};
   return lost;
 }
@@ -51,7 +51,7 @@ void DriveLink::release(Wire& wire, SimTime now) {
   wire.release(owner, now);
 }
 
-std::size_t DriveLink::let_go(Wire& wire, SimTime now) {
+std::size_t DriveLink::release_held_back(Wire& wire, SimTime now) {
   if (!held_back) return 0;
   Outgoing late = *std::exchange(held_back, std::nullopt);
   late.ready = std::max(late.ready, now);

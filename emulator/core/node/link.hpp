@@ -20,19 +20,21 @@ struct Outgoing {
 
 /// Link controller of a drive, between firmware and wire. A value; the bus owns the wire.
 struct DriveLink {
-  std::uint32_t owner;                     // of its frames on the wire: 0x140 + the configured ID
-  int errors = 0;                          // transmit error counter
-  bool bus_off = false;                    // neither sends nor receives
-  bool blocked = false;                    // its send queue is stopped
-  SimTime last_reply{0};                   // replies stay in order
-  std::optional<Outgoing> held_back = {};  // is sent after the next frame
-  std::optional<Outgoing> last_said = {};  // content of its send buffer
-  std::uint64_t replies_drawn = 0;         // number of random reply times drawn
+  std::uint32_t owner;                      // of its frames on the wire: 0x140 + the configured ID
+  int errors = 0;                           // transmit error counter
+  bool bus_off = false;                     // neither sends nor receives
+  bool blocked = false;                     // its send queue is stopped
+  SimTime last_reply{0};                    // replies stay in order
+  std::optional<Outgoing> held_back = {};   // is sent after the next frame
+  std::optional<Outgoing> last_frame = {};  // content of its send buffer
+  std::uint64_t replies_drawn = 0;          // number of random reply times drawn
 
   /// It accepts no query: too many replies are pending, for flash or wire.
   bool full(const Wire& wire) const { return wire.drive_queue_full(owner, held_back ? 1 : 0); }
   /// It does not receive a query that ends at `end`: full, or replying on RS-485.
-  bool deaf(const Wire& wire, SimTime end) const { return full(wire) || wire.is_deaf(owner, end); }
+  bool cannot_receive(const Wire& wire, SimTime end) const {
+    return full(wire) || wire.cannot_receive(owner, end);
+  }
   /// Queues a frame in the order of calls. Returns the number of lost frames: 1 if full.
   std::size_t send(Wire& wire, const Outgoing& out);
   /// As `send`, for several frames of which one may be held back.
@@ -41,12 +43,12 @@ struct DriveLink {
   /// occupy the wire. Returns false if there is no room.
   bool babble(Wire& wire, const protocol::Frame& frame, SimTime now) const;
   /// Drops all frames that have not left by `now`. Returns their number.
-  std::size_t forget(Wire& wire, SimTime now);
+  std::size_t drop_all(Wire& wire, SimTime now);
   /// Stops the send queue at `now`. Returns the number of stopped frames.
   std::size_t block(Wire& wire, SimTime now);
   void release(Wire& wire, SimTime now);
   /// Sends the frame that was held back. Returns the number of lost frames.
-  std::size_t let_go(Wire& wire, SimTime now);
+  std::size_t release_held_back(Wire& wire, SimTime now);
 };
 
 }  // namespace lk::emulator

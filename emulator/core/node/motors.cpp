@@ -53,7 +53,7 @@ Motors::Motors(const Motors& other) : banks_(other.banks_) {
 
 Motors& Motors::operator=(const Motors& other) { return *this = Motors(other); }
 
-MotorPlace Motors::place_of(const ServoConfig& servo, const BusConfig& config) const {
+MotorLocation Motors::location_of(const ServoConfig& servo, const BusConfig& config) const {
   const std::int64_t rate_Hz = f_pwm_Hz_of(servo);
   const auto bank = std::ranges::find(banks_, rate_Hz, &Bank::f_pwm_Hz) - banks_.begin();
   const auto before = std::ranges::count_if(config.servos, [&](const ServoConfig& other) {
@@ -62,8 +62,8 @@ MotorPlace Motors::place_of(const ServoConfig& servo, const BusConfig& config) c
   return {static_cast<std::size_t>(bank), static_cast<std::size_t>(before)};
 }
 
-SimTime Motors::time(const MotorPlace& place) const {
-  return time_of_tick(bank(place).ticks(index(place)), f_pwm_Hz(place));
+SimTime Motors::time(const MotorLocation& location) const {
+  return time_of_tick(bank(location).ticks(index(location)), f_pwm_Hz(location));
 }
 
 bool Motors::advance_to(SimTime t) {
@@ -75,9 +75,9 @@ bool Motors::advance_to(SimTime t) {
   return edge;
 }
 
-bool Motors::advance_to(SimTime t, const MotorPlace& place) {
-  Bank& bank = banks_[place.bank];
-  return bank.drives->advance_to_edge(ticks_until(t, bank.f_pwm_Hz), place.lane);
+bool Motors::advance_to(SimTime t, const MotorLocation& location) {
+  Bank& bank = banks_[location.bank];
+  return bank.drives->advance_to_edge(ticks_until(t, bank.f_pwm_Hz), location.lane);
 }
 
 bool Motors::have_reached(SimTime t) const {

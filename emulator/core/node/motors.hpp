@@ -14,7 +14,7 @@
 namespace lk::emulator {
 
 /// Location of a drive's motor.
-struct MotorPlace {
+struct MotorLocation {
   std::size_t bank;  // index of the bank for its PWM rate
   std::size_t lane;
 };
@@ -30,28 +30,36 @@ class Motors {
   Motors& operator=(Motors&& other) noexcept = default;
   ~Motors() = default;
   /// Pre: `servo` is a drive of `config`.
-  MotorPlace place_of(const ServoConfig& servo, const BusConfig& config) const;
+  MotorLocation location_of(const ServoConfig& servo, const BusConfig& config) const;
 
-  Lane lane(const MotorPlace& place) {
-    Bank& bank = banks_[place.bank];
-    return {*bank.drives, bank.first + place.lane};
+  Lane lane(const MotorLocation& location) {
+    Bank& bank = banks_[location.bank];
+    return {*bank.drives, bank.first + location.lane};
   }
-  model::Telemetry telemetry(const MotorPlace& place) const {
-    return bank(place).telemetry(index(place));
+  model::Telemetry telemetry(const MotorLocation& location) const {
+    return bank(location).telemetry(index(location));
   }
-  model::Truth truth(const MotorPlace& place) const { return bank(place).truth(index(place)); }
-  const model::DriveBank& bank(const MotorPlace& place) const { return *banks_[place.bank].drives; }
+  model::Truth truth(const MotorLocation& location) const {
+    return bank(location).truth(index(location));
+  }
+  const model::DriveBank& bank(const MotorLocation& location) const {
+    return *banks_[location.bank].drives;
+  }
   /// Index of the motor in its bank.
-  std::size_t index(const MotorPlace& place) const { return banks_[place.bank].first + place.lane; }
-  std::int64_t f_pwm_Hz(const MotorPlace& place) const { return banks_[place.bank].f_pwm_Hz; }
-  bool alive(const MotorPlace& place) const { return bank(place).alive(index(place)); }
+  std::size_t index(const MotorLocation& location) const {
+    return banks_[location.bank].first + location.lane;
+  }
+  std::int64_t f_pwm_Hz(const MotorLocation& location) const {
+    return banks_[location.bank].f_pwm_Hz;
+  }
+  bool alive(const MotorLocation& location) const { return bank(location).alive(index(location)); }
   /// Time of its last tick.
-  SimTime time(const MotorPlace& place) const;
+  SimTime time(const MotorLocation& location) const;
   /// Advances all motors to `t`, or to the first earlier instant at which a drive dies or starts;
   /// returns true then. Pre: `!shared()`.
   bool advance_to(SimTime t);
   /// As `advance_to(t)`, for one motor and those that are computed with it.
-  bool advance_to(SimTime t, const MotorPlace& place);
+  bool advance_to(SimTime t, const MotorLocation& location);
 
   /// The motors are in banks of several buses; SharedMotors advances them.
   bool shared() const { return shared_; }

@@ -19,7 +19,7 @@ namespace lk::emulator {
 /// A drive on a bus: firmware, location of the motor, supply, flash and link.
 struct Node {
   Servo servo;
-  MotorPlace motor;
+  MotorLocation motor;
   Power power;
   Memory memory;
   DriveLink link;
@@ -50,10 +50,10 @@ class Nodes {
     }
     index_of_id_[static_cast<std::size_t>(node.id())] = static_cast<std::int8_t>(nodes_.size());
     nodes_.push_back(std::move(node));
-    find_addresses();
+    update_addresses();
   }
   /// Updates the address table.
-  void find_addresses() {
+  void update_addresses() {
     const auto before = at_address_;
     at_address_.fill(0);
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
@@ -61,10 +61,10 @@ class Nodes {
       if (!servo.on_its_bus() || !servo.at_its_rate()) continue;
       at_address_[static_cast<std::size_t>(servo.address())] |= 1U << n;
     }
-    if (at_address_ != before) ++moves_;
+    if (at_address_ != before) ++address_changes_;
   }
   /// Number of changes of the address table.
-  std::uint64_t moves() const { return moves_; }
+  std::uint64_t address_changes() const { return address_changes_; }
   /// Drives that receive frames to the ID, as bits for `each`; 0: none.
   std::uint32_t at_address(int id) const {
     return id >= protocol::kMinId && id <= protocol::kMaxId
@@ -104,7 +104,7 @@ class Nodes {
   std::vector<Node> nodes_;
   std::array<std::int8_t, protocol::kMaxId + 1> index_of_id_{};   // −1 = not on the bus
   std::array<std::uint32_t, protocol::kMaxId + 1> at_address_{};  // one bit per drive
-  std::uint64_t moves_ = 0;
+  std::uint64_t address_changes_ = 0;
 };
 
 }  // namespace lk::emulator

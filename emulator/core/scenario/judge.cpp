@@ -90,8 +90,8 @@ Judge::Judge(const BusConfig& config, const std::vector<Expectation>& expectatio
     : interface_(config.interface), start_(start) {
   for (const ServoConfig& servo : config.servos) {
     const protocol::Dialect& dialect = servo.quirks.dialect;
-    speakers_.push_back({servo.id, dialect.reply_id_base + static_cast<std::uint32_t>(servo.id),
-                         protocol::wire_format(dialect, servo.profile.series)});
+    drives_.push_back({servo.id, dialect.reply_id_base + static_cast<std::uint32_t>(servo.id),
+                       protocol::wire_format(dialect, servo.profile.series)});
   }
   for (const Expectation& expectation : expectations) {
     if (expectation.bus != bus) continue;
@@ -106,16 +106,16 @@ Judge::Judge(const BusConfig& config, const std::vector<Expectation>& expectatio
   }
 }
 
-void Judge::look(const Bus& bus) {
+void Judge::sample(const Bus& bus) {
   const SimTime now = bus.time();
   next_due_ = SimTime::max();
   for (Trial& trial : trials_) {
-    if (trial.next <= now) look_at(trial, bus.view(trial.expectation.id), now);
+    if (trial.next <= now) sample_trial(trial, bus.view(trial.expectation.id), now);
     next_due_ = std::min(next_due_, trial.next);
   }
 }
 
-void Judge::look_at(Trial& trial, const DriveView& drive, SimTime now) {
+void Judge::sample_trial(Trial& trial, const DriveView& drive, SimTime now) {
   const Period& when = trial.expectation.when;
   const Range range = wanted(trial.expectation);
   const double value = read(trial.expectation, drive);
@@ -138,25 +138,25 @@ void Judge::look_at(Trial& trial, const DriveView& drive, SimTime now) {
   }
 }
 
-void Judge::hear_query(const TimedFrame& query, const Bus& bus) {
+void Judge::on_query(const TimedFrame& query, const Bus& bus) {
   if (!can_be_of_a_drive(query.frame) || query.frame.dlc == 0) return;
   const bool for_several = protocol::find_multi_drive(query.frame.id) != nullptr;
-  for (Speaker& speaker : speakers_) {
-    if (bus.multi_drive_mode(speaker.id) != for_several) continue;
+  for (ReplyingDrive& drive : drives_) {
+    if (bus.multi_drive_mode(drive.id) != for_several) continue;
     std::optional<std::uint8_t> command;
     if (query.frame.id ==
-        protocol::kSingleDriveId + static_cast<std::uint32_t>(bus.place(speaker.id).id)) {
+        protocol::kSingleDriveId + static_cast<std::uint32_t>(bus.bus_address(drive.id).id)) {
       command = query.frame.data[0];
     } else if (for_several) {
-      command = command_for(bus.place(speaker.id).id, query.frame, speaker.format);
+      command = command_for(bus.bus_address(drive.id).id, query.frame, drive.format);
     }
     if (!command) continue;
-    speaker.asked[*command] = query.at;
-    speaker.asked_as = bus.place(speaker.id).id;
+    drive.asked[*command] = query.at;
+    drive.asked_as = bus.bus_address(drive.id).id;
     for (Trial& trial : trials_) {
       const auto* answered = std::get_if<Answered>(&trial.expectation.what);
       const SimTime at = query.at - start_;
-      if (answered == nullptr || trial.expectation.id != speaker.id || trial.missed ||
+      if (answered == nullptr || trial.expectation.id != drive.id || trial.missed ||
           answered->command.value_or(*command) != *command || at < trial.expectation.when.from ||
           at > trial.expectation.when.to) {
         continue;
@@ -166,7 +166,7 @@ void Judge::hear_query(const TimedFrame& query, const Bus& bus) {
   }
 }
 
-void Judge::hear_answer(Trial& trial, const TimedFrame& reply) const {
+void Judge::on_answer(Trial& trial, const TimedFrame& reply) const {
   const auto waiting = trial.asked.find(reply.frame.data[0]);
   if (waiting == trial.asked.end()) return;
   const SimTime limit = waiting->second + std::get<Answered>(trial.expectation.what).within;
@@ -184,26 +184,26 @@ std::optional<SimTime> Judge::missed_by(const Trial& trial, SimTime now) {
   return missed;
 }
 
-void Judge::hear_reply(const TimedFrame& reply) {
+void Judge::on_reply(const TimedFrame& reply) {
   if (reply.echo || !can_be_of_a_drive(reply.frame)) return;
-  const auto speaker = reply.said_by != 0
-                           ? std::ranges::find(speakers_, reply.said_by, &Speaker::id)
-                           : std::ranges::find(speakers_, reply.frame.id, &Speaker::reply_id);
-  if (speaker == speakers_.end()) return;
-  const auto decoded = protocol::decode_reply(reply.frame, speaker->format);
+  const auto drive = reply.drive_id != 0
+                         ? std::ranges::find(drives_, reply.drive_id, &ReplyingDrive::id)
+                         : std::ranges::find(drives_, reply.frame.id, &ReplyingDrive::reply_id);
+  if (drive == drives_.end()) return;
+  const auto decoded = protocol::decode_reply(reply.frame, drive->format);
   const auto* readable = std::get_if<protocol::ReplyFrame>(&decoded);
   // A host does not accept a frame with another ID or length, or a damaged one, as its answer.
-  const bool answers = readable != nullptr && readable->id == speaker->asked_as;
+  const bool answers = readable != nullptr && readable->id == drive->asked_as;
   for (Trial& trial : trials_) {
     if (std::holds_alternative<Answered>(trial.expectation.what)) {
-      if (trial.expectation.id == speaker->id && answers) hear_answer(trial, reply);
+      if (trial.expectation.id == drive->id && answers) on_answer(trial, reply);
       continue;
     }
     const auto* replies = std::get_if<Replies>(&trial.expectation.what);
     const Period& when = trial.expectation.when;
     const SimTime at = reply.at - start_;
-    if (replies == nullptr || trial.expectation.id != speaker->id || at < when.from ||
-        at > when.to || !matches(*replies, *speaker, reply)) {
+    if (replies == nullptr || trial.expectation.id != drive->id || at < when.from || at > when.to ||
+        !matches(*replies, *drive, reply)) {
       continue;
     }
     if (trial.count++ == 0) trial.at = at;
@@ -212,20 +212,21 @@ void Judge::hear_reply(const TimedFrame& reply) {
   }
 }
 
-bool Judge::matches(const Replies& replies, const Speaker& speaker, const TimedFrame& reply) const {
+bool Judge::matches(const Replies& replies, const ReplyingDrive& drive,
+                    const TimedFrame& reply) const {
   const protocol::Frame& frame = reply.frame;
   if (replies.command && (frame.dlc == 0 || frame.data[0] != *replies.command)) return false;
   if (replies.age) {
-    const auto asked = frame.dlc > 0 ? speaker.asked[frame.data[0]] : std::nullopt;
+    const auto asked = frame.dlc > 0 ? drive.asked[frame.data[0]] : std::nullopt;
     if (!asked) return false;
     const std::chrono::duration<double, std::milli> age = reply.at - *asked;
     if (!replies.age->has(age.count())) return false;
   }
   if (!replies.error && replies.field.empty()) return true;
-  const auto decoded = protocol::decode_reply(frame, speaker.format);
+  const auto decoded = protocol::decode_reply(frame, drive.format);
   if (std::holds_alternative<protocol::Reject>(decoded)) return false;
   const auto quantity = [&](std::string_view word) {
-    return protocol::reply_quantity(word, frame.data, speaker.format);
+    return protocol::reply_quantity(word, frame.data, drive.format);
   };
   if (replies.error) {
     const auto errors = quantity("errors");
@@ -266,7 +267,7 @@ ExpectationResult Judge::result(const Trial& trial, SimTime now) const {
   result.status = trial.status;
   result.expected = expectation_text(expectation, interface_);
   result.measured = measured(trial);
-  result.says = expectation.says;
+  result.description = expectation.description;
   if (std::holds_alternative<Answered>(expectation.what)) {
     answer_result(missed_by(trial, now - start_), now - start_ >= expectation.when.to, result);
     if (result.status == Status::kPassed) result.decided_at = expectation.when.to;
@@ -335,7 +336,7 @@ ErrorWatch::ErrorWatch(const BusConfig& config, SimTime start) : start_(start), 
   for (const ServoConfig& servo : config.servos) drives_.push_back({servo.id});
 }
 
-void ErrorWatch::look(const Bus& bus) {
+void ErrorWatch::sample(const Bus& bus) {
   const SimTime now = bus.time();
   for (Watched& drive : drives_) {
     const model::ErrorBits set = bus.telemetry(drive.id).errors;

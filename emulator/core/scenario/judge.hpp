@@ -19,7 +19,7 @@ struct ExpectationResult {
   Status status = Status::kOpen;
   std::string expected;               // "vcan0 drive 1: speed_dps 90 to 110 at 2 s"
   std::string measured;               // "101.3", "0 at 1.25 s", "3 replies, the first at 0.5 s"
-  std::string says;                   // text from the scenario
+  std::string description;            // text from the scenario
   std::optional<SimTime> at;          // of the deciding event, since the scenario began
   std::optional<SimTime> decided_at;  // since the scenario began; absent while it is open
   // Distance from failing; absent if there is no measure. A signal: least distance from the nearest
@@ -28,7 +28,7 @@ struct ExpectationResult {
   std::optional<double> margin;
 };
 
-/// Judges the expectations for one bus. The owner of the bus stops it at `next_due`, calls `look`
+/// Judges the expectations for one bus. The owner of the bus stops it at `next_due`, calls `sample`
 /// there, and passes on all frames in order of time.
 class Judge {
  public:
@@ -41,12 +41,12 @@ class Judge {
 
   /// SimTime::max() if no sample is left.
   SimTime next_due() const { return next_due_; }
-  void look(const Bus& bus);
+  void sample(const Bus& bus);
   /// A host has sent this query to the drives of `bus`. Drives in multi-drive mode listen only to
   /// 0x280 and the like, others only to their own identifier.
-  void hear_query(const TimedFrame& query, const Bus& bus);
+  void on_query(const TimedFrame& query, const Bus& bus);
   /// A drive has sent this reply.
-  void hear_reply(const TimedFrame& reply);
+  void on_reply(const TimedFrame& reply);
 
   /// Results at the instant `now`, in the order of the scenario.
   std::vector<ExpectationResult> results(SimTime now) const;
@@ -66,7 +66,7 @@ class Judge {
     std::optional<SimTime> missed;  // earliest deadline without an answer
   };
   /// A drive that sends replies, and its wire format.
-  struct Speaker {
+  struct ReplyingDrive {
     int id = 1;
     std::uint32_t reply_id = 0;
     protocol::WireFormat format;
@@ -74,11 +74,11 @@ class Judge {
     int asked_as = 0;                                 // ID in the latest query
   };
 
-  void look_at(Trial& trial, const DriveView& drive, SimTime now);
-  void hear_answer(Trial& trial, const TimedFrame& reply) const;
+  void sample_trial(Trial& trial, const DriveView& drive, SimTime now);
+  void on_answer(Trial& trial, const TimedFrame& reply) const;
   /// Returns the earliest missed deadline so far.
   static std::optional<SimTime> missed_by(const Trial& trial, SimTime now);
-  bool matches(const Replies& replies, const Speaker& speaker, const TimedFrame& reply) const;
+  bool matches(const Replies& replies, const ReplyingDrive& drive, const TimedFrame& reply) const;
   ExpectationResult result(const Trial& trial, SimTime now) const;
   std::string measured(const Trial& trial) const;
   static std::optional<double> margin(const Trial& trial);
@@ -87,7 +87,7 @@ class Judge {
   SimTime start_;
   SimTime next_due_ = SimTime::max();
   std::vector<Trial> trials_;
-  std::vector<Speaker> speakers_;
+  std::vector<ReplyingDrive> drives_;
 };
 
 /// First time at which an error bit of a drive was set.
@@ -104,7 +104,7 @@ class ErrorWatch {
   ErrorWatch(const BusConfig& config, SimTime start);
 
   SimTime next_due() const { return next_due_; }
-  void look(const Bus& bus);
+  void sample(const Bus& bus);
   /// In the order of time; at equal times by drive, then by bit.
   const std::vector<FirstError>& firsts() const { return firsts_; }
 

@@ -2,7 +2,7 @@
 
 namespace lk::emulator {
 
-void Sampler::look(const Bus& bus, std::vector<double>& row) {
+void Sampler::sample(const Bus& bus, std::vector<double>& row) {
   row.clear();
   row.reserve(columns_.size());
   for (std::size_t n = 0; n < columns_.size();) {

@@ -16,7 +16,7 @@ struct SampledColumn {
 };
 
 /// Samples drives of a bus at a constant period of simulated time. The owner of the bus stops it at
-/// `next_due` and calls `look` there, so samples do not depend on the slicing.
+/// `next_due` and calls `sample` there, so values do not depend on the slicing.
 class Sampler {
  public:
   /// The first sample is at `start`. The drives must be on the bus; `period` > 0.
@@ -26,7 +26,7 @@ class Sampler {
   const std::vector<SampledColumn>& columns() const { return columns_; }
   SimTime next_due() const { return next_due_; }
   /// Writes the values at `bus.time()` to `row`, one per column. The next sample is a period later.
-  void look(const Bus& bus, std::vector<double>& row);
+  void sample(const Bus& bus, std::vector<double>& row);
 
  private:
   std::vector<SampledColumn> columns_;
@@ -34,9 +34,9 @@ class Sampler {
   SimTime next_due_;
 };
 
-/// Advances `bus` to `until`; stops at each watcher's `next_due()` for its `look(bus)`. Motors may
-/// lag after the last look (Bus::deliver_to). Returns false if the bus waits for shared motors:
-/// call again to continue.
+/// Advances `bus` to `until`; stops at each watcher's `next_due()` for its `sample(bus)`. Motors
+/// may lag after the last sample (Bus::deliver_to). Returns false if the bus waits for shared
+/// motors: call again to continue.
 template <class... Watchers>
 bool deliver_watched(Bus& bus, SimTime until, Watchers&... watchers) {
   for (;;) {
@@ -46,10 +46,10 @@ bool deliver_watched(Bus& bus, SimTime until, Watchers&... watchers) {
       return bus.deliver_to(until);
     }
     if (!bus.advance_to(due)) return false;
-    const auto look = [&](auto& watcher) {
-      if (watcher.next_due() <= due) watcher.look(bus);
+    const auto sample_due = [&](auto& watcher) {
+      if (watcher.next_due() <= due) watcher.sample(bus);
     };
-    (look(watchers), ...);
+    (sample_due(watchers), ...);
   }
 }
 

@@ -87,24 +87,24 @@ struct Expectation {
   int id = 1;
   std::variant<SignalWithin, ErrorIs, StateIs, Replies, Answered> what;
   Period when;
-  std::string says;  // a sentence for the report; may be empty
+  std::string description;  // a sentence for the report; may be empty
 };
 
 /// Mismatch between a drive of the scenario's robot and the robot that runs.
-struct ForeignDrive {
+struct DriveMismatch {
   std::string bus;
   int id = 1;
   std::string meant;    // motor in the scenario
   std::string running;  // motor with that ID in the robot that runs; empty: none
-  friend bool operator==(const ForeignDrive&, const ForeignDrive&) = default;
+  friend bool operator==(const DriveMismatch&, const DriveMismatch&) = default;
 };
 
 struct Scenario {
   std::string name;
   std::string about;
-  std::string robot_name;             // as in the file; may be empty for running buses
-  std::vector<ForeignDrive> foreign;  // for running buses, if the scenario's robot is readable
-  std::vector<BusConfig> robot;       // with all events
+  std::string robot_name;                 // as in the file; may be empty for running buses
+  std::vector<DriveMismatch> mismatches;  // for running buses, if the scenario's robot is readable
+  std::vector<BusConfig> robot;           // with all events
   SimTime duration{0};
   std::vector<HostSend> sends;
   std::vector<Expectation> expectations;

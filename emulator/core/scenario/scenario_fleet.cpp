@@ -12,31 +12,31 @@ ScenarioFleet::ScenarioFleet(std::vector<ScenarioRun> runs) : runs_(std::move(ru
   for (std::size_t run = 0; run < runs_.size(); ++run) {
     assert(runs_[run].time() == time());
     for (std::size_t bus = 0; bus < runs_[run].size(); ++bus) {
-      travellers_.push_back({run, bus, SimTime::max()});
+      progress_.push_back({run, bus, SimTime::max()});
       motors.push_back(&runs_[run].lines_[bus].bus.motors());
     }
   }
   motors_.emplace(motors);
 }
 
-void ScenarioFleet::go_on(Traveller& traveller, SimTime until) {
-  ScenarioRun& run = runs_[traveller.run];
+void ScenarioFleet::continue_bus(BusProgress& one, SimTime until) {
+  ScenarioRun& run = runs_[one.run];
   const bool due = run.coupling_ && run.coupling_->next_due() == until;
-  const bool there = due ? run.reach(traveller.bus, until) : run.advance(traveller.bus, until);
-  traveller.waits_for = there ? SimTime::max() : run.bus(traveller.bus).waits_for();
+  const bool there = due ? run.reach(one.bus, until) : run.advance(one.bus, until);
+  one.waits_for = there ? SimTime::max() : run.bus(one.bus).waits_for();
 }
 
 /// Motors advance together to the next instant at which a bus waits for its own. So they never pass
 /// a bus that waits.
-void ScenarioFleet::travel_to(SimTime until) {
-  for (Traveller& traveller : travellers_) go_on(traveller, until);
+void ScenarioFleet::advance_all(SimTime until) {
+  for (BusProgress& one : progress_) continue_bus(one, until);
   for (;;) {
-    const SimTime next = std::ranges::min(travellers_, {}, &Traveller::waits_for).waits_for;
+    const SimTime next = std::ranges::min(progress_, {}, &BusProgress::waits_for).waits_for;
     if (next == SimTime::max()) break;
     const bool edge = motors_->advance_to(next);
-    for (Traveller& traveller : travellers_) {
+    for (BusProgress& one : progress_) {
       // After a drive has died or started, its bus must react before motors continue.
-      if (traveller.waits_for == next || edge) go_on(traveller, until);
+      if (one.waits_for == next || edge) continue_bus(one, until);
     }
   }
 }
@@ -48,19 +48,19 @@ void ScenarioFleet::advance_to(SimTime until) {
   for (;;) {
     const SimTime next = due(*std::ranges::min_element(runs_, {}, due));
     if (next > until) break;
-    travel_to(next);
+    advance_all(next);
     for (ScenarioRun& run : runs_) {
       if (due(run) == next) run.exchange();
     }
   }
-  travel_to(until);
-  for (ScenarioRun& run : runs_) run.arrive(until);
+  advance_all(until);
+  for (ScenarioRun& run : runs_) run.merge_traffic(until);
 }
 
 void ScenarioFleet::receive(std::size_t n, std::size_t bus, const TimedFrame& in) {
   advance_to(std::max(in.at, time()));
-  runs_[n].put(bus, {time(), in.frame});
-  runs_[n].arrive(time());
+  runs_[n].send(bus, {time(), in.frame});
+  runs_[n].merge_traffic(time());
 }
 
 }  // namespace lk::emulator

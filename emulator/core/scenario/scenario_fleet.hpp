@@ -40,16 +40,16 @@ class ScenarioFleet {
 
  private:
   /// Progress of a bus of a run.
-  struct Traveller {
+  struct BusProgress {
     std::size_t run;
     std::size_t bus;
     SimTime waits_for;  // time that its motors must reach; SimTime::max(): it has arrived
   };
-  void travel_to(SimTime until);
-  void go_on(Traveller& traveller, SimTime until);
+  void advance_all(SimTime until);
+  void continue_bus(BusProgress& one, SimTime until);
 
   std::vector<ScenarioRun> runs_;
-  std::vector<Traveller> travellers_;
+  std::vector<BusProgress> progress_;
   std::optional<SharedMotors> motors_;
 };
 

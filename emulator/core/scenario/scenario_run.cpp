@@ -100,10 +100,10 @@ void ScenarioRun::advance_to(SimTime until) {
     exchange();
   }
   for (std::size_t n = 0; n < lines_.size(); ++n) advance(n, until);
-  arrive(until);
+  merge_traffic(until);
 }
 
-void ScenarioRun::arrive(SimTime until) {
+void ScenarioRun::merge_traffic(SimTime until) {
   time_ = std::max(time_, until);
   const std::size_t first = traffic_.size();
   for (Line& line : lines_) {
@@ -118,13 +118,13 @@ void ScenarioRun::arrive(SimTime until) {
 
 void ScenarioRun::receive(std::size_t index, const TimedFrame& in) {
   advance_to(std::max(in.at, time_));
-  put(index, {time_, in.frame});
-  arrive(time_);
+  send(index, {time_, in.frame});
+  merge_traffic(time_);
 }
 
-void ScenarioRun::put(std::size_t index, const TimedFrame& query) {
+void ScenarioRun::send(std::size_t index, const TimedFrame& query) {
   Line& line = lines_[index];
-  line.judge.hear_query(query, line.bus);
+  line.judge.on_query(query, line.bus);
   line.traffic.push_back({index, query, true});
   line.bus.receive(query);
 }
@@ -137,11 +137,11 @@ void ScenarioRun::exchange() { coupling_->exchange(buses()); }
 
 bool ScenarioRun::advance(std::size_t index, SimTime until) {
   Line& line = lines_[index];
-  const auto hear = [&] {
+  const auto take_replies = [&] {
     replies_.clear();
     line.bus.take_replies(replies_);
     for (const TimedFrame& reply : replies_) {
-      line.judge.hear_reply(reply);
+      line.judge.on_reply(reply);
       line.traffic.push_back({index, reply, false});
     }
   };
@@ -151,11 +151,11 @@ bool ScenarioRun::advance(std::size_t index, SimTime until) {
     // Such a bus advances when it receives, and must not wait there.
     const bool moves = line.bus.adapted() || line.bus.host_queue_full();
     if (moves && !line.bus.advance_to(due)) return false;
-    hear();
-    put(index, line.host.take());
+    take_replies();
+    send(index, line.host.take());
   }
   if (!advance_watched(line.bus, until, line.judge)) return false;
-  hear();
+  take_replies();
   return true;
 }
 

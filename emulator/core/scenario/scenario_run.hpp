@@ -93,7 +93,7 @@ class ScenarioRun {
   };
   /// Returns false if the bus waits for shared motors (Bus::advance_to).
   bool advance(std::size_t index, SimTime until);
-  void put(std::size_t index, const TimedFrame& query);
+  void send(std::size_t index, const TimedFrame& query);
   std::vector<Bus*> buses();
   /// Advances to an instant at which the body needs its drives (Coupling::next_due). Returns false
   /// if the bus has to wait before.
@@ -101,7 +101,7 @@ class ScenarioRun {
   /// Pre: all buses have reached Coupling::next_due.
   void exchange();
   /// Pre: all buses have reached `until`. Merges their traffic.
-  void arrive(SimTime until);
+  void merge_traffic(SimTime until);
 
   SimTime time_{0};
   std::vector<Line> lines_;

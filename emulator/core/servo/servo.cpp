@@ -67,28 +67,28 @@ Servo::Servo(const ServoConfig& config, const model::Telemetry& boot)
       rom_(config.rom),
       wear_(config.wear),
       angles_(config.profile, config.quirks) {
-  wake_up(boot);
+  start(boot);
 }
 
-void Servo::wake_up(const model::Telemetry& telemetry) {
+void Servo::start(const model::Telemetry& telemetry) {
   ++starts_;
   ram_ = rom_;
-  forget_what_faults_forget();
+  apply_startup_faults();
   angles_.set_offset(ram_.encoder_offset);
   start_multi_turn(telemetry, config_.quirks.boot_multi_turn);
-  misread_turns(telemetry);
+  apply_turn_faults(telemetry);
   run_state_ = RunState::kRunning;
   tripped_ = false;
   motion_ = {};
   brake_powered_ = false;
   hung_ = OffHangs::kNo;
-  place_ = drive_place(ram_, config_);
-  touched_.reset();
+  bus_address_ = drive_address(ram_, config_);
+  pending_parameters_.reset();
   saved_.reset();
-  moves_ = false;
+  address_change_pending_ = false;
   calibration_.reset();
   loses_next_ = false;
-  lose_next_after(LostAfter::kBoot);
+  arm_command_loss(LostAfter::kBoot);
 }
 
 void Servo::start_multi_turn(const model::Telemetry& telemetry, BootMultiTurn from) {
@@ -101,7 +101,7 @@ void Servo::start_multi_turn(const model::Telemetry& telemetry, BootMultiTurn fr
 }
 
 void Servo::power_cycle(const Lane& lane) {
-  wake_up(lane.telemetry());
+  start(lane.telemetry());
   configure(lane);
   lane.set_brake_coil(false);
   lane.restart();
@@ -140,7 +140,7 @@ void Servo::turn_off_after_trip(const model::Telemetry& telemetry) {
     motion_ = {};
   }
   if ((telemetry.errors & model::bit(model::Error::kLostInput)) != 0) {
-    lose_next_after(LostAfter::kLostInput);
+    arm_command_loss(LostAfter::kLostInput);
   }
 }
 
@@ -154,7 +154,7 @@ Reply Servo::on(const protocol::Off&, const Context& context) {
                                        ? quirks.boot_multi_turn
                                        : BootMultiTurn::kSingleTurn);
   context.lane.command(model::Off{});
-  lose_next_after(LostAfter::kOff);
+  arm_command_loss(LostAfter::kOff);
   hung_ = std::max({hung_, quirks.off_hangs, faults_.off_hangs});
   return echo(context);
 }
@@ -209,7 +209,7 @@ Reply Servo::on(const protocol::ReadState1&, const Context& context) const {
 
 Reply Servo::on(const protocol::ClearErrors&, const Context& context) {
   context.lane.clear_errors();
-  lose_next_after(LostAfter::kClear);
+  arm_command_loss(LostAfter::kClear);
   const model::Telemetry after = context.lane.telemetry();
   if (!clear_reply_before()) return state_1(protocol::ClearErrors::kOpcode, after);
   shown_faults_.clear_reply_before |= context.before.errors != after.errors;

@@ -49,21 +49,21 @@ class Servo {
   /// Configured ID, which may differ from the address.
   int id() const { return config_.id; }
   /// Address in force: ID, bus and bit rates.
-  const DrivePlace& place() const { return place_; }
+  const DriveAddress& bus_address() const { return bus_address_; }
   /// The address in ROM differs from the one in force.
-  bool moves_at_start() const {
+  bool address_changes_at_restart() const {
     return rom_.driver_id != ram_.driver_id || rom_.bus_type != ram_.bus_type ||
            rom_.serial_rate != ram_.serial_rate || rom_.can_rate != ram_.can_rate;
   }
-  int address() const { return place_.id; }
-  bool on_its_bus() const { return is_on_its_bus(place_, config_); }
-  bool at_its_rate() const { return is_at_its_rate(place_, config_); }
+  int address() const { return bus_address_.id; }
+  bool on_its_bus() const { return is_on_its_bus(bus_address_, config_); }
+  bool at_its_rate() const { return is_at_its_rate(bus_address_, config_); }
   /// ROM contents after 0x44 has saved the pending settings.
   Registers pending() const;
   /// Value that 0x40 returns for this setting.
   protocol::StoredSetting shown_setting(const protocol::StoredSetting& which) const;
   /// Some settings wait for 0x44.
-  bool has_pending() const { return touched_.any(); }
+  bool has_pending() const { return pending_parameters_.any(); }
   const ServoConfig& config() const { return config_; }
   SimTime reply_time() const { return config_.reply_time; }
   /// Answers multi-drive commands only.
@@ -108,11 +108,11 @@ class Servo {
   bool take_restart() { return std::exchange(restarts_, false); }
   /// Applies an address change that takes effect without a restart, after the reply to the query.
   /// Returns false if there is none.
-  bool take_move();
+  bool take_address_change();
   /// 0x18 turns the shaft, and its reply is pending.
   bool calibrating() const { return calibration_.has_value(); }
   /// Executes and answers no command now: it calibrates, and calibrate_busy is kSilent.
-  bool deaf_while_calibrating() const {
+  bool ignores_queries() const {
     return calibrating() && config_.quirks.calibrate_busy == CalibrateBusy::kSilent;
   }
   /// Ends the first half of 0x18. Returns true if the second half begins.
@@ -132,9 +132,9 @@ class Servo {
   /// It obeys commands, but sends nothing until it restarts.
   bool is_mute() const { return hung_ != OffHangs::kNo; }
   /// It holds the RS-485 line, so that other drives receive nothing either.
-  bool keeps_line() const { return hung_ == OffHangs::kBus; }
+  bool holds_line() const { return hung_ == OffHangs::kBus; }
   /// Records that holding the line affected a frame for other drives.
-  void show_kept_line() { shown_faults_.hangs_after_off |= faults_.hangs_after_off; }
+  void record_line_hold() { shown_faults_.hangs_after_off |= faults_.hangs_after_off; }
   /// Counters: a frame with an unknown command byte; a single-drive frame in multi-drive mode.
   void count_unknown_command() { ++stats_.unknown_commands; }
   void count_wrong_mode() { ++stats_.wrong_mode; }
@@ -148,7 +148,7 @@ class Servo {
   /// Sets the active faults of firmware and memory.
   void set_faults(const FirmwareFaults& faults) { faults_ = faults; }
   /// Returns the faults that have had an effect since the last call.
-  FirmwareFaults take_shown_faults() { return std::exchange(shown_faults_, {}); }
+  FirmwareFaults take_effective_faults() { return std::exchange(shown_faults_, {}); }
   /// Sets a parameter in ROM to its factory value and counts a ROM write. Returns false if it has
   /// that value already.
   bool damage_rom(RomParameter parameter);
@@ -193,7 +193,7 @@ class Servo {
   protocol::Reply on(const protocol::WriteStoredSetting& command, const Context& context);
   protocol::Reply on(const protocol::SaveSettings& command, const Context& context);
   /// Lets the address in `pending()` take effect after the reply.
-  void move();
+  void schedule_address_change();
   double lead_speed() const;
   protocol::Reply on(const protocol::Off&, const Context& context);
   protocol::Reply on(const protocol::Stop&, const Context& context);
@@ -246,12 +246,12 @@ class Servo {
   void take_over_ram(const Lane& lane);
 
   void turn_off_after_trip(const model::Telemetry& telemetry);
-  void wake_up(const model::Telemetry& telemetry);
+  void start(const model::Telemetry& telemetry);
   void start_multi_turn(const model::Telemetry& telemetry, BootMultiTurn from);
-  void forget_what_faults_forget();
+  void apply_startup_faults();
   /// Applies faults to the multi-turn angle after a start.
-  void misread_turns(const model::Telemetry& telemetry);
-  void lose_next_after(LostAfter what);
+  void apply_turn_faults(const model::Telemetry& telemetry);
+  void arm_command_loss(LostAfter what);
   /// Index of this drive in multi-drive commands; nullopt above ID 4.
   std::optional<std::size_t> slot() const;
   /// Passes the registers to loops and protections.
@@ -260,7 +260,7 @@ class Servo {
   double within_max_speed(double speed_dps) const;
   std::int64_t within_max_angle(std::int64_t target_cdeg) const;
   /// Reapplies the limits to the command in force.
-  void limit_anew(const Lane& lane);
+  void reapply_limits(const Lane& lane);
   Motion to_position(const CommandedPosition& position, double max_speed_dps) const;
   Motion to_multi_turn(std::int64_t target_cdeg, double max_speed_dps) const;
   std::optional<Motion> to_single_turn(const protocol::Position3& request, double max_speed_dps,
@@ -303,12 +303,12 @@ class Servo {
   std::int32_t left_in_buffer_cdeg_ = 0x0100'0000;
   std::uint32_t starts_ = 0;
   OffHangs hung_ = OffHangs::kNo;
-  bool loses_next_ = false;  // the next motion command is lost
-  DrivePlace place_;         // in force
-  Registers pending_;        // parameters in touched_ wait here for 0x44
-  std::bitset<kRomParameters> touched_;
-  std::bitset<kRomParameters> saved_;  // last written by 0x44, with the values of pending_
-  bool moves_ = false;                 // to the address in `pending()`, after the reply
+  bool loses_next_ = false;   // the next motion command is lost
+  DriveAddress bus_address_;  // in force
+  Registers pending_;         // parameters in pending_parameters_ wait here for 0x44
+  std::bitset<kRomParameters> pending_parameters_;
+  std::bitset<kRomParameters> saved_;    // last written by 0x44, with the values of pending_
+  bool address_change_pending_ = false;  // to the address in `pending()`, after the reply
   bool restarts_ = false;
   std::optional<Calibration> calibration_;
   FirmwareFaults faults_;

@@ -78,7 +78,7 @@ void flip(RomParameter parameter, std::uint64_t random, const protocol::Dialect&
 
 }  // namespace
 
-void Servo::forget_what_faults_forget() {
+void Servo::apply_startup_faults() {
   if (faults_.forgets_broadcast && ram_.broadcast_mode) {
     ram_.broadcast_mode = false;
     shown_faults_.forgets_broadcast = true;
@@ -96,7 +96,7 @@ void Servo::forget_what_faults_forget() {
   }
 }
 
-void Servo::misread_turns(const model::Telemetry& telemetry) {
+void Servo::apply_turn_faults(const model::Telemetry& telemetry) {
   const std::int64_t position = angles_.position(telemetry);
   const std::int64_t right_cdeg = angles_.multi_turn_cdeg(position);
   if (faults_.multi_turn_zero_at_boot) {
@@ -109,7 +109,7 @@ void Servo::misread_turns(const model::Telemetry& telemetry) {
   }
 }
 
-void Servo::lose_next_after(LostAfter what) {
+void Servo::arm_command_loss(LostAfter what) {
   loses_next_ = loses_next_ || (faults_.first_command_lost && faults_.lost_after == what);
 }
 
@@ -129,7 +129,7 @@ bool Servo::flip_ram(RomParameter parameter, std::uint64_t random, const Lane& l
     motion_.single_turn.reset();  // the target is now another position
   }
   configure(lane);
-  limit_anew(lane);
+  reapply_limits(lane);
   return !(ram_ == before);
 }
 

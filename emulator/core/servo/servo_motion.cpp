@@ -108,7 +108,7 @@ std::int64_t Servo::within_max_angle(std::int64_t target_cdeg) const {
   return std::clamp(target_cdeg, -limit_cdeg, limit_cdeg);
 }
 
-void Servo::limit_anew(const Lane& lane) {
+void Servo::reapply_limits(const Lane& lane) {
   turn_off_after_trip(lane.telemetry());  // a trip since the last query
   if (motion_.speed_dps) {
     std::get<model::Speed>(motion_.setpoint).omega =

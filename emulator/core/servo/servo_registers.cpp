@@ -96,14 +96,14 @@ void Servo::write_setting(RomParameter parameter, const Registers& value, const 
   copy_parameter(parameter, value, wanted);
   write_rom({&parameter, 1}, wanted);
   copy_parameter(parameter, value, ram_);
-  place_ = drive_place(ram_, config_);
-  touched_.reset(static_cast<std::size_t>(parameter));
+  bus_address_ = drive_address(ram_, config_);
+  pending_parameters_.reset(static_cast<std::size_t>(parameter));
   if (parameter == RomParameter::kEncoderOffset) {
     angles_.set_offset(ram_.encoder_offset);
     motion_.single_turn.reset();  // the target is now another position
   }
   configure(lane);
-  limit_anew(lane);
+  reapply_limits(lane);
 }
 
 /// Worn cells keep their contents. Only 0x44 reports this; other commands do not check.
@@ -138,7 +138,7 @@ Reply Servo::on(const protocol::WriteParameter& command, const Context& context)
   configure(context.lane);
   if (command.parameter.id == protocol::ParameterId::kMaxSpeed ||
       command.parameter.id == protocol::ParameterId::kMaxAngle) {
-    limit_anew(context.lane);
+    reapply_limits(context.lane);
   }
   const bool serial = format_.dialect.framing == protocol::Framing::kSerial;
   if (serial || format_.dialect.parameter_ranges) {  // it shows the value in force

@@ -123,7 +123,7 @@ Reply Servo::on(const protocol::WriteSettingToRom& command, const Context& conte
 
 void Servo::take_over_ram(const Lane& lane) {
   configure(lane);
-  limit_anew(lane);
+  reapply_limits(lane);
 }
 
 // --- angles ---

@@ -42,7 +42,7 @@ bool is_within_ranges(const protocol::Query& query, const protocol::WireFormat& 
 Registers Servo::pending() const {
   Registers all = rom_;
   for (std::size_t p = 0; p < kRomParameters; ++p) {
-    if (touched_[p]) copy_parameter(static_cast<RomParameter>(p), pending_, all);
+    if (pending_parameters_[p]) copy_parameter(static_cast<RomParameter>(p), pending_, all);
   }
   return all;
 }
@@ -61,23 +61,24 @@ Reply Servo::on(const protocol::WriteStoredSetting& command, const Context& cont
   if (as_read || is_within_ranges(context.query, format_)) {
     pending_ = pending();
     set_stored(pending_, command.setting, config_, format_);
-    touched_.set(static_cast<std::size_t>(rom_parameter_of(command.setting.id(), format_.series)));
-    if (config_.quirks.id_change == IdChange::kWrite) move();
+    pending_parameters_.set(
+        static_cast<std::size_t>(rom_parameter_of(command.setting.id(), format_.series)));
+    if (config_.quirks.id_change == IdChange::kWrite) schedule_address_change();
   }
   return protocol::StoredSettingValue{get_stored(pending(), command.setting, config_, format_),
                                       protocol::WriteStoredSetting::kOpcode};
 }
 
 Reply Servo::on(const protocol::SaveSettings& command, const Context&) {
-  if (touched_.none()) return protocol::SettingsSaved{command.table, true};
+  if (pending_parameters_.none()) return protocol::SettingsSaved{command.table, true};
   std::vector<RomParameter> written;
   for (std::size_t p = 0; p < kRomParameters; ++p) {
-    if (touched_[p]) written.push_back(static_cast<RomParameter>(p));
+    if (pending_parameters_[p]) written.push_back(static_cast<RomParameter>(p));
   }
   const bool saved = write_rom(written, pending());
   if (saved) {
-    saved_ = std::exchange(touched_, {});
-    if (config_.quirks.id_change == IdChange::kSave) move();
+    saved_ = std::exchange(pending_parameters_, {});
+    if (config_.quirks.id_change == IdChange::kSave) schedule_address_change();
   }
   return protocol::SettingsSaved{command.table, saved};
 }
@@ -89,27 +90,27 @@ void Servo::restore_rom(const Registers& rom, const RomWear& wear) {
   for (std::size_t p = 0; p < kRomParameters; ++p) {
     Registers with = rom;
     copy_parameter(static_cast<RomParameter>(p), pending_, with);
-    if (saved_[p] && with != rom) touched_.set(p);
+    if (saved_[p] && with != rom) pending_parameters_.set(p);
   }
   saved_.reset();
 }
 
-void Servo::move() {
-  moves_ = true;
-  // For kOld the reply leaves first: Bus::answer calls take_move() after it.
+void Servo::schedule_address_change() {
+  address_change_pending_ = true;
+  // For kOld the reply leaves first: Bus::answer calls take_address_change() after it.
   if (config_.quirks.id_change_reply == IdChangeReply::kNew) {
-    place_ = drive_place(pending(), config_);
+    bus_address_ = drive_address(pending(), config_);
   }
 }
 
-bool Servo::take_move() {
-  if (!std::exchange(moves_, false)) return false;
+bool Servo::take_address_change() {
+  if (!std::exchange(address_change_pending_, false)) return false;
   const Registers next = pending();
   for (const auto parameter : {RomParameter::kDriverId, RomParameter::kBusType,
                                RomParameter::kSerialRate, RomParameter::kCanRate}) {
     copy_parameter(parameter, next, ram_);
   }
-  place_ = drive_place(ram_, config_);
+  bus_address_ = drive_address(ram_, config_);
   return true;
 }
 
@@ -118,7 +119,7 @@ void Servo::change_id(int id) {
   ++wear_[static_cast<std::size_t>(RomParameter::kDriverId)];
   ++stats_.rom_writes;
   ram_.driver_id = rom_.driver_id;
-  place_ = drive_place(ram_, config_);
+  bus_address_ = drive_address(ram_, config_);
 }
 
 Reply Servo::on(const protocol::Restart&, const Context&) {

@@ -54,37 +54,37 @@ BusType wired_to(const ServoConfig& config) {
 
 }  // namespace
 
-DrivePlace drive_place(const Registers& registers, const ServoConfig& config) {
+DriveAddress drive_address(const Registers& registers, const ServoConfig& config) {
   const bool serial = wired_to(config) == BusType::kSerial;
   const auto or_wired = [](std::uint8_t setting, std::uint8_t wired) {
     return setting == kAsWired ? wired : setting;
   };
-  DrivePlace place;
-  place.id = or_wired(registers.driver_id, static_cast<std::uint8_t>(config.id));
-  if (place.id == 0) place.id = config.dip_id != 0 ? config.dip_id : config.id;
-  place.bus = static_cast<BusType>(
+  DriveAddress address;
+  address.id = or_wired(registers.driver_id, static_cast<std::uint8_t>(config.id));
+  if (address.id == 0) address.id = config.dip_id != 0 ? config.dip_id : config.id;
+  address.bus = static_cast<BusType>(
       or_wired(registers.bus_type, static_cast<std::uint8_t>(wired_to(config))));
   const std::uint8_t of_serial = serial ? config.rate_code : kAsWired;
   const std::uint8_t of_can = serial ? kAsWired : config.rate_code;
-  place.serial_rate = or_wired(registers.serial_rate, or_wired(of_serial, kSerial115200));
-  place.can_rate = or_wired(registers.can_rate, or_wired(of_can, kCanOneMbit));
-  return place;
+  address.serial_rate = or_wired(registers.serial_rate, or_wired(of_serial, kSerial115200));
+  address.can_rate = or_wired(registers.can_rate, or_wired(of_can, kCanOneMbit));
+  return address;
 }
 
-bool is_on_its_bus(const DrivePlace& place, const ServoConfig& config) {
-  return place.bus == wired_to(config);
+bool is_on_its_bus(const DriveAddress& address, const ServoConfig& config) {
+  return address.bus == wired_to(config);
 }
 
-bool is_at_its_rate(const DrivePlace& place, const ServoConfig& config) {
+bool is_at_its_rate(const DriveAddress& address, const ServoConfig& config) {
   const bool serial = wired_to(config) == BusType::kSerial;
   if (config.rate_code == kAsWired) return true;
-  return (serial ? place.serial_rate : place.can_rate) == config.rate_code;
+  return (serial ? address.serial_rate : address.can_rate) == config.rate_code;
 }
 
-std::vector<int> sharing_drives(const BusConfig& bus, int id, const PlaceOf& place_of) {
+std::vector<int> sharing_drives(const BusConfig& bus, int id, const AddressOf& address_of) {
   const auto answers_at = [&](const ServoConfig& servo) {
-    const DrivePlace place = place_of(servo);
-    return is_on_its_bus(place, servo) && is_at_its_rate(place, servo) ? place.id : 0;
+    const DriveAddress address = address_of(servo);
+    return is_on_its_bus(address, servo) && is_at_its_rate(address, servo) ? address.id : 0;
   };
   const auto own = std::ranges::find(bus.servos, id, &ServoConfig::id);
   std::vector<int> others;
@@ -108,10 +108,10 @@ protocol::StoredSetting get_stored(const Registers& registers, const protocol::S
   }
   setting.number = registers.*row.place;
   if (setting.number == kAsWired) {
-    const DrivePlace place = drive_place(registers, config);
+    const DriveAddress address = drive_address(registers, config);
     // Ordered as the first rows.
-    const std::int32_t wired[] = {place.id, static_cast<std::int32_t>(place.bus), place.serial_rate,
-                                  place.can_rate};
+    const std::int32_t wired[] = {address.id, static_cast<std::int32_t>(address.bus),
+                                  address.serial_rate, address.can_rate};
     setting.number = wired[&row - std::begin(kSettingRows)];
   }
   return setting;

@@ -12,26 +12,26 @@
 namespace lk::emulator {
 
 /// Address of a drive: ID, bus and bit rates.
-struct DrivePlace {
+struct DriveAddress {
   int id = 0;  // 1..32
   protocol::BusType bus = protocol::BusType::kCan;
   std::uint8_t serial_rate = 0;  // codes
   std::uint8_t can_rate = 0;
 
-  friend bool operator==(const DrivePlace&, const DrivePlace&) = default;
+  friend bool operator==(const DriveAddress&, const DriveAddress&) = default;
 };
 
 /// Returns the address in the registers; the wiring replaces entries that are kAsWired.
-DrivePlace drive_place(const Registers& registers, const ServoConfig& config);
+DriveAddress drive_address(const Registers& registers, const ServoConfig& config);
 
 /// The drive is set to the bus that it is wired to; it is set to the rate of that bus.
-bool is_on_its_bus(const DrivePlace& place, const ServoConfig& config);
-bool is_at_its_rate(const DrivePlace& place, const ServoConfig& config);
+bool is_on_its_bus(const DriveAddress& address, const ServoConfig& config);
+bool is_at_its_rate(const DriveAddress& address, const ServoConfig& config);
 
-/// Returns the configured IDs of the other drives at the address of drive `id`. `place_of` returns
-/// the address of a drive.
-using PlaceOf = std::function<DrivePlace(const ServoConfig&)>;
-std::vector<int> sharing_drives(const BusConfig& bus, int id, const PlaceOf& place_of);
+/// Returns the configured IDs of the other drives at the address of drive `id`. `address_of`
+/// returns the address of a drive.
+using AddressOf = std::function<DriveAddress(const ServoConfig&)>;
+std::vector<int> sharing_drives(const BusConfig& bus, int id, const AddressOf& address_of);
 
 /// Returns a setting from the registers. Pre: the setting exists.
 protocol::StoredSetting get_stored(const Registers& registers, const protocol::StoredSetting& which,

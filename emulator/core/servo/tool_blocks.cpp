@@ -124,7 +124,7 @@ Block settings_block(const ServoConfig& config, const Registers& ram,
   Payload& data = block.data;
   data[0] = static_cast<std::uint8_t>(config.id);
   data[kBus] = kOnSerial;
-  data[kSerialRate] = drive_place(Registers{}, config).serial_rate;
+  data[kSerialRate] = drive_address(Registers{}, config).serial_rate;
   data[kCanRate] = kCan1M;
   data[kBroadcastMode] = static_cast<std::uint8_t>(ram.broadcast_mode);
   data[kSpin] = is_reversed(config);

@@ -32,7 +32,7 @@ std::uint8_t reached(int before, int now, std::uint8_t warning, std::uint8_t pas
 
 }  // namespace
 
-protocol::Frame report_error(HostLink& host, bool sending) {
+protocol::Frame report_error(HostErrorCounters& host, bool sending) {
   protocol::Frame frame;
   frame.kind = protocol::FrameKind::kError;
   frame.id = kClassProtocol | kClassBusError | kClassCounters;
@@ -64,7 +64,7 @@ protocol::Frame report_overrun() {
   return frame;
 }
 
-void count_success(HostLink& host, bool sending) {
+void count_success(HostErrorCounters& host, bool sending) {
   if (sending) {
     host.transmit_errors = std::max(host.transmit_errors - 1, 0);
   } else if (host.receive_errors >= kErrorPassive) {

@@ -17,7 +17,7 @@ inline constexpr int kBusOff = 256;        // it leaves the bus
 inline constexpr int kFlagsToPassive = kErrorPassive / kErrorStep;
 
 /// CAN controller of the hosts' adapter.
-struct HostLink {
+struct HostErrorCounters {
   int transmit_errors = 0;
   int receive_errors = 0;
 };
@@ -25,10 +25,10 @@ struct HostLink {
 /// Returns the error frame of the hosts' adapter for a destroyed frame, as SocketCAN defines it
 /// (linux/can/error.h): bus error, counters, and their states. `sending`: the frame was a host's. A
 /// drive's controller state is not on the wire: a host sees bus errors, then silence.
-protocol::Frame report_error(HostLink& host, bool sending);
+protocol::Frame report_error(HostErrorCounters& host, bool sending);
 /// Returns the error frame for an overflow of the host's receive queue.
 protocol::Frame report_overrun();
 /// Updates the counters for a frame that got through.
-void count_success(HostLink& host, bool sending);
+void count_success(HostErrorCounters& host, bool sending);
 
 }  // namespace lk::emulator

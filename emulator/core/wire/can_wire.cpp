@@ -45,7 +45,7 @@ void CanWire::send_from_host(SimTime at, const protocol::Frame& frame, std::uint
   last = waiting(at, frame);
   last.owner = sender;
   ++host_count_;
-  decide_turn();
+  update_next();
 }
 
 std::size_t CanWire::host_frames_ready(SimTime now) const {
@@ -77,12 +77,12 @@ void CanWire::send_from_drive(SimTime at, const protocol::Frame& frame,
   drives_.back().after_rom_write = after_rom_write;
   drives_.back().owner = owner;
   drives_.back().blocked = blocked;
-  decide_turn();
+  update_next();
 }
 
 std::size_t CanWire::block(std::uint32_t owner, SimTime now) {
   const Waiting* const begun =
-      turn_ && turn_->drive && turn_->start < now ? &drives_[*turn_->drive] : nullptr;
+      next_ && next_->drive && next_->start < now ? &drives_[*next_->drive] : nullptr;
   std::size_t count = 0;
   for (Waiting& reply : drives_) {
     if (reply.owner == owner && &reply != begun) {
@@ -90,7 +90,7 @@ std::size_t CanWire::block(std::uint32_t owner, SimTime now) {
       ++count;
     }
   }
-  decide_turn();
+  update_next();
   return count;
 }
 
@@ -101,21 +101,21 @@ void CanWire::release(std::uint32_t owner, SimTime now) {
       reply.at = std::max(reply.at, now);
     }
   }
-  decide_turn();
+  update_next();
 }
 
-std::size_t CanWire::forget_replies(std::uint32_t owner, SimTime now) {
-  if (turn_ && turn_->drive && turn_->start <= now && sender(*turn_).owner == owner) {
-    free_at_ = turn_->start + sender(*turn_).occupancy;
-    busy_ += sender(*turn_).occupancy;
+std::size_t CanWire::drop_replies(std::uint32_t owner, SimTime now) {
+  if (next_ && next_->drive && next_->start <= now && sender(*next_).owner == owner) {
+    free_at_ = next_->start + sender(*next_).occupancy;
+    busy_ += sender(*next_).occupancy;
   }
   const std::size_t count =
       std::erase_if(drives_, [owner](const Waiting& reply) { return reply.owner == owner; });
-  decide_turn();
+  update_next();
   return count;
 }
 
-std::optional<CanWire::Turn> CanWire::next_turn() const {
+std::optional<CanWire::Transmission> CanWire::next_transmission() const {
   std::optional<SimTime> first;
   if (host_count_ > 0) {
     first = host_ready();
@@ -130,35 +130,37 @@ std::optional<CanWire::Turn> CanWire::next_turn() const {
     return std::nullopt;
   }
   // All that wait when the wire becomes free start together; the lowest arbitration field wins.
-  Turn turn{.start = std::max(*first, free_at_), .end = SimTime{0}, .drive = std::nullopt};
+  Transmission transmission{
+      .start = std::max(*first, free_at_), .end = SimTime{0}, .drive = std::nullopt};
   const Waiting* winner = nullptr;
   for (std::size_t k = 0; k < drives_.size(); ++k) {
     const Waiting& reply = drives_[k];
-    if (!reply.blocked && reply.at <= turn.start &&
+    if (!reply.blocked && reply.at <= transmission.start &&
         (winner == nullptr || reply.priority < winner->priority)) {
       winner = &reply;
-      turn.drive = k;
+      transmission.drive = k;
     }
   }
   // Query and reply of a drive share the identifier, so both may start, and neither backs off. On a
   // real wire both then have a bit error and retry; here the reply goes first.
   if (host_count_ > 0) {
     const Waiting& head = hosts_[host_head_];
-    if (host_ready() <= turn.start && (winner == nullptr || head.priority < winner->priority)) {
-      turn.drive.reset();
+    if (host_ready() <= transmission.start &&
+        (winner == nullptr || head.priority < winner->priority)) {
+      transmission.drive.reset();
     }
   }
-  turn.end = turn.start + sender(turn).length;
-  return turn;
+  transmission.end = transmission.start + sender(transmission).length;
+  return transmission;
 }
 
-const CanWire::Waiting& CanWire::sender(const Turn& turn) const {
-  return turn.drive ? drives_[*turn.drive] : hosts_[host_head_];
+const CanWire::Waiting& CanWire::sender(const Transmission& transmission) const {
+  return transmission.drive ? drives_[*transmission.drive] : hosts_[host_head_];
 }
 
-void CanWire::remove(const Turn& turn) {
-  if (turn.drive) {
-    drives_.erase(drives_.begin() + static_cast<std::ptrdiff_t>(*turn.drive));
+void CanWire::remove(const Transmission& transmission) {
+  if (transmission.drive) {
+    drives_.erase(drives_.begin() + static_cast<std::ptrdiff_t>(*transmission.drive));
   } else {
     host_head_ = (host_head_ + 1) % kHostQueue;
     --host_count_;
@@ -166,28 +168,28 @@ void CanWire::remove(const Turn& turn) {
 }
 
 std::optional<CanWire::Delivery> CanWire::deliver(SimTime until) {
-  if (!turn_ || turn_->end > until) {
+  if (!next_ || next_->end > until) {
     return std::nullopt;
   }
-  const Turn turn = *turn_;
-  const Waiting& frame = sender(turn);
+  const Transmission transmission = *next_;
+  const Waiting& frame = sender(transmission);
   std::optional<Delivery> delivery(std::in_place);  // avoids a second copy of the frame
-  delivery->at = turn.end;
+  delivery->at = transmission.end;
   delivery->frame = protocol::Frame(frame.frame);
-  delivery->from_host = !turn.drive;
+  delivery->from_host = !transmission.drive;
   delivery->after_rom_write = frame.after_rom_write;
   delivery->owner = frame.owner;
-  free_at_ = turn.start + frame.occupancy;
+  free_at_ = transmission.start + frame.occupancy;
   busy_ += frame.occupancy;
-  remove(turn);
-  decide_turn();
+  remove(transmission);
+  update_next();
   return delivery;
 }
 
 CanWire::Candidate CanWire::next() const {
-  assert(turn_);
-  const Waiting& frame = sender(*turn_);
-  return {protocol::Frame(frame.frame), !turn_->drive, frame.owner};
+  assert(next_);
+  const Waiting& frame = sender(*next_);
+  return {protocol::Frame(frame.frame), !next_->drive, frame.owner};
 }
 
 SimTime CanWire::bits(int count) const {
@@ -195,29 +197,29 @@ SimTime CanWire::bits(int count) const {
 }
 
 /// Occupies the wire with the frame up to its error flags, the delimiter, and the intermission.
-void CanWire::break_off(const Turn& turn) {
+void CanWire::break_off(const Transmission& transmission) {
   const SimTime occupancy =
-      sender(turn).length + bits(kErrorDelimiterBits + protocol::kInterframeBits);
-  free_at_ = turn.start + occupancy;
+      sender(transmission).length + bits(kErrorDelimiterBits + protocol::kInterframeBits);
+  free_at_ = transmission.start + occupancy;
   busy_ += occupancy;
 }
 
 void CanWire::destroy(int pause_bits) {
-  assert(turn_);
-  break_off(*turn_);
-  Waiting& frame = turn_->drive ? drives_[*turn_->drive] : hosts_[host_head_];
+  assert(next_);
+  break_off(*next_);
+  Waiting& frame = next_->drive ? drives_[*next_->drive] : hosts_[host_head_];
   frame.at = free_at_ + bits(pause_bits);
-  decide_turn();
+  update_next();
 }
 
 void CanWire::destroy_for_good(int pause_bits) {
-  assert(turn_);
-  break_off(*turn_);
-  remove(*turn_);
-  if (!turn_->drive) {
+  assert(next_);
+  break_off(*next_);
+  remove(*next_);
+  if (!next_->drive) {
     hosts_from_ = free_at_ + bits(pause_bits);
   }
-  decide_turn();
+  update_next();
 }
 
 }  // namespace lk::emulator

@@ -72,17 +72,17 @@ class CanWire {
 
   /// Start of the next frame if it is a drive's; its end is `next_due`.
   std::optional<SimTime> next_reply_start() const {
-    return turn_ && turn_->drive ? std::optional(turn_->start) : std::nullopt;
+    return next_ && next_->drive ? std::optional(next_->start) : std::nullopt;
   }
   /// More than one frame is pending or on the wire.
   bool several_wait() const { return host_count_ + drives_.size() > 1; }
   /// Drops the frames of a drive that lost its power. Returns their number. A frame that began by
   /// `now` is void, but occupies the wire to its end.
-  std::size_t forget_replies(std::uint32_t owner, SimTime now);
+  std::size_t drop_replies(std::uint32_t owner, SimTime now);
 
   /// End of the next frame, if no other is sent; nullopt if none is pending.
   std::optional<SimTime> next_due() const {
-    return turn_ ? std::optional(turn_->end) : std::nullopt;
+    return next_ ? std::optional(next_->end) : std::nullopt;
   }
   /// Removes and returns the next frame if its last bit is on the wire by `until`. The winner is
   /// not fixed earlier: a frame that is sent in time for the arbitration takes part.
@@ -123,19 +123,19 @@ class CanWire {
     SimTime occupancy{0};        // plus the inter-frame space
   };
   /// Next sender, with start and end of its frame.
-  struct Turn {
+  struct Transmission {
     SimTime start;
     SimTime end;
     std::optional<std::size_t> drive;  // index in drives_; none: the head of the hosts' queue
   };
 
   Waiting waiting(SimTime at, const protocol::Frame& frame) const;
-  std::optional<Turn> next_turn() const;
+  std::optional<Transmission> next_transmission() const;
   /// Call after each change of the pending frames.
-  void decide_turn() { turn_ = next_turn(); }
-  const Waiting& sender(const Turn& turn) const;
-  void remove(const Turn& turn);
-  void break_off(const Turn& turn);
+  void update_next() { next_ = next_transmission(); }
+  const Waiting& sender(const Transmission& transmission) const;
+  void remove(const Transmission& transmission);
+  void break_off(const Transmission& transmission);
   SimTime host_ready() const { return std::max(hosts_[host_head_].at, hosts_from_); }
 
   std::int64_t bitrate_;
@@ -145,8 +145,8 @@ class CanWire {
   std::vector<Waiting> hosts_;  // ring buffer
   std::size_t host_head_ = 0;
   std::size_t host_count_ = 0;
-  std::vector<Waiting> drives_;  // in the order of sending
-  std::optional<Turn> turn_;     // cached; read more often than it changes
+  std::vector<Waiting> drives_;       // in the order of sending
+  std::optional<Transmission> next_;  // cached; read more often than it changes
 };
 
 }  // namespace lk::emulator

@@ -20,7 +20,7 @@ SimTime tick_from(SimTime at, SimTime period) {
 
 double HostAdapter::draw() { return uniform(random_ = mix(random_)); }
 
-SimTime HostAdapter::across(Direction& way, SimTime at, double mean_us) {
+SimTime HostAdapter::delay_frame(Direction& way, SimTime at, double mean_us) {
   way.line_free = std::max(at, way.line_free) + from_us(times_.frame_us);
   double latency_us = mean_us;
   if (times_.jitter_us > 0) latency_us += times_.jitter_us * (2 * draw() - 1);
@@ -32,24 +32,24 @@ SimTime HostAdapter::across(Direction& way, SimTime at, double mean_us) {
 }
 
 HostAdapter::ToWire HostAdapter::to_wire(SimTime at) {
-  AdapterShown shown;
+  AdapterEffects shown;
   SimTime written = at;
   // A write during a stall waits for its end and does not begin another.
   if (times_.stall_every > 0 && at >= tx_.line_free) {
     ++unanswered_;
-    shown.stalled = at - heard_ >= kAdapterSilence &&
+    shown.stalled = at - last_from_wire_ >= kAdapterSilence &&
                     unanswered_ % static_cast<std::uint64_t>(times_.stall_every) == 0;
     if (shown.stalled) stalled_until_ = written += from_us(times_.stall_us);
   }
-  const SimTime ready = across(tx_, written, times_.tx_us);
+  const SimTime ready = delay_frame(tx_, written, times_.tx_us);
   shown.late = ready > written;
   return {ready, shown};
 }
 
-AdapterShown HostAdapter::from_wire(const TimedFrame& frame, std::size_t size) {
-  AdapterShown shown;
+AdapterEffects HostAdapter::from_wire(const TimedFrame& frame, std::size_t size) {
+  AdapterEffects shown;
   if (frame.frame.kind != protocol::FrameKind::kError) {
-    heard_ = frame.at;
+    last_from_wire_ = frame.at;
     unanswered_ = 0;
   }
   const bool full =
@@ -61,7 +61,7 @@ AdapterShown HostAdapter::from_wire(const TimedFrame& frame, std::size_t size) {
     return shown;
   }
   overrun_ = overrun_ && size == 0;
-  const SimTime there = across(rx_, frame.at, times_.rx_us);
+  const SimTime there = delay_frame(rx_, frame.at, times_.rx_us);
   shown.late = there > frame.at;
   SimTime due = there;
   if (times_.batch_us > 0) {

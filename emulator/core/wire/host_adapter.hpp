@@ -14,7 +14,7 @@
 namespace lk::emulator {
 
 /// Effects of an adapter on a frame.
-struct AdapterShown {
+struct AdapterEffects {
   bool late = false;      // by latency, jitter, or line time of the adapter
   bool batched = false;   // held back until its batch
   bool lost = false;      // the queue was full
@@ -36,13 +36,13 @@ class HostAdapter {
 
   struct ToWire {
     SimTime at;  // when it is ready for the wire
-    AdapterShown shown;
+    AdapterEffects shown;
   };
   /// A host writes a frame at `at`.
   ToWire to_wire(SimTime at);
   /// Queues a frame from the wire at `frame.at`, unless it is lost. `size` in the queue: 1, or the
   /// number of bytes at a serial port; 0: is never lost.
-  AdapterShown from_wire(const TimedFrame& frame, std::size_t size = 1);
+  AdapterEffects from_wire(const TimedFrame& frame, std::size_t size = 1);
   /// Free room in its queue; unlimited without a depth.
   std::size_t room() const {
     return times_.depth > 0 ? times_.depth - std::min(times_.depth, waiting_size_) : SIZE_MAX;
@@ -68,13 +68,13 @@ class HostAdapter {
     std::size_t size;
   };
   double draw();
-  SimTime across(Direction& way, SimTime at, double mean_us);
+  SimTime delay_frame(Direction& way, SimTime at, double mean_us);
 
   AdapterTimes times_;
   std::uint64_t random_;
   Direction tx_, rx_;
   SimTime stalled_until_{0};
-  SimTime heard_{0};              // time of the last frame from the wire
+  SimTime last_from_wire_{0};     // time of the last frame from the wire
   std::uint64_t unanswered_ = 0;  // writes since then, without those during a stall
   bool overrun_ = false;          // the last frame was lost
   std::vector<Waiting> waiting_;  // by ascending time

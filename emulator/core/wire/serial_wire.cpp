@@ -50,7 +50,7 @@ std::size_t SerialWire::of_drive(std::uint32_t owner) const {
   return static_cast<std::size_t>(sent + std::ranges::count(drives_, owner, &Waiting::owner));
 }
 
-bool SerialWire::is_deaf(std::uint32_t owner, SimTime end) const {
+bool SerialWire::cannot_receive(std::uint32_t owner, SimTime end) const {
   if (!hears_while_replying_) return of_drive(owner) > 0;
   return std::ranges::any_of(
       sending_, [&](const Sending& one) { return one.what.owner == owner && one.start < end; });
@@ -144,14 +144,14 @@ void SerialWire::release(std::uint32_t owner, SimTime now) {
   if (std::ranges::none_of(sending_, own)) begin_next(owner, now);
 }
 
-std::size_t SerialWire::forget_replies(std::uint32_t owner, SimTime now) {
+std::size_t SerialWire::drop_replies(std::uint32_t owner, SimTime now) {
   const auto own = std::ranges::find_if(
       sending_, [owner](const Sending& one) { return one.what.owner == owner; });
   std::size_t count =
       std::erase_if(drives_, [owner](const Waiting& one) { return one.owner == owner; });
   if (own == sending_.end()) return count;
   if (own->start < now) {
-    for (Sending& other : sending_) cover(*own, other, now);
+    for (Sending& other : sending_) mark_overlap(*own, other, now);
   }
   sending_.erase(own);
   return count + 1;
@@ -168,15 +168,16 @@ bool SerialWire::overlaps(const Sending& one) const {
 /// Its bytes must be processed one by one: they may not be exactly one intact packet.
 bool SerialWire::goes_by_bytes(const Sending& one) const {
   if (one.bytes.size == 0) return false;
-  if (one.heard > 0 || one.covered_until > one.start || one.spoilt || overlaps(one)) return true;
-  if (one.what.owner != kHost) return keeps_line_ > SimTime{0} && host_keeps(one.start);
+  if (one.processed > 0 || one.covered_until > one.start || one.spoilt || overlaps(one))
+    return true;
+  if (one.what.owner != kHost) return line_hold_ > SimTime{0} && host_holds(one.start);
   const Frame& frame = one.what.frame;
   return frame.kind == FrameKind::kBytes || frame.id >= protocol::MultiTorque::kIdentifier ||
          !receiver_.idle() || frame.dlc - 1 > receiver_.rules().max_len;
 }
 
 SimTime SerialWire::due(const Sending& one) const {
-  return goes_by_bytes(one) ? byte_time(one, one.heard + 1) : one.end;
+  return goes_by_bytes(one) ? byte_time(one, one.processed + 1) : one.end;
 }
 
 /// The frame with the earliest due bytes; at equal times the one that began first.
@@ -212,10 +213,10 @@ WireCandidate SerialWire::next() const {
   return candidate;
 }
 
-bool SerialWire::take_judgement() {
+bool SerialWire::take_fault_chance() {
   assert(next_sending() != nullptr);
   Sending& next = next_of_all();
-  return next.heard == 0 && !std::exchange(next.judged, true);
+  return next.processed == 0 && !std::exchange(next.faults_applied, true);
 }
 
 void SerialWire::spoil_next() {
@@ -223,7 +224,7 @@ void SerialWire::spoil_next() {
   if (next.bytes.size > 0) next.spoilt = mix(random_++) % next.bytes.size;
 }
 
-void SerialWire::cover(const Sending& ended, Sending& other, SimTime until) {
+void SerialWire::mark_overlap(const Sending& ended, Sending& other, SimTime until) {
   if (&other == &ended || other.start >= until) return;
   other.covered_until = std::max(other.covered_until, until);
   if (!is_first(ended, other)) return;
@@ -232,14 +233,14 @@ void SerialWire::cover(const Sending& ended, Sending& other, SimTime until) {
   other.merged_for_host_until = std::max(other.merged_for_host_until, until);
 }
 
-std::optional<Frame> SerialWire::hear_byte(Sending& one) {
-  const std::size_t place = one.heard++;
+std::optional<Frame> SerialWire::process_byte(Sending& one) {
+  const std::size_t place = one.processed++;
   const SimTime begin = byte_time(one, place);
   const SimTime end = byte_time(one, place + 1);
   std::uint8_t value = one.bytes.bytes[place];
   // Spoiled by a fault, or by overlap with a frame that has ended.
   bool spoiled = one.spoilt == place || begin < one.covered_until;
-  if (one.what.owner != kHost && keeps_line_ > SimTime{0} && host_keeps(begin)) {
+  if (one.what.owner != kHost && line_hold_ > SimTime{0} && host_holds(begin)) {
     spoiled = one.met_host = true;
   }
   bool merged = begin < one.merged_until;
@@ -282,17 +283,17 @@ std::optional<WireDelivery> SerialWire::deliver(SimTime until) {
   if (next == nullptr || due(*next) > until) return std::nullopt;
   const auto place = next - sending_.data();
   Sending& one = next_of_all();
-  const std::size_t bytes = goes_by_bytes(one) ? one.heard + 1 : one.bytes.size;
+  const std::size_t bytes = goes_by_bytes(one) ? one.processed + 1 : one.bytes.size;
   std::optional<Frame> packet;
-  while (one.heard < bytes) packet = hear_byte(one);
+  while (one.processed < bytes) packet = process_byte(one);
   const bool from_host = one.what.owner == kHost;
-  if (one.heard < one.bytes.size) {
+  if (one.processed < one.bytes.size) {
     if (!packet || !from_host) return std::nullopt;  // packets of drives are no queries
-    return WireDelivery{byte_time(one, one.heard), *packet, true, 0, kHost, true};
+    return WireDelivery{byte_time(one, one.processed), *packet, true, 0, kHost, true};
   }
   const WireDelivery delivery = delivery_of(one, packet);
   busy_ += one.end - one.start;
-  for (Sending& other : sending_) cover(one, other, one.end);
+  for (Sending& other : sending_) mark_overlap(one, other, one.end);
   const std::uint32_t owner = one.what.owner;
   const SimTime end = one.end;
   if (from_host) written_ = one.what.frame;

@@ -49,12 +49,12 @@ class SerialWire {
   std::size_t copies(std::uint32_t owner, const protocol::Frame& frame) const;
   /// The drive misses a packet that ends at `end`: it was sending meanwhile, or it has a reply
   /// pending and `hears_while_replying` is false.
-  bool is_deaf(std::uint32_t owner, SimTime end) const;
+  bool cannot_receive(std::uint32_t owner, SimTime end) const;
   void send_from_drive(SimTime at, const protocol::Frame& frame, std::uint64_t after_rom_write,
                        std::uint32_t owner, bool blocked);
   std::size_t block(std::uint32_t owner, SimTime now);
   void release(std::uint32_t owner, SimTime now);
-  std::size_t forget_replies(std::uint32_t owner, SimTime now);
+  std::size_t drop_replies(std::uint32_t owner, SimTime now);
 
   std::optional<SimTime> next_reply_start() const;
   bool several_wait() const { return sending_.size() > 1; }
@@ -66,15 +66,15 @@ class SerialWire {
   /// Pre: something is due. The frame that `deliver` would return; kBytes if not yet known.
   WireCandidate next() const;
   /// Returns true once per frame, before its first byte: faults may act on the frame now.
-  bool take_judgement();
+  bool take_fault_chance();
   /// Spoils one byte of the next frame.
   void spoil_next();
 
   SimTime busy() const { return busy_; }
   /// The last delivered frame of a host, as written.
   const protocol::Frame& written() const { return written_; }
-  /// Time for which hosts keep the line after their bytes; 0: they release it at once.
-  void keep_line(SimTime behind) { keeps_line_ = behind; }
+  /// Time for which hosts hold the line after their bytes; 0: they release it at once.
+  void hold_line(SimTime behind) { line_hold_ = behind; }
   const protocol::ReceiverStats& receiver_stats() const { return receiver_.stats(); }
 
  private:
@@ -91,22 +91,22 @@ class SerialWire {
     SimTime start{0};
     SimTime end{0};
     protocol::WireBytes bytes;
-    std::size_t heard = 0;  // number of bytes processed
+    std::size_t processed = 0;  // number of bytes processed
     // End of overlap with ended frames: any; those that began first; of these, those of drives.
     SimTime covered_until{0};
     SimTime merged_until{0};
     SimTime merged_for_host_until{0};
     std::optional<std::size_t> spoilt = {};  // index of a byte that a fault spoils
-    bool judged = false;                     // faults have acted on it
+    bool faults_applied = false;             // faults have acted on it
     bool clean = true;                       // bytes are as sent so far
-    bool met_host = false;                   // a byte began while hosts kept the line
+    bool met_host = false;                   // a byte began while hosts held the line
     std::array<std::uint8_t, protocol::kMostBytes> read{};  // bytes as the host reads them
     std::size_t read_size = 0;
   };
   static constexpr std::uint32_t kHost = 0;
 
-  /// Hosts keep the line at `at`, after their bytes.
-  bool host_keeps(SimTime at) const { return at < host_free_at_ + keeps_line_; }
+  /// Hosts hold the line at `at`, after their bytes.
+  bool host_holds(SimTime at) const { return at < host_free_at_ + line_hold_; }
   SimTime byte_time(const Sending& one, std::size_t byte) const;
   bool host_sends() const;
   std::size_t of_drive(std::uint32_t owner) const;
@@ -124,9 +124,9 @@ class SerialWire {
     return first.start < second.start || (first.start == second.start && &first < &second);
   }
   /// Marks `other` as overlapped by `ended` until `until`.
-  static void cover(const Sending& ended, Sending& other, SimTime until);
+  static void mark_overlap(const Sending& ended, Sending& other, SimTime until);
   /// Processes the next byte of `one`. Returns the packet that drives have received with it.
-  std::optional<protocol::Frame> hear_byte(Sending& one);
+  std::optional<protocol::Frame> process_byte(Sending& one);
   WireDelivery delivery_of(const Sending& one, const std::optional<protocol::Frame>& packet) const;
 
   std::int64_t bitrate_;
@@ -134,7 +134,7 @@ class SerialWire {
   protocol::Receiver receiver_;
   std::uint64_t random_;
   SimTime host_free_at_{0};
-  SimTime keeps_line_{0};
+  SimTime line_hold_{0};
   protocol::Frame written_;
   SimTime busy_{0};
   std::vector<Sending> sending_;  // at most one per sender

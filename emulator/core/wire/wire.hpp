@@ -63,8 +63,8 @@ class Wire {
     return of(*this, [&](auto& wire) { return wire.copies(owner, frame); });
   }
   /// RS-485 only: the drive does not receive a packet that ends at `end`.
-  bool is_deaf(std::uint32_t owner, SimTime end) const {
-    return serial() != nullptr && serial()->is_deaf(owner, end);
+  bool cannot_receive(std::uint32_t owner, SimTime end) const {
+    return serial() != nullptr && serial()->cannot_receive(owner, end);
   }
   void send_from_drive(SimTime at, const protocol::Frame& frame, std::uint64_t after_rom_write,
                        std::uint32_t owner, bool blocked) {
@@ -77,8 +77,8 @@ class Wire {
   void release(std::uint32_t owner, SimTime now) {
     of(*this, [&](auto& wire) { wire.release(owner, now); });
   }
-  std::size_t forget_replies(std::uint32_t owner, SimTime now) {
-    return of(*this, [&](auto& wire) { return wire.forget_replies(owner, now); });
+  std::size_t drop_replies(std::uint32_t owner, SimTime now) {
+    return of(*this, [&](auto& wire) { return wire.drop_replies(owner, now); });
   }
   std::optional<SimTime> next_reply_start() const {
     return of(*this, [](auto& wire) { return wire.next_reply_start(); });

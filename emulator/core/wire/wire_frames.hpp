@@ -15,7 +15,7 @@ struct WireDelivery {
   std::uint64_t after_rom_write = 0;  // as given to send_from_drive
   std::uint32_t owner = 0;            // as given to send_from_drive; of a host: its `sender`
   bool from_pieces = false;           // of a host: a packet that ends before its frame does
-  bool met_host = false;              // of a drive: a byte began while hosts kept the line
+  bool met_host = false;              // of a drive: a byte began while hosts held the line
 };
 
 /// A frame whose last bit is due, but which may still be destroyed.

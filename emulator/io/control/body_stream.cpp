@@ -71,12 +71,12 @@ void append(std::string& text, std::span<const double> values, bool first) {
 
 }  // namespace
 
-const BodyLooks* looks_of(const World& world) {
-  return dynamic_cast<const BodyLooks*>(world.body());
+const DrawableBody* looks_of(const World& world) {
+  return dynamic_cast<const DrawableBody*>(world.body());
 }
 
 Json body_json(const World& world) {
-  const BodyLooks& body = *looks_of(world);
+  const DrawableBody& body = *looks_of(world);
   const BodyShape shape = body.shape();
   const auto names = world.body()->joints();
   Json bodies = Json::array();
@@ -115,7 +115,7 @@ Json body_json(const World& world) {
 }
 
 std::string body_now_text(const World& world) {
-  const BodyLooks& body = *looks_of(world);
+  const DrawableBody& body = *looks_of(world);
   std::string text = fmt::format(R"({{"time_s":{},"shape_changes":{},"poses":[)",
                                  seconds(world.time()), body.shape_changes());
   bool first = true;

@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "emulator/core/coupling/body_looks.hpp"
+#include "emulator/core/coupling/drawable_body.hpp"
 #include "emulator/files/json_table.hpp"
 #include "emulator/io/control/http_session.hpp"
 #include "emulator/io/live/world.hpp"
@@ -11,7 +11,7 @@
 namespace lk::emulator {
 
 /// Returns the body of `world`; null if it has none that can be drawn.
-const BodyLooks* looks_of(const World& world);
+const DrawableBody* looks_of(const World& world);
 
 /// Returns shape and present poses of the body, with the drives of its joints. Pre:
 /// `looks_of(world)` is not null.

@@ -92,7 +92,7 @@ Json load_json(const model::LoadParams& load) {
   return json;
 }
 
-Json surroundings_json(const Surroundings& now) {
+Json surroundings_json(const DriveConditions& now) {
   return {{"power", now.power ? "on" : "off"},
           {"supply_V", now.supply_V},
           {"ambient_C", now.ambient_C},
@@ -116,20 +116,21 @@ Json setpoint_json(const model::Setpoint& setpoint, const Servo& servo) {
 Json place_json(const Servo& servo, const Line& line) {
   const BusConfig& bus = line.config();
   const bool has_921600 = !bus.serial || bus.serial->has_921600;
-  const auto json = [has_921600](const DrivePlace& place) {
+  const auto json = [has_921600](const DriveAddress& address) {
     constexpr const char* kBuses[] = {"none", "rs485", "can"};
-    return Json{{"id", place.id},
-                {"bus_type", kBuses[static_cast<std::size_t>(place.bus)]},
-                {"rs485_rate", serial_rate_of(place.serial_rate, has_921600)},
-                {"can_rate", can_rate_of(place.can_rate)}};
+    return Json{{"id", address.id},
+                {"bus_type", kBuses[static_cast<std::size_t>(address.bus)]},
+                {"rs485_rate", serial_rate_of(address.serial_rate, has_921600)},
+                {"can_rate", can_rate_of(address.can_rate)}};
   };
-  Json place = json(servo.place());
+  Json place = json(servo.bus_address());
   place["heard"] = servo.on_its_bus() && servo.at_its_rate();
-  place["shared_with"] = sharing_drives(
-      bus, servo.config().id, [&line](const ServoConfig& one) { return line.bus().place(one.id); });
-  place["saved"] = json(drive_place(servo.rom(), servo.config()));
+  place["shared_with"] = sharing_drives(bus, servo.config().id, [&line](const ServoConfig& one) {
+    return line.bus().bus_address(one.id);
+  });
+  place["saved"] = json(drive_address(servo.rom(), servo.config()));
   place["pending"] =
-      servo.has_pending() ? json(drive_place(servo.pending(), servo.config())) : Json(nullptr);
+      servo.has_pending() ? json(drive_address(servo.pending(), servo.config())) : Json(nullptr);
   return place;
 }
 
@@ -138,9 +139,9 @@ Json moved_json(const Line& line) {
   Json moved = Json::array();
   for (const ServoConfig& config : line.config().servos) {
     const Servo& servo = line.bus().servo(config.id);
-    const DrivePlace wired = drive_place(Registers{}, config);
-    const bool at_home =
-        servo.place() == wired && drive_place(servo.rom(), config) == wired && !servo.has_pending();
+    const DriveAddress wired = drive_address(Registers{}, config);
+    const bool at_home = servo.bus_address() == wired &&
+                         drive_address(servo.rom(), config) == wired && !servo.has_pending();
     if (!at_home) moved.push_back({{"id", config.id}, {"place", place_json(servo, line)}});
   }
   return moved;
@@ -245,7 +246,7 @@ Json drive_json(const Line& line, int id) {
           {"errors", errors},
           {"signals", values},
           {"setpoint", setpoint_json(line.bus().setpoint(id), drive.servo)},
-          {"surroundings", surroundings_json(line.bus().surroundings(id))},
+          {"surroundings", surroundings_json(line.bus().drive_conditions(id))},
           {"built", built_json(servo)},
           {"registers",
            {{"ram", registers_json(drive.servo.ram(), servo)},

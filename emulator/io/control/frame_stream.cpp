@@ -76,7 +76,7 @@ class FrameStream : public StreamClient {
   Json row(const Gathered& gathered) {
     const TimedFrame& timed = gathered.frame;
     const bool query = gathered.direction == Direction::kQuery;
-    if (std::exchange(moves_, line_.bus().moves()) != line_.bus().moves())
+    if (std::exchange(moves_, line_.bus().address_changes()) != line_.bus().address_changes())
       reader_.follow(line_.bus());
     const FrameWords words = query ? reader_.query(timed.frame) : reader_.reply(timed.frame);
     Json json = {{"time_s", seconds(timed.at)},

@@ -407,7 +407,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
 void tell_of_refusal(Entrance& entrance, const std::string& kind, const std::string& reason) {
   if (!entrance.told.insert(kind).second) return;
   spdlog::warn("control: a client was refused: {} (said once; others like it are not logged)",
-               on_one_line(reason));
+               sanitized_line(reason));
 }
 
 void serve_http(HttpSocket socket, std::shared_ptr<HttpShared> shared,

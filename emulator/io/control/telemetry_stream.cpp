@@ -157,7 +157,7 @@ class TelemetryStream : public StreamClient {
   }
 
   void look(const Bus& bus) {
-    sampler_->look(bus, row_);
+    sampler_->sample(bus, row_);
     if (queued_ + gathered_.size() > kMostQueued) {
       ++lost_;
       return;

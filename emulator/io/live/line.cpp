@@ -52,7 +52,7 @@ struct AllWatchers {
     for (const Watcher& watcher : watchers) due = std::min(due, watcher.next_due());
     return due;
   }
-  void look(const Bus& bus) const {
+  void sample(const Bus& bus) const {
     for (const Watcher& watcher : watchers) {
       if (watcher.next_due() <= bus.time()) watcher.look(bus);
     }
@@ -160,7 +160,7 @@ void Line::advance_to(SimTime until) {
 }
 
 void Line::look_after_hosts() {
-  if (std::exchange(moves_, bus_.moves()) != bus_.moves() && on_move) on_move();
+  if (std::exchange(moves_, bus_.address_changes()) != bus_.address_changes() && on_move) on_move();
   adviser_.look(bus_);
   for (; advice_told_ < adviser_.given().size(); ++advice_told_) {
     if (on_advice) on_advice(adviser_.given()[advice_told_]);
@@ -217,7 +217,7 @@ void Line::send_replies() {
       if (port_) port_->pass_on(reply.frame, reply.sender);
       continue;
     }
-    const int id = reply.said_by != 0 ? reply.said_by : static_cast<int>(reply.frame.id & 0x3FU);
+    const int id = reply.drive_id != 0 ? reply.drive_id : static_cast<int>(reply.frame.id & 0x3FU);
     if (!reply.echo) {
       if (up) ++sent_[static_cast<std::size_t>(id)];
       adviser_.hear_reply(reply.frame);

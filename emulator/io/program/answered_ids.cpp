@@ -59,8 +59,8 @@ std::string remedy(const ServoConfig& servo, int id, bool at_start) {
                    servo.id);
 }
 
-PlaceOf places_of(const Line& line) {
-  return [&bus = line.bus()](const ServoConfig& servo) { return bus.place(servo.id); };
+AddressOf addresses_of(const Line& line) {
+  return [&bus = line.bus()](const ServoConfig& servo) { return bus.bus_address(servo.id); };
 }
 
 }  // namespace
@@ -84,7 +84,7 @@ void AnsweredIds::lock(const Line& line, Taken taken) {
   const auto& servos = line.config().servos;
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
     const auto servo = std::ranges::find_if(
-        servos, [&](const ServoConfig& one) { return line.bus().place(one.id).id == id; });
+        servos, [&](const ServoConfig& one) { return line.bus().bus_address(one.id).id == id; });
     const Drive drive{line.name(), id};
     if (servo == servos.end()) {
       locks_.release(line.name(), id);
@@ -104,7 +104,7 @@ void AnsweredIds::lock(const Line& line, Taken taken) {
 
 void AnsweredIds::tell(const Line& line) {
   for (const ServoConfig& servo : line.config().servos) {
-    const std::string note = place_note(servo, line.config(), places_of(line));
+    const std::string note = place_note(servo, line.config(), addresses_of(line));
     std::string& told = told_[{line.name(), servo.id}];
     if (note == told) continue;
     told = note;
@@ -119,7 +119,7 @@ void AnsweredIds::tell(const Line& line) {
 std::string moved_text(const Line& line) {
   std::string text;
   for (const ServoConfig& servo : line.config().servos) {
-    const std::string note = place_note(servo, line.config(), places_of(line));
+    const std::string note = place_note(servo, line.config(), addresses_of(line));
     if (note.empty()) continue;
     text += fmt::format("{}{} {}", text.empty() ? "" : "; ", servo.id, note);
   }

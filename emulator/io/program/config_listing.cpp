@@ -145,7 +145,7 @@ void add_ringing(const ServoConfig& servo, std::vector<std::string>& all) {
   const model::ControlSettings settings = control_settings(servo.rom);
   for (const Loop loop : {Loop::kSpeed, Loop::kPosition}) {
     const Margins m = loop_margins(servo.profile.drive, settings, loop);
-    if (!rings(m)) continue;
+    if (!is_ringing(m)) continue;
     all.push_back(
         fmt::format("the {} loop rings with these gains and this load: margins of {:.1f} "
                     "dB and {:.0f} degrees",
@@ -173,7 +173,7 @@ std::vector<std::string> doubts(const ServoConfig& servo, const BusConfig& bus) 
     all.emplace_back("multi-drive mode, and 0x280 has no slot for this ID");
   }
   const std::string place =
-      place_note(servo, bus, [](const ServoConfig& one) { return drive_place(one.rom, one); });
+      place_note(servo, bus, [](const ServoConfig& one) { return drive_address(one.rom, one); });
   if (!place.empty()) all.push_back(place + " (its ROM; --wipe-rom brings it back)");
   if (servo.quirks.dialect.pid_commands && servo.quirks.dialect.parameter_commands) {
     all.emplace_back("answers 0x30 and 0xC0, and no drive was seen to do both");
@@ -226,24 +226,25 @@ std::string place_text(protocol::Opcode opcode, protocol::Unit unit, const char*
 
 }  // namespace
 
-std::string place_note(const ServoConfig& servo, const BusConfig& bus, const PlaceOf& place_of) {
-  const DrivePlace place = place_of(servo);
-  if (!is_on_its_bus(place, servo)) {
+std::string place_note(const ServoConfig& servo, const BusConfig& bus,
+                       const AddressOf& address_of) {
+  const DriveAddress address = address_of(servo);
+  if (!is_on_its_bus(address, servo)) {
     constexpr const char* kBuses[] = {"no bus", "RS-485", "CAN"};
     return fmt::format("is silent, as it is set to {}",
-                       kBuses[static_cast<std::size_t>(place.bus)]);
+                       kBuses[static_cast<std::size_t>(address.bus)]);
   }
-  if (!is_at_its_rate(place, servo)) {
+  if (!is_at_its_rate(address, servo)) {
     return fmt::format("hears nothing, as it is set to {} bit/s",
-                       bus.serial ? serial_rate_of(place.serial_rate, bus.serial->has_921600)
-                                  : can_rate_of(place.can_rate));
+                       bus.serial ? serial_rate_of(address.serial_rate, bus.serial->has_921600)
+                                  : can_rate_of(address.can_rate));
   }
-  if (place.id == servo.id) return "";
-  const std::vector<int> others = sharing_drives(bus, servo.id, place_of);
+  if (address.id == servo.id) return "";
+  const std::vector<int> others = sharing_drives(bus, servo.id, address_of);
   std::string shared;
   if (others.size() == 1) shared = fmt::format(", as drive {} does", others.front());
   if (others.size() > 1) shared = fmt::format(", as drives {} do", fmt::join(others, ", "));
-  return fmt::format("answers at ID {}{}", place.id, shared);
+  return fmt::format("answers at ID {}{}", address.id, shared);
 }
 
 std::vector<std::string> spoken(const BusConfig& bus) {

@@ -9,8 +9,8 @@
 namespace lk::emulator {
 
 /// Describes a drive's address if it differs from the configuration: "answers at ID 9, as drive 2
-/// does"; otherwise empty. `place_of` returns the address of a drive of `bus`.
-std::string place_note(const ServoConfig& servo, const BusConfig& bus, const PlaceOf& place_of);
+/// does"; otherwise empty. `address_of` returns the address of a drive of `bus`.
+std::string place_note(const ServoConfig& servo, const BusConfig& bus, const AddressOf& address_of);
 
 /// Returns a table of the configuration for `lk-emu --check`: one line per drive, then notes on
 /// values that are allowed but look like mistakes.

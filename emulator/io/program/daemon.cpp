@@ -137,8 +137,8 @@ void with_scenario(const std::function<void()>& act) {
 }
 
 /// Returns the output paths that the user has given.
-std::vector<std::filesystem::path> places_of(const RunOptions& options,
-                                             const std::vector<BusConfig>& buses) {
+std::vector<std::filesystem::path> addresses_of(const RunOptions& options,
+                                                const std::vector<BusConfig>& buses) {
   std::vector<std::filesystem::path> places;
   for (const BusConfig& bus : buses) {
     const BusName name = bus_name(bus.interface);
@@ -220,7 +220,7 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
     world_.lines()[i]->port()->check_link();  // opens an interface
   }
   // The receive buffers above were the last step that needs a capability.
-  give_up_privileges(places_of(options, buses));
+  give_up_privileges(addresses_of(options, buses));
   // Late, as a failed start would leave a directory that is not empty.
   if (options.record) recording_.start(*options.record, RunRecording::From::kBeginning);
   // Last, as it cannot be undone.
@@ -304,12 +304,13 @@ std::vector<GivenAdvice> Daemon::advice() const {
 void Daemon::print_advice() const {
   const std::vector<GivenAdvice> all = advice();
   if (all.empty()) return;
-  constexpr Words kTitle{"advice about the host:", "对主机的建议："};
+  constexpr BilingualText kTitle{"advice about the host:", "对主机的建议："};
   std::string text = std::string(kTitle.in(language_)) + '\n';
   for (const auto& [bus, advice] : all) text += "  " + advice_line(bus, advice, language_) + '\n';
   for (const auto& line : world_.lines()) {
     if (const std::uint64_t more = line->adviser().left_out()) {
-      constexpr Words kMore{" times more, of causes that are not listed", " 次，原因未列出"};
+      constexpr BilingualText kMore{" times more, of causes that are not listed",
+                                    " 次，原因未列出"};
       text += "  " + line->name() + ": " + std::to_string(more);
       text += std::string(kMore.in(language_)) + '\n';
     }

@@ -57,7 +57,7 @@ LiveScenario::LiveScenario(Scenario scenario, std::vector<Line*> lines,
     part.watcher = part.line->add_watcher(std::move(watcher));
     Listener listener;
     listener.query = [&part](const TimedFrame& query) {
-      part.judge.hear_query(query, part.line->bus());
+      part.judge.on_query(query, part.line->bus());
     };
     listener.reply = [&part](const TimedFrame& reply) { hear(part, reply); };
     part.listener = part.line->add_listener(std::move(listener));
@@ -78,8 +78,8 @@ SimTime LiveScenario::next_due(const Part& part) const {
 void LiveScenario::look(Part& part, const Bus& bus) {
   const SimTime now = bus.time();
   perform_due(part, now);
-  if (part.judge.next_due() <= now) part.judge.look(bus);
-  if (part.errors.next_due() <= now) part.errors.look(bus);
+  if (part.judge.next_due() <= now) part.judge.sample(bus);
+  if (part.errors.next_due() <= now) part.errors.sample(bus);
   while (part.host.next_due() <= now) part.line->take_in(part.host.take());
   if (now < part.beginning.start + scenario_.duration) return;
   end(part);
@@ -89,7 +89,7 @@ void LiveScenario::look(Part& part, const Bus& bus) {
 }
 
 void LiveScenario::hear(Part& part, const TimedFrame& reply) {
-  part.judge.hear_reply(reply);
+  part.judge.on_reply(reply);
   if (part.over || reply.echo) return;
   ++part.replies;
   // FNV-1a with 64 bits, on every machine.
@@ -106,7 +106,7 @@ void LiveScenario::perform_due(Part& part, SimTime now) {
          part.beginning.start + part.events[part.next_event].at <= now) {
     TimedDirective event = part.events[part.next_event++];
     const SimTime planned = std::exchange(event.at, now);
-    if (!event.said.empty()) part.line->announce(event.said);
+    if (!event.source_json.empty()) part.line->announce(event.source_json);
     if (part.line->perform(event)) continue;
     part.refused.push_back(part.line->name() + ": the event planned for " + time_text(planned) +
                            " found no room on the bus; clear faults or conditions before it");

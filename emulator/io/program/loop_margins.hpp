@@ -19,9 +19,9 @@ struct Margins {
 
 /// Smaller margins count as ringing: repeated overshoot by half of the remaining error (assumed;
 /// designers aim at 6 dB and 30°).
-inline constexpr Margins kRings{3.0, 15.0};
-constexpr bool rings(const Margins& m) {
-  return m.gain_dB < kRings.gain_dB || m.phase_deg < kRings.phase_deg;
+inline constexpr Margins kRingingMargins{3.0, 15.0};
+constexpr bool is_ringing(const Margins& m) {
+  return m.gain_dB < kRingingMargins.gain_dB || m.phase_deg < kRingingMargins.phase_deg;
 }
 
 enum class Loop { kSpeed, kPosition };  // kPosition includes the speed loop

@@ -32,7 +32,7 @@ InputWatch::InputWatch(boost::asio::io_context& loop, std::function<void()> on_e
     throw StartError("--end-with-stdin: standard input is not a pipe; start lk-emu with one");
   }
   const int descriptor = ::fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
-  if (descriptor < 0) throw StartError("--end-with-stdin: " + reason_of(errno));
+  if (descriptor < 0) throw StartError("--end-with-stdin: " + errno_text(errno));
   input_.assign(descriptor);
   read_some();
 }

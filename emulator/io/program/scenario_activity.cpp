@@ -36,7 +36,7 @@ Json expectation_json(const ExpectationResult& result) {
   return {{"status", status_word(result.status)},
           {"expected", result.expected},
           {"measured", result.measured},
-          {"says", result.says},
+          {"says", result.description},
           {"at_s", seconds_or_null(result.at)},
           {"decided_at_s", seconds_or_null(result.decided_at)},
           {"margin", result.margin ? Json(*result.margin) : Json(nullptr)}};
@@ -199,7 +199,7 @@ Json ScenarioActivity::report_json() const {
   json["about"] = report.about;
   json["robot"] = live_->scenario().robot_name;
   json["foreign"] = Json::array();
-  for (const ForeignDrive& drive : live_->scenario().foreign) {
+  for (const DriveMismatch& drive : live_->scenario().mismatches) {
     json["foreign"].push_back(
         {{"bus", drive.bus}, {"id", drive.id}, {"meant", drive.meant}, {"running", drive.running}});
   }

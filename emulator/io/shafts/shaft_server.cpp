@@ -150,7 +150,7 @@ bool ShaftServer::hear_some() {
       ::recv(simulator_->socket.native_handle(), bytes.data(), bytes.size(), MSG_DONTWAIT);
   if (size < 0 && (errno == EAGAIN || errno == EINTR)) return false;
   if (size <= 0) {
-    size == 0 ? leave() : part("has gone: " + reason_of(errno), false);
+    size == 0 ? leave() : part("has gone: " + errno_text(errno), false);
     return false;
   }
   std::span<const unsigned char> left(bytes.data(), static_cast<std::size_t>(size));

@@ -66,7 +66,7 @@ ClientSet::ClientSet(std::string name)
       bytes_(kClientBytes) {
   epoll_event event{.events = EPOLLIN, .data = {.u64 = kAlarm}};
   if (!epoll_ || !alarm_ || ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, alarm_.get(), &event) != 0) {
-    throw StartError(name_ + ": " + reason_of(errno));
+    throw StartError(name_ + ": " + errno_text(errno));
   }
 }
 
@@ -98,7 +98,7 @@ void ClientSet::add(Client client) {
   client.number = ++last_number_;
   epoll_event event{.events = EPOLLIN, .data = {.u64 = client.number}};
   if (::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, client.fd, &event) != 0) {
-    spdlog::warn("{}: {}: {}", name_, client.who, reason_of(errno));
+    spdlog::warn("{}: {}: {}", name_, client.who, errno_text(errno));
     return;
   }
   spdlog::debug("{}: {} has come", name_, client.who);

@@ -49,7 +49,7 @@ void check_terminal_path(const std::string& name, const std::string& path) {
   struct stat found {};
   if (::lstat(path.c_str(), &found) != 0) {
     if (errno == ENOENT) return;
-    throw StartError(name + ": " + reason_of(errno));
+    throw StartError(name + ": " + errno_text(errno));
   }
   if (is_serial_device(path) || is_dead_link(path)) return;
   if (target_of(path).starts_with(kTerminals)) {
@@ -69,13 +69,13 @@ PtyLink::PtyLink(boost::asio::io_context& loop, const std::string& name, std::st
   std::array<char, 64> terminal{};
   if (!master_ || ::grantpt(master_.get()) != 0 || ::unlockpt(master_.get()) != 0 ||
       ::ptsname_r(master_.get(), terminal.data(), terminal.size()) != 0) {
-    throw StartError(name + ": no pseudo-terminal: " + reason_of(errno));
+    throw StartError(name + ": no pseudo-terminal: " + errno_text(errno));
   }
   terminal_ = Descriptor(::open(terminal.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
-  if (!terminal_) throw StartError(name + ": " + terminal.data() + ": " + reason_of(errno));
+  if (!terminal_) throw StartError(name + ": " + terminal.data() + ": " + errno_text(errno));
   if (raw) make_raw(terminal_.get(), 0);
   if (::symlink(terminal.data(), path_.c_str()) != 0) {
-    throw StartError(name + ": cannot make the link " + path_ + ": " + reason_of(errno));
+    throw StartError(name + ": cannot make the link " + path_ + ": " + errno_text(errno));
   }
   terminal_name_ = terminal.data();
   // If the user's inotify limit is reached, unread bytes stay for the next host.

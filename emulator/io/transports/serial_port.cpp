@@ -61,9 +61,9 @@ SerialPort::~SerialPort() {
 
 void SerialPort::open_device() {
   fd_ = Descriptor(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  if (!fd_) throw StartError(name_ + ": cannot open " + path_ + ": " + reason_of(errno));
+  if (!fd_) throw StartError(name_ + ": cannot open " + path_ + ": " + errno_text(errno));
   if (::isatty(fd_.get()) == 0) throw StartError(name_ + ": " + path_ + " is no serial port");
-  if (::ioctl(fd_.get(), TIOCEXCL) != 0) throw StartError(name_ + ": " + reason_of(errno));
+  if (::ioctl(fd_.get(), TIOCEXCL) != 0) throw StartError(name_ + ": " + errno_text(errno));
   try {
     make_raw(fd_.get(), options_.bitrate);
   } catch (const std::system_error& problem) {
@@ -138,7 +138,7 @@ Port::Batch SerialPort::next_batch(Wait /*wait*/) {
 }
 
 void SerialPort::note_error(int error) {
-  spdlog::warn("{}: {} is gone ({}): waiting until it is back", name_, path_, reason_of(error));
+  spdlog::warn("{}: {} is gone ({}): waiting until it is back", name_, path_, errno_text(error));
   ++stats_.link_losses;
   readiness_.release();
   fd_ = Descriptor();

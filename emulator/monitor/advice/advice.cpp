@@ -246,10 +246,10 @@ std::string filled(std::string_view pattern, const Finding& found, protocol::Fra
   return text;
 }
 
-constexpr Words kOnce{" time, first ", " 次，首次 "};
-constexpr Words kTimes{" times, first ", " 次，首次 "};
-constexpr Words kOpen{" (", "（"};
-constexpr Words kAt{" at {1} s): ", "，{1} s）："};
+constexpr BilingualText kOnce{" time, first ", " 次，首次 "};
+constexpr BilingualText kTimes{" times, first ", " 次，首次 "};
+constexpr BilingualText kOpen{" (", "（"};
+constexpr BilingualText kAt{" at {1} s): ", "，{1} s）："};
 
 }  // namespace
 
@@ -273,7 +273,9 @@ std::string todo_text(const Advice& advice, Language language) {
   const auto framing = protocol::framing_of(advice.frame);
   const AdviceRow& row = advice_row(found.kind);
   const bool own = framing == protocol::Framing::kSerial && !row.serial_todo.en.empty();
-  const Words& todo = found.todo != nullptr ? *found.todo : own ? row.serial_todo : row.todo;
+  const BilingualText& todo = found.todo != nullptr ? *found.todo
+                              : own                 ? row.serial_todo
+                                                    : row.todo;
   return filled(todo.in(language), found, framing);
 }
 

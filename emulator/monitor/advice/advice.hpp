@@ -57,10 +57,10 @@ inline constexpr std::size_t kAdviceKinds =
 struct AdviceRow {
   AdviceKind kind;
   std::string_view word;  // stable, as programs read it
-  Words rule;             // condition, as in the documents
-  Words todo;
-  bool apiece = false;  // one advice for each cause
-  Words serial_todo{};  // for RS-485, if `todo` is about CAN
+  BilingualText rule;     // condition, as in the documents
+  BilingualText todo;
+  bool apiece = false;          // one advice for each cause
+  BilingualText serial_todo{};  // for RS-485, if `todo` is about CAN
 };
 
 /// All rows, in the order of AdviceKind.
@@ -70,10 +70,10 @@ const AdviceRow& advice_row(AdviceKind kind);
 /// Mistake that a watcher has recognised: its kind, and its numbers in words.
 struct Finding {
   AdviceKind kind;
-  const Words* what;  // {1}, {2}, {3}: the numbers; {command} and others: the command
+  const BilingualText* what;  // {1}, {2}, {3}: the numbers; {command} and others: the command
   std::array<double, 3> numbers{};
   bool renews = false;                                 // later numbers replace the first
-  const Words* todo = nullptr;                         // null: text of the kind
+  const BilingualText* todo = nullptr;                 // null: text of the kind
   std::optional<std::uint8_t> command = std::nullopt;  // the command concerned
 };
 /// Returns true if drives of this generation have the command, in a series that supports it.

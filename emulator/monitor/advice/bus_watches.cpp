@@ -12,9 +12,9 @@ namespace lk::emulator {
 namespace {
 
 // clang-format off
-constexpr Words kCrowded{"{1} frames wait for the wire, and {2} did not even find room in the send queue",
+constexpr BilingualText kCrowded{"{1} frames wait for the wire, and {2} did not even find room in the send queue",
                          "有 {1} 帧在等待上线，另有 {2} 帧连发送队列都没排进"};
-constexpr Words kTooMuch{"the drive does not take the query: 16 replies wait in it already",
+constexpr BilingualText kTooMuch{"the drive does not take the query: 16 replies wait in it already",
                          "驱动器不接受这条命令帧：已有 16 个回复在其中等待"};
 // clang-format on
 
@@ -58,9 +58,9 @@ std::optional<BusyWatch::Busy> BusyWatch::look(const BusStats& stats) {
 namespace {
 
 // clang-format off
-constexpr Words kTooSoon{"{1} queries in a row without waiting: this one came {2} µs after the one before, whose reply takes at least {3} µs",
+constexpr BilingualText kTooSoon{"{1} queries in a row without waiting: this one came {2} µs after the one before, whose reply takes at least {3} µs",
                          "连续 {1} 条命令帧不等回复：这一条在上一条之后 {2} µs 就来了，而上一条的回复至少要 {3} µs"};
-constexpr Words kPause{"nothing for {1} ms; lost input trips after {2} ms",
+constexpr BilingualText kPause{"nothing for {1} ms; lost input trips after {2} ms",
                        "{1} ms 没有任何帧；{2} ms 后输入丢失保护就会动作"};
 // clang-format on
 
@@ -95,9 +95,9 @@ std::optional<Finding> InputWatch::hear(const Heard& heard, const KnownDrive& dr
 namespace {
 
 // clang-format off
-constexpr Words kTooFar{"a step of {1}° in a stream of targets needs {2} dps; the motor, or a limit, allows {3}",
+constexpr BilingualText kTooFar{"a step of {1}° in a stream of targets needs {2} dps; the motor, or a limit, allows {3}",
                         "目标流中有一步为 {1}°，需要 {2} dps；电机或限值只允许 {3}"};
-constexpr Words kBehind{"{1} increments in a row; the shaft is {2}° behind them, which is {3} s of them",
+constexpr BilingualText kBehind{"{1} increments in a row; the shaft is {2}° behind them, which is {3} s of them",
                         "连续 {1} 次增量；轴落后 {2}°，相当于 {3} s 的增量"};
 // clang-format on
 
@@ -191,17 +191,17 @@ void WindUpWatch::look(const KnownDrive& drive) {
 namespace {
 
 // clang-format off
-constexpr Words kIsOff{"the drive is off: the command is answered and not executed",
+constexpr BilingualText kIsOff{"the drive is off: the command is answered and not executed",
                        "驱动器已关闭：命令得到回复，但不执行"};
-constexpr Words kSwitchOn{"switch the drive on with 0x88, then move",
+constexpr BilingualText kSwitchOn{"switch the drive on with 0x88, then move",
                           "先用 0x88 运行，然后才发运动命令"};
-constexpr Words kHasError{"the drive has an error (errorState {1}): the command is answered and not executed",
+constexpr BilingualText kHasError{"the drive has an error (errorState {1}): the command is answered and not executed",
                           "驱动器有错误（错误标志 {1}）：命令得到回复，但不执行"};
-constexpr Words kClearFirst{"clear the error with 0x9B, switch the drive on with 0x88, then move",
+constexpr BilingualText kClearFirst{"clear the error with 0x9B, switch the drive on with 0x88, then move",
                             "先用 0x9B 清除错误标志，再用 0x88 运行，然后才发运动命令"};
-constexpr Words kIgnored{"the drive has had an error (errorState {1}) for {2} s, and the host has not asked for its state",
+constexpr BilingualText kIgnored{"the drive has had an error (errorState {1}) for {2} s, and the host has not asked for its state",
                          "驱动器出错（错误标志 {1}）已有 {2} s，主机一直没有查询状态"};
-constexpr Words kLeft{"the drive has an error (errorState {1}), and the host, which had spoken to it until then, has been silent for 5 s without having asked for its state",
+constexpr BilingualText kLeft{"the drive has an error (errorState {1}), and the host, which had spoken to it until then, has been silent for 5 s without having asked for its state",
                       "驱动器出错（错误标志 {1}），此前一直与它通信的主机没有查询状态，已沉默 5 s"};
 // clang-format on
 
@@ -300,7 +300,7 @@ namespace {
 
 // clang-format off
 /// By TerminalFlag.
-constexpr Words kNotRaw[] = {
+constexpr BilingualText kNotRaw[] = {
     {"ICRNL is set: a 0x0D in a reply arrives as 0x0A, and its sum is wrong", "设着 ICRNL：回复里的 0x0D 到主机变成 0x0A，校验和就不对"},
     {"INLCR is set: a 0x0A in a reply arrives as 0x0D, and its sum is wrong", "设着 INLCR：回复里的 0x0A 到主机变成 0x0D，校验和就不对"},
     {"IGNCR is set: a 0x0D in a reply does not arrive", "设着 IGNCR：回复里的 0x0D 到不了主机"},
@@ -309,12 +309,12 @@ constexpr Words kNotRaw[] = {
     {"OPOST is set: a 0x0A that the host writes has a 0x0D before it on the wire", "设着 OPOST：主机写的 0x0A 在线上前面多一个 0x0D"},
     {"ECHO is set: the terminal sends replies back to the drives", "设着 ECHO：终端把回复又发回给驱动器"},
 };
-constexpr Words kNoPayload{"0x95 with LEN 0: the drive takes an angle that an earlier packet left in its buffer", "LEN 为 0 的 0x95：驱动器取的是先前的数据包留在缓冲里的角度"};
-constexpr Words kPadding{"{command} with LEN 7, which is CAN's", "{command} 的 LEN 为 7，那是 CAN 的长度"};
-constexpr Words kOver{"{1} times a packet before the reply to the last was over: this one came {2} µs after it, and the reply ends {3} µs after it at the earliest", "有 {1} 次在上一条的回复结束之前就发：这一条在 {2} µs 之后就来了，而回复最早在 {3} µs 之后结束"};
-constexpr Words kEcho{"{1} times a packet right after the host's own bytes came back: {2} µs after the last, whose reply ends {3} µs after it at the earliest", "有 {1} 次读回自己的字节后马上又发：在上一条 {2} µs 之后，而它的回复最早在 {3} µs 之后结束"};
+constexpr BilingualText kNoPayload{"0x95 with LEN 0: the drive takes an angle that an earlier packet left in its buffer", "LEN 为 0 的 0x95：驱动器取的是先前的数据包留在缓冲里的角度"};
+constexpr BilingualText kPadding{"{command} with LEN 7, which is CAN's", "{command} 的 LEN 为 7，那是 CAN 的长度"};
+constexpr BilingualText kOver{"{1} times a packet before the reply to the last was over: this one came {2} µs after it, and the reply ends {3} µs after it at the earliest", "有 {1} 次在上一条的回复结束之前就发：这一条在 {2} µs 之后就来了，而回复最早在 {3} µs 之后结束"};
+constexpr BilingualText kEcho{"{1} times a packet right after the host's own bytes came back: {2} µs after the last, whose reply ends {3} µs after it at the earliest", "有 {1} 次读回自己的字节后马上又发：在上一条 {2} µs 之后，而它的回复最早在 {3} µs 之后结束"};
 /// By rule.
-constexpr Words kSums[] = {
+constexpr BilingualText kSums[] = {
     {"the header's sum is the remainder of a division by 255", "帧头的校验和取了对 255 的余数"},
     {"the sum of the data is the remainder of a division by 255", "数据的校验和取了对 255 的余数"},
     {"the sum of the data counts the header in", "数据的校验和把帧头也算了进去"},

@@ -13,39 +13,47 @@
 namespace lk::emulator {
 namespace {
 
-constexpr Words kIq{"iq {1} is beyond {2} to {3}: the drive takes the nearest of them",
-                    "iq {1} 超出 {2} 到 {3}：驱动器取最近的值"};
-constexpr Words kIqLimit{"the iq limit {1} is beyond {2} to {3}: the drive takes the nearest",
-                         "iq 限值 {1} 超出 {2} 到 {3}：驱动器取最近的值"};
-constexpr Words kPower{"power {1} is beyond {2} to {3} per mille: the drive takes the nearest",
-                       "功率 {1} 超出 {2} 到 {3}（千分之）：驱动器取最近的值"};
-constexpr Words kSpeed{"{1} dps is beyond Max Speed, {2} to {3} dps: the drive goes no faster",
-                       "{1} dps 超出 Max Speed（{2} 到 {3} dps）：驱动器不会更快"};
-constexpr Words kAngle{"{1}° is beyond Max Angle, {2}° to {3}°: the drive goes no further",
-                       "{1}° 超出 Max Angle（{2}° 到 {3}°）：驱动器不会走得更远"};
-constexpr Words kTarget{"the single-turn target {1}° is beyond {2}° to {3}°: not executed",
-                        "单圈目标 {1}° 超出 {2}° 到 {3}°：不执行"};
-constexpr Words kDirection{"direction {1} is neither {2} nor {3}: not executed",
-                           "方向 {1} 既不是 {2} 也不是 {3}：不执行"};
-constexpr Words kOffset{"offset {1} is beyond {2} to {3} counts: the drive takes the nearest",
-                        "零偏 {1} 超出 {2} 到 {3}：驱动器取最近的值"};
-constexpr Words kAcceleration{"acceleration {1} dps/s is negative: the drive takes 0, no ramp",
-                              "加速度 {1} dps/s 是负数：驱动器取 0，即没有斜坡"};
-constexpr Words kParameter{"the value {1} is beyond {2} to {3}: the drive takes the nearest",
-                           "值 {1} 超出 {2} 到 {3}：驱动器取最近的值"};
-constexpr Words kSettingRange{"the setting {1} is beyond {2} to {3}: the drive keeps what it has",
-                              "设置 {1} 超出 {2} 到 {3}：驱动器保留原来的值"};
-constexpr Words kAction{"0x8C has no action {1} (0 engages, 1 releases, 16 reads): not executed",
-                        "0x8C 没有动作 {1}（0 抱闸，1 松闸，16 读取）：不执行"};
+constexpr BilingualText kIq{"iq {1} is beyond {2} to {3}: the drive takes the nearest of them",
+                            "iq {1} 超出 {2} 到 {3}：驱动器取最近的值"};
+constexpr BilingualText kIqLimit{
+    "the iq limit {1} is beyond {2} to {3}: the drive takes the nearest",
+    "iq 限值 {1} 超出 {2} 到 {3}：驱动器取最近的值"};
+constexpr BilingualText kPower{
+    "power {1} is beyond {2} to {3} per mille: the drive takes the nearest",
+    "功率 {1} 超出 {2} 到 {3}（千分之）：驱动器取最近的值"};
+constexpr BilingualText kSpeed{
+    "{1} dps is beyond Max Speed, {2} to {3} dps: the drive goes no faster",
+    "{1} dps 超出 Max Speed（{2} 到 {3} dps）：驱动器不会更快"};
+constexpr BilingualText kAngle{"{1}° is beyond Max Angle, {2}° to {3}°: the drive goes no further",
+                               "{1}° 超出 Max Angle（{2}° 到 {3}°）：驱动器不会走得更远"};
+constexpr BilingualText kTarget{"the single-turn target {1}° is beyond {2}° to {3}°: not executed",
+                                "单圈目标 {1}° 超出 {2}° 到 {3}°：不执行"};
+constexpr BilingualText kDirection{"direction {1} is neither {2} nor {3}: not executed",
+                                   "方向 {1} 既不是 {2} 也不是 {3}：不执行"};
+constexpr BilingualText kOffset{
+    "offset {1} is beyond {2} to {3} counts: the drive takes the nearest",
+    "零偏 {1} 超出 {2} 到 {3}：驱动器取最近的值"};
+constexpr BilingualText kAcceleration{
+    "acceleration {1} dps/s is negative: the drive takes 0, no ramp",
+    "加速度 {1} dps/s 是负数：驱动器取 0，即没有斜坡"};
+constexpr BilingualText kParameter{
+    "the value {1} is beyond {2} to {3}: the drive takes the nearest",
+    "值 {1} 超出 {2} 到 {3}：驱动器取最近的值"};
+constexpr BilingualText kSettingRange{
+    "the setting {1} is beyond {2} to {3}: the drive keeps what it has",
+    "设置 {1} 超出 {2} 到 {3}：驱动器保留原来的值"};
+constexpr BilingualText kAction{
+    "0x8C has no action {1} (0 engages, 1 releases, 16 reads): not executed",
+    "0x8C 没有动作 {1}（0 抱闸，1 松闸，16 读取）：不执行"};
 
 /// A field's value and its limits.
 struct Against {
-  const Words* words;
+  const BilingualText* words;
   double value, min, max;
 };
 
 /// For a field with fixed limits, in integers of the wire.
-Against on_wire(const Words& words, const protocol::Field& field, std::int64_t raw,
+Against on_wire(const BilingualText& words, const protocol::Field& field, std::int64_t raw,
                 const KnownDrive& drive) {
   const auto range = protocol::raw_range(field, drive.format);
   return {&words, static_cast<double>(raw), static_cast<double>(range.min),
@@ -162,11 +170,11 @@ constexpr std::uint8_t kDriveSettings = 0x05;
 constexpr std::uint8_t kSaved = 0x01;
 
 // clang-format off
-constexpr Words kNotSaved{"a setting was written with 0x42 and not saved with 0x44 before the restart: it is lost",
+constexpr BilingualText kNotSaved{"a setting was written with 0x42 and not saved with 0x44 before the restart: it is lost",
                           "用 0x42 写入的设置在重启之前没有用 0x44 保存：已经丢失"};
-constexpr Words kParameterAsSetting{"0x42 with the number {1}, which is one of 0xC0 and 0xC1",
+constexpr BilingualText kParameterAsSetting{"0x42 with the number {1}, which is one of 0xC0 and 0xC1",
                                     "0x42 带编号 {1}，这是 0xC0 和 0xC1 的编号"};
-constexpr Words kSettingAsParameter{"{command} with the number {1}, which is one of 0x40 and 0x42",
+constexpr BilingualText kSettingAsParameter{"{command} with the number {1}, which is one of 0x40 and 0x42",
                                     "{command} 带编号 {1}，这是 0x40 和 0x42 的编号"};
 // clang-format on
 
@@ -176,7 +184,7 @@ bool within(std::uint8_t byte, int first, int last) { return byte >= first && by
 
 std::optional<Finding> mixed_up_tables(const protocol::Payload& data) {
   const std::uint8_t number = data[1];
-  const auto found = [&](const Words& what) {
+  const auto found = [&](const BilingualText& what) {
     Finding finding{AdviceKind::kParameterSpace, &what, {static_cast<double>(number)}};
     finding.command = data[0];
     return finding;
@@ -214,10 +222,10 @@ void SettingWatch::hear_reply(const protocol::Payload& data) {
 
 namespace {
 
-constexpr Words kWearsOut{
+constexpr BilingualText kWearsOut{
     "written {1} times by this host: at this rate the {2} writes that are left in ROM last {3} h",
     "这台主机已写 {1} 次：照此速度，ROM 剩余的 {2} 次擦写只够用 {3} 小时"};
-constexpr Words kWornOut{
+constexpr BilingualText kWornOut{
     "written {1} times by this host: ROM has had all the writes that it is made for",
     "这台主机已写 {1} 次：ROM 的擦写寿命已经用完"};
 
@@ -248,7 +256,7 @@ std::optional<Finding> RomWatch::hear(const Heard& heard, const KnownDrive& driv
 
 namespace {
 
-constexpr Words kLoaded{
+constexpr BilingualText kLoaded{
     "0x18 has turned the shaft while a load of {1} Nm hung on it, and the rated torque is {2} Nm",
     "0x18 转动轴时轴上有 {1} Nm 的负载，而额定转矩是 {2} Nm"};
 
@@ -269,9 +277,9 @@ std::optional<Finding> CalibrationWatch::look(const KnownDrive& drive) {
 namespace {
 
 // clang-format off
-constexpr Words kArrived{"the shaft passed {1}° when the host left the speed of {1} dps, {2} times in a row: it means angles",
+constexpr BilingualText kArrived{"the shaft passed {1}° when the host left the speed of {1} dps, {2} times in a row: it means angles",
                          "连续 {2} 次都在轴转过 {1}° 时换掉了 {1} dps 的速度：主机想说的是角度"};
-constexpr Words kPath{"speeds that start at the angle of the shaft and continue in small steps, to {1} dps by now: they are angles",
+constexpr BilingualText kPath{"speeds that start at the angle of the shaft and continue in small steps, to {1} dps by now: they are angles",
                       "这串速度从轴的角度开始、以小步变化，现在是 {1} dps：它们其实是角度"};
 // clang-format on
 

@@ -118,9 +118,9 @@ KnownDrive::KnownDrive(const ServoConfig& config, const BusConfig& bus)
       endurance(config.flash.endurance),
       gear_ratio(config.profile.drive.mechanics.gear_ratio),
       rated_Nm(config.profile.rating.torque_rated_Nm),
-      address(drive_place(config.rom, config).id),
-      on_bus(is_on_its_bus(drive_place(config.rom, config), config) &&
-             is_at_its_rate(drive_place(config.rom, config), config)),
+      address(drive_address(config.rom, config).id),
+      on_bus(is_on_its_bus(drive_address(config.rom, config), config) &&
+             is_at_its_rate(drive_address(config.rom, config), config)),
       wear(config.wear) {
   look_at(config.rom);
 }
@@ -171,9 +171,9 @@ std::optional<MotionCommand> motion_of(const protocol::Command& command, int id)
 namespace {
 
 // clang-format off
-constexpr Words kNoAnswer{"{1} queries in a row without an answer, within {2} s",
+constexpr BilingualText kNoAnswer{"{1} queries in a row without an answer, within {2} s",
                           "连续 {1} 条命令帧没有回复，历时 {2} s"};
-constexpr Words kTooEarly{"{1} times a query {2} ms after the one before, whose reply came all the same; through this adapter it may take {3} ms",
+constexpr BilingualText kTooEarly{"{1} times a query {2} ms after the one before, whose reply came all the same; through this adapter it may take {3} ms",
                           "有 {1} 次在上一条之后 {2} ms 就发了命令帧，而回复还是到了；经过这个适配器最多要 {3} ms"};
 // clang-format on
 

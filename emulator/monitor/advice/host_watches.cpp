@@ -13,9 +13,9 @@ namespace {
 using protocol::Opcode;
 
 // clang-format off
-constexpr Words kBetween{"{1} comes between commands of {2}, which keep their own rhythm, and not for the first time: two programs command this drive",
+constexpr BilingualText kBetween{"{1} comes between commands of {2}, which keep their own rhythm, and not for the first time: two programs command this drive",
                          "{2} 的命令保持自己的节奏，其间却夹着 {1}，而且不止一次：有两个程序在指挥这台驱动器"};
-constexpr Words kKinds{"commands of two kinds, each in its own rhythm, again and again: two programs command this drive",
+constexpr BilingualText kKinds{"commands of two kinds, each in its own rhythm, again and again: two programs command this drive",
                        "两种命令各按自己的节奏反复出现：有两个程序在指挥这台驱动器"};
 // clang-format on
 
@@ -111,9 +111,9 @@ namespace {
 using protocol::Opcode;
 
 // clang-format off
-constexpr Words kReply{"{1} °C where a query has 0: the reply of another drive with this ID; the two answer each other's replies",
+constexpr BilingualText kReply{"{1} °C where a query has 0: the reply of another drive with this ID; the two answer each other's replies",
                        "命令帧该为 0 的位置是 {1} °C：这是另一台同 ID 驱动器的回复，两台驱动器会互相回复"};
-constexpr Words kReadReply{"a value where a query has 0: the reply of another drive with this ID; the two answer each other's replies",
+constexpr BilingualText kReadReply{"a value where a query has 0: the reply of another drive with this ID; the two answer each other's replies",
                            "命令帧该为 0 的位置有数值：这是另一台同 ID 驱动器的回复，两台驱动器会互相回复"};
 // clang-format on
 
@@ -214,35 +214,35 @@ namespace {
 using protocol::get_le;
 
 // clang-format off
-constexpr Words kLacks{"{command}, {name}: no answer, this drive does not have the command; it is one of {generations}",
+constexpr BilingualText kLacks{"{command}, {name}: no answer, this drive does not have the command; it is one of {generations}",
                        "{command} 没有回复：这台驱动器没有这条命令，有它的固件代是 {generations}"};
-constexpr Words kGiveIt{"if the real drive has it, set {key} in its quirks, or choose a generation that has it; if not, do without",
+constexpr BilingualText kGiveIt{"if the real drive has it, set {key} in its quirks, or choose a generation that has it; if not, do without",
                         "如果真实驱动器有这条命令，就在 quirks 里设 {key}，或者选用有它的固件代；没有就不要用"};
-constexpr Words kNoneHas{"{command}, {name}: no answer, this drive does not have the command, and no generation has it by itself",
+constexpr BilingualText kNoneHas{"{command}, {name}: no answer, this drive does not have the command, and no generation has it by itself",
                          "{command} 没有回复：这台驱动器没有这条命令，各固件代默认也都没有"};
-constexpr Words kSetItsQuirk{"if the real drive has it, set {key} in its quirks; if not, do without",
+constexpr BilingualText kSetItsQuirk{"if the real drive has it, set {key} in its quirks; if not, do without",
                           "如果真实驱动器有这条命令，就在 quirks 里设 {key}；没有就不要用"};
-constexpr Words kMyActuator{"no answer, this is no command of LK-TECH drives; MyActuator drives from V3 on have it, and are not emulated",
+constexpr BilingualText kMyActuator{"no answer, this is no command of LK-TECH drives; MyActuator drives from V3 on have it, and are not emulated",
                             "没有回复：这不是瓴控驱动器的命令；MyActuator V3 起的驱动器有它，本仿真器不支持"};
-constexpr Words kOtherDrives{"look up which drives the host was written for (docs/start/which-drive.md)",
+constexpr BilingualText kOtherDrives{"look up which drives the host was written for (docs/start/which-drive.md)",
                              "查这个主机程序是为哪种驱动器写的（docs/zh-CN/start/which-drive.md）"};
-constexpr Words kSeriesLacks{"{command}, {name}: no answer, drives of this series do not have the command",
+constexpr BilingualText kSeriesLacks{"{command}, {name}: no answer, drives of this series do not have the command",
                              "{command} 没有回复：这个系列的驱动器没有这条命令"};
-constexpr Words kOtherSeries{"use a command of this series, or a motor of another one (--motor)",
+constexpr BilingualText kOtherSeries{"use a command of this series, or a motor of another one (--motor)",
                              "使用这个系列的命令，或者换用另一系列的电机（--motor）"};
-constexpr Words kNobodyHas{"{command}: no answer, no generation has the command",
+constexpr BilingualText kNobodyHas{"{command}: no answer, no generation has the command",
                            "{command} 没有回复：没有哪一代有这条命令"};
-constexpr Words kNoParameter{"{command}, {name}: no answer, there is no parameter {1}",
+constexpr BilingualText kNoParameter{"{command}, {name}: no answer, there is no parameter {1}",
                              "{command} 没有回复：没有参数 {1}"};
-constexpr Words kLookUp{"look up the commands that there are (docs/reference/protocol.md, section 3)",
+constexpr BilingualText kLookUp{"look up the commands that there are (docs/reference/protocol.md, section 3)",
                         "查有哪些命令（docs/zh-CN/reference/protocol.md 第 3 节）"};
-constexpr Words kLookUpPackets{"look up the commands that there are (docs/reference/rs485.md, Commands)",
+constexpr BilingualText kLookUpPackets{"look up the commands that there are (docs/reference/rs485.md, Commands)",
                                "查有哪些命令（docs/reference/rs485.md 的 Commands 一节）"};
-constexpr Words kWideTarget{"a target of 32 bits, {1}°: this drive reads 16 bits of it, {2}°",
+constexpr BilingualText kWideTarget{"a target of 32 bits, {1}°: this drive reads 16 bits of it, {2}°",
                             "目标是 32 位的 {1}°：这台驱动器只读其中 16 位，即 {2}°"};
-constexpr Words kSetAngle{"0x95 with the angle {1}°: this drive ignores it, only v236 sets its angle so",
+constexpr BilingualText kSetAngle{"0x95 with the angle {1}°: this drive ignores it, only v236 sets its angle so",
                           "0x95 带角度 {1}°：这台驱动器不理会，只有 v236 能这样设定角度"};
-constexpr Words kSpeedLimit{"0xA2 with {1} where v236 has an iq limit: this drive has none, its current is not limited by it",
+constexpr BilingualText kSpeedLimit{"0xA2 with {1} where v236 has an iq limit: this drive has none, its current is not limited by it",
                             "0xA2 在 v236 放 iq 限值的位置带有 {1}：这台驱动器没有这个限值，电流不受它限制"};
 // clang-format on
 
@@ -271,14 +271,15 @@ bool some_generation_has(const protocol::CommandInfo& command, protocol::Framing
 }  // namespace
 
 Finding unknown_command(const protocol::Frame& frame, const KnownDrive& drive) {
-  const auto about = [&](const Words& what, const Words* todo, double number = 0) {
+  const auto about = [&](const BilingualText& what, const BilingualText* todo, double number = 0) {
     return Finding{AdviceKind::kUnknownCommand, &what, {number}, true, todo, frame.data[0]};
   };
   if (is_of_myactuator(frame)) {  // one advice for all of these
     return Finding{AdviceKind::kUnknownCommand, &kMyActuator, {}, false, &kOtherDrives};
   }
   const protocol::Framing framing = drive.format.dialect.framing;
-  const Words* const look_up = framing == protocol::Framing::kCan ? &kLookUp : &kLookUpPackets;
+  const BilingualText* const look_up =
+      framing == protocol::Framing::kCan ? &kLookUp : &kLookUpPackets;
   const protocol::CommandInfo* row = protocol::command_of(frame);
   if (row == nullptr) return about(kNobodyHas, look_up);
   if (!protocol::fits(*row, drive.format.series)) return about(kSeriesLacks, &kOtherSeries);
@@ -332,9 +333,9 @@ std::optional<Finding> GenerationWatch::hear_limit(std::int16_t limit_lsb,
 namespace {
 
 // clang-format off
-constexpr Words kCleared{"0x9B for the {1}. time within {2} s: the first has cleared the errors, its reply shows those from before",
+constexpr BilingualText kCleared{"0x9B for the {1}. time within {2} s: the first has cleared the errors, its reply shows those from before",
                          "{2} s 内第 {1} 次 0x9B：第一次就已清除，它的回复给出的是清除之前的标志"};
-constexpr Words kFar{"the first target after a start, {1}°, is {2}° from where the rotor stands, {3}°",
+constexpr BilingualText kFar{"the first target after a start, {1}°, is {2}° from where the rotor stands, {3}°",
                      "启动后第一个目标 {1}° 离转子当前位置 {3}° 有 {2}°"};
 // clang-format on
 

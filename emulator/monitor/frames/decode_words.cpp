@@ -12,7 +12,7 @@
 namespace lk::emulator {
 namespace {
 
-constexpr Words kWords[] = {
+constexpr BilingualText kWords[] = {
     // reasons why a frame is invalid
     {"error frame", "错误帧"},
     {"CAN FD", "CAN FD 帧"},
@@ -59,7 +59,7 @@ constexpr std::string_view kErrorClasses[] = {"transmission timed out",
 struct Choice {
   std::string_view key;
   int value;
-  Words words;
+  BilingualText words;
 };
 
 constexpr Choice kChoices[] = {
@@ -122,7 +122,7 @@ constexpr Choice kChoices[] = {
 };
 
 std::string errors_text(unsigned errors, Language language) {
-  const Words none{"no errors", "无错误"};
+  const BilingualText none{"no errors", "无错误"};
   return errors == 0 ? std::string(none.in(language)) : listed(error_words(errors), language);
 }
 
@@ -160,7 +160,7 @@ std::string quantity_text(const ReplyValue& one, std::uint32_t asked, Language l
   const auto* const known = protocol::find_quantity(one.name);
   if (known == nullptr || known->en.empty())
     return fmt::format("{} {}", one.name, three_decimals(one.value));
-  return fmt::format("{} {}", Words{known->en, known->zh}.in(language),
+  return fmt::format("{} {}", BilingualText{known->en, known->zh}.in(language),
                      with_unit(one.value, protocol::texts_of(known->unit).symbol));
 }
 
@@ -173,7 +173,7 @@ std::string_view in_language(std::string_view english, Language language) {
     const auto command = std::ranges::find(rows, english, &protocol::CommandInfo::name);
     if (command != rows.end()) return command->name_zh;
   }
-  const auto* const found = std::ranges::find(kWords, english, &Words::en);
+  const auto* const found = std::ranges::find(kWords, english, &BilingualText::en);
   return found != std::end(kWords) ? found->zh : english;
 }
 

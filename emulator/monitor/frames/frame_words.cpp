@@ -91,7 +91,7 @@ FrameReader::FrameReader(const BusConfig& bus) {
 }
 
 void FrameReader::follow(const Bus& bus) {
-  for (std::size_t n = 0; n < drives_.size(); ++n) readers_[n].id = bus.place(drives_[n]).id;
+  for (std::size_t n = 0; n < drives_.size(); ++n) readers_[n].id = bus.bus_address(drives_[n]).id;
 }
 
 const ReplyReader* FrameReader::reader_of(int id) const {

@@ -33,7 +33,7 @@ std::string shortest(double value) {
 }  // namespace
 
 ReplyReader::ReplyReader(const ServoConfig& servo)
-    : id(drive_place(servo.rom, servo).id),
+    : id(drive_address(servo.rom, servo).id),
       format(protocol::wire_format(servo.quirks.dialect, servo.profile.series)),
       manual_reply_bytes(servo.quirks.manual_reply_bytes) {
   const ShaftAngles angles(servo.profile, servo.quirks);

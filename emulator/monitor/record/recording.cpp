@@ -233,7 +233,7 @@ class MadeFiles {
     std::ofstream stream(file, std::ios::binary);
     stream << text;
     stream.close();
-    if (!stream) throw StartError("cannot write " + file.string() + ": " + reason_of(errno));
+    if (!stream) throw StartError("cannot write " + file.string() + ": " + errno_text(errno));
   }
   void keep() { made_.clear(); }
 

@@ -176,19 +176,19 @@ namespace {
 
 /// Samples a bus and passes the rows on.
 template <class Take>
-struct RowLook {
+struct RowSampler {
   Sampler& sampler;
   Take take;
   std::vector<double> row = {};
 
   SimTime next_due() const { return sampler.next_due(); }
-  void look(const Bus& bus) {
-    sampler.look(bus, row);
+  void sample(const Bus& bus) {
+    sampler.sample(bus, row);
     take(row);
   }
 };
 template <class Take>
-RowLook(Sampler&, Take) -> RowLook<Take>;  // required by Clang 14
+RowSampler(Sampler&, Take) -> RowSampler<Take>;  // required by Clang 14
 
 }  // namespace
 
@@ -206,8 +206,8 @@ ReplayCsvFile::ReplayCsvFile(const ReplayCsv& csv, const std::vector<BusConfig>&
   }
   file_.write(csv_header(names, samplers_));
   replay.advance = [this, &replay](std::size_t n, SimTime until) {
-    RowLook look{samplers_[n], [this, n](const std::vector<double>& row) { take(n, row); }};
-    advance_watched(replay.bus(n), until, look);
+    RowSampler rows{samplers_[n], [this, n](const std::vector<double>& row) { take(n, row); }};
+    advance_watched(replay.bus(n), until, rows);
   };
 }
 

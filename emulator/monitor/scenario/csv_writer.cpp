@@ -25,7 +25,7 @@ std::vector<const Signal*> find_signals(const std::vector<std::string>& names,
     if (name.starts_with(kBodyPrefix) && body == nullptr) {
       throw StartError("--signals: " + name + ": there is no [body] here");
     }
-    const std::string meant = nearest(name, known);
+    const std::string meant = closest_match(name, known);
     throw StartError("--signals: no signal \"" + name + "\"" +
                      (meant.empty() ? "" : ", did you mean " + meant + "?"));
   }

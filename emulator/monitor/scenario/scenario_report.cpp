@@ -21,8 +21,9 @@ std::string open_case(const std::string& name, const std::string& suite) {
 }
 
 std::string expectation_case(const ExpectationResult& result, const std::string& suite) {
-  const std::string name =
-      result.says.empty() ? result.expected : result.says + " (" + result.expected + ")";
+  const std::string name = result.description.empty()
+                               ? result.expected
+                               : result.description + " (" + result.expected + ")";
   std::string text = open_case(name, suite);
   if (result.status == Status::kPassed) return text + "/>\n";
   const char* const kind = result.status == Status::kFailed ? "failure" : "error";
@@ -232,7 +233,7 @@ std::string report_text(const RunReport& report, bool in_colour, Language langua
   for (const ExpectationResult& result : verdict.expectations) {
     text += fmt::format("  {}  {}", status_word(result.status, in_colour), result.expected);
     text += fmt::format(" - {}\n", result.measured);
-    if (!result.says.empty()) text += fmt::format("        {}\n", result.says);
+    if (!result.description.empty()) text += fmt::format("        {}\n", result.description);
   }
   for (const PlannedFault& fault : verdict.faults) {
     text += fmt::format("  fault {}\n", fault_sentence(fault));

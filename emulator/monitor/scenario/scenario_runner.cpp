@@ -36,13 +36,13 @@ fs::path robot_file(const std::string& name, const fs::path& directory) {
 
 /// Returns "; its drive 1 on vcan0 is mg8016, here it is mf7015 (and 2 more)", or "".
 std::string foreign_text(const Scenario& scenario) {
-  if (scenario.foreign.empty()) return "";
-  const ForeignDrive& first = scenario.foreign.front();
+  if (scenario.mismatches.empty()) return "";
+  const DriveMismatch& first = scenario.mismatches.front();
   const std::string here =
-      first.running.empty() ? "there is none here" : "here it is " + on_one_line(first.running);
-  const std::size_t more = scenario.foreign.size() - 1;
-  return "; its drive " + std::to_string(first.id) + " on " + on_one_line(first.bus) + " is " +
-         on_one_line(first.meant) + ", " + here +
+      first.running.empty() ? "there is none here" : "here it is " + sanitized_line(first.running);
+  const std::size_t more = scenario.mismatches.size() - 1;
+  return "; its drive " + std::to_string(first.id) + " on " + sanitized_line(first.bus) + " is " +
+         sanitized_line(first.meant) + ", " + here +
          (more > 0 ? " (and " + std::to_string(more) + " more)" : "");
 }
 
@@ -99,7 +99,7 @@ Scenario load_live_scenario(const std::string& given, const std::vector<BusConfi
   });
   if (!scenario.robot_name.empty()) {
     spdlog::info("scenario {}: its robot {} is not used, the drives are those that run{}",
-                 on_one_line(scenario.name), on_one_line(scenario.robot_name),
+                 sanitized_line(scenario.name), sanitized_line(scenario.robot_name),
                  foreign_text(scenario));
   }
   return scenario;
@@ -159,7 +159,7 @@ class CsvOutput {
   void look(const ScenarioRun& run) {
     values_.clear();
     for (std::size_t n = 0; n < samplers_.size(); ++n) {
-      samplers_[n].look(run.bus(n), row_);
+      samplers_[n].sample(run.bus(n), row_);
       values_.insert(values_.end(), row_.begin(), row_.end());
     }
     file_.write(csv_row(run.time(), values_));

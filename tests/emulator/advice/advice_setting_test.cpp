@@ -77,7 +77,7 @@ ServoConfig second_print() { return test::drive(Generation::kV236b); }
 TEST(AdviceSettings, ADriveIsWatchedAtItsNewId) {
   AnsweredHost host(second_print());
   for (const protocol::Frame& frame : {kWriteId9, kSave, kRestart}) host.repeat(1, 10ms, frame);
-  ASSERT_EQ(host.bus.place(1).id, 9);
+  ASSERT_EQ(host.bus.bus_address(1).id, 9);
   host.repeat(20, 10ms, query(ReadState2{}, 9));
   host.repeat(1, 10ms, test::frame("149#3000000000000000"));
   EXPECT_EQ(host.count(AdviceKind::kUnknownCommand), 1U) << host.all();

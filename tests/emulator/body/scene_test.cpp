@@ -41,15 +41,15 @@ void run(MujocoBody& body, double seconds) {
   }
 }
 
-BodyState look(const MujocoBody& body) {
+BodyState state_of(const MujocoBody& body) {
   BodyState state;
-  body.look(state);
+  body.read_state(state);
   return state;
 }
 
 /// Returns the signal of that name, as used in conditions and CSV files.
 double read(const MujocoBody& body, const std::string& name) {
-  const BodyState state = look(body);
+  const BodyState state = state_of(body);
   const emulator::BodySignals signals(body.parts(), state);
   for (const emulator::Signal& signal : signals.all()) {
     if (signal.name == name) return signal.of_body(state, signal.part);
@@ -65,9 +65,9 @@ TEST(Scene, ABlockSlidesDownASlopeThatIsSteepForItsFriction) {
   body->set_floor({.friction = 0.2, .slope_rad = 20 * kRad});
   body->update();
   run(*body, 0.5);
-  const double before = look(*body).parts[kPart].speed_m_s[0];
+  const double before = state_of(*body).parts[kPart].speed_m_s[0];
   run(*body, 0.5);
-  const double gained = look(*body).parts[kPart].speed_m_s[0] - before;
+  const double gained = state_of(*body).parts[kPart].speed_m_s[0] - before;
   const double a = kG * (std::sin(20 * kRad) - 0.2 * std::cos(20 * kRad));
   EXPECT_NEAR(gained / 0.5, -a, 0.03 * a);  // the slope rises along +x
 }
@@ -78,7 +78,7 @@ TEST(Scene, ABlockStaysOnASlopeThatItsFrictionHolds) {
   body->set_floor({.friction = {}, .slope_rad = 20 * kRad});
   body->update();
   run(*body, 1);
-  EXPECT_GT(look(*body).parts[kPart].position_m[0], -0.02);
+  EXPECT_GT(state_of(*body).parts[kPart].position_m[0], -0.02);
   body->set_floor({.friction = {}, .slope_rad = 0.0});
   body->update();
   EXPECT_NEAR(body->model().opt.gravity[0], 0, 1e-12);
@@ -147,7 +147,7 @@ TEST(Scene, AKeyframeIsAPose) {
   EXPECT_EQ(body->keyframes()[1], "up");
   body->pose({.keyframe = 1, .part = 0, .position_m = {}, .rpy_rad = {}, .joints = {}});
   body->update();
-  EXPECT_EQ(look(*body).parts[kPart].position_m[2], 1);
+  EXPECT_EQ(state_of(*body).parts[kPart].position_m[2], 1);
   EXPECT_EQ(body->joint(0).angle_rad, 0.5);
 }
 
@@ -220,7 +220,7 @@ TEST(Scene, AStepLiesOnAFloorThatTheModelTilts) {
               .joints = {}});
   body->update();
   run(*body, 1);
-  const emulator::Triple at = look(*body).parts[kPart].position_m;
+  const emulator::Triple at = state_of(*body).parts[kPart].position_m;
   EXPECT_NEAR(at[2] * std::cos(10 * kRad) - at[0] * std::sin(10 * kRad), 0.13, 2e-3);
 }
 
@@ -233,7 +233,7 @@ TEST(Scene, AModelMayDiscardWhatIsOnlySeen) {
   body->update();
   run(*body, 0.5);
   run(*untouched, 0.5);
-  EXPECT_EQ(look(*body).parts[kPart].position_m, look(*untouched).parts[kPart].position_m);
+  EXPECT_EQ(state_of(*body).parts[kPart].position_m, state_of(*untouched).parts[kPart].position_m);
   body->set_floor({.friction = {}, .slope_rad = {}, .step = emulator::FloorStep{0.08, -5}});
   set_down(*body, 0);
   EXPECT_NEAR(read(*body, "body.block.z_m"), 0.13, 1e-3);
@@ -289,9 +289,9 @@ TEST(Scene, AStepHasTheFrictionOfTheFloor) {
     body->set_floor({.friction = {}, .slope_rad = 20 * kRad});
     body->update();
     run(*body, 0.5);
-    const double before = look(*body).parts[kPart].speed_m_s[0];
+    const double before = state_of(*body).parts[kPart].speed_m_s[0];
     run(*body, 0.5);
-    return look(*body).parts[kPart].speed_m_s[0] - before;
+    return state_of(*body).parts[kPart].speed_m_s[0] - before;
   };
   const double a = kG * (std::sin(20 * kRad) - 0.2 * std::cos(20 * kRad));
   EXPECT_NEAR(gained(true) / 0.5, -a, 0.03 * a);

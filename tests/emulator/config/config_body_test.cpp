@@ -118,7 +118,7 @@ class Walker : public test::HandBody {
   }
   bool has_floor() const override { return true; }
   /// The trunk is at x = its first angle; its joint 1 touches the floor.
-  void look(BodyState& state) const override {
+  void read_state(BodyState& state) const override {
     state.parts.resize(2);
     state.parts[1].position_m = {angles()[0], 0, 0.3};
     state.contact_N = 9.81;

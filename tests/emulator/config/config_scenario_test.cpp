@@ -238,13 +238,13 @@ TEST(ScenarioFile, ALiveOneKnowsWhereWhatRunsIsNotItsRobot) {
       "other.toml", {}, find_test_profile);
   const std::string text =
       kHead + std::string("[[expect]]\nbus = \"vcan0\"\nid = 1\nstate = \"off\"\n");
-  const auto foreign = parse_live_scenario(text, "k.toml", running, kFiles).foreign;
-  ASSERT_EQ(foreign.size(), 2U);
+  const auto mismatches = parse_live_scenario(text, "k.toml", running, kFiles).mismatches;
+  ASSERT_EQ(mismatches.size(), 2U);
   const std::string& plain = running[0].servos[0].profile.name;
-  EXPECT_EQ(foreign[0], (ForeignDrive{"can5", 2, "mg4005", plain}));
-  EXPECT_EQ(foreign[1], (ForeignDrive{"can6", 4, plain, ""}));
+  EXPECT_EQ(mismatches[0], (DriveMismatch{"can5", 2, "mg4005", plain}));
+  EXPECT_EQ(mismatches[1], (DriveMismatch{"can6", 4, plain, ""}));
   const auto own = parse_config(kRobot, "dog.toml", {}, find_test_profile);
-  EXPECT_TRUE(parse_live_scenario(text, "k.toml", own, kFiles).foreign.empty());
+  EXPECT_TRUE(parse_live_scenario(text, "k.toml", own, kFiles).mismatches.empty());
 }
 
 TEST(ScenarioFile, ALiveOneNeedsNoRobot) {

@@ -63,13 +63,13 @@ TEST(ConfigSerial, OnABusWithoutARateADriveHearsAtWhateverRateItIsSetTo) {
   overrides.baud = overrides.bitrate = 0;
   for (BusConfig& bus : default_config(overrides, find_test_profile)) {
     ServoConfig& servo = bus.servos[0];
-    const DrivePlace delivered = drive_place(servo.rom, servo);
+    const DriveAddress delivered = drive_address(servo.rom, servo);
     EXPECT_EQ(serial_rate_of(delivered.serial_rate, true), 115'200) << bus.interface;
     EXPECT_EQ(can_rate_of(delivered.can_rate), 1'000'000) << bus.interface;
     EXPECT_TRUE(is_at_its_rate(delivered, servo)) << bus.interface;
     servo.rom.serial_rate = 7;
     servo.rom.can_rate = 3;
-    EXPECT_TRUE(is_at_its_rate(drive_place(servo.rom, servo), servo)) << bus.interface;
+    EXPECT_TRUE(is_at_its_rate(drive_address(servo.rom, servo), servo)) << bus.interface;
   }
 }
 
@@ -82,7 +82,7 @@ TEST(ConfigSerial, ADriveIsDeliveredAtTheRateThatTheCommandLineGivesTheBus) {
                                          overrides, find_test_profile)}) {
     const ServoConfig& servo = buses.at(0).servos[0];
     EXPECT_EQ(buses[0].bitrate, 500'000);
-    EXPECT_EQ(can_rate_of(drive_place(servo.rom, servo).can_rate), 500'000);
+    EXPECT_EQ(can_rate_of(drive_address(servo.rom, servo).can_rate), 500'000);
   }
 }
 

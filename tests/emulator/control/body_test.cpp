@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "emulator/core/coupling/body_looks.hpp"
+#include "emulator/core/coupling/drawable_body.hpp"
 #include "emulator/core/servo/signals.hpp"
 #include "emulator/io/control/body_stream.hpp"
 #include "tests/emulator/control/http_support.hpp"
@@ -15,7 +15,7 @@ namespace lk::emulator {
 namespace control_body_test {
 
 /// A wheel on an axle that falls by 1 mm each step and has a contact from 2 ms on.
-class Wheel : public Mechanism, public BodyLooks {
+class Wheel : public Mechanism, public DrawableBody {
  public:
   std::unique_ptr<Mechanism> clone() const override { return std::make_unique<Wheel>(*this); }
   SimTime step() const override { return std::chrono::milliseconds(1); }
@@ -25,7 +25,7 @@ class Wheel : public Mechanism, public BodyLooks {
   void update() override {}
   void advance(std::span<const JointTorque> /*torques*/) override { ++steps_; }
   std::span<const std::string> parts() const override { return parts_; }
-  void look(BodyState& state) const override {
+  void read_state(BodyState& state) const override {
     state.parts = {{}, {.position_m = {1.5, 0, -1e-3 * steps_}}};
     state.contact_N = steps_ < 2 ? 0 : 19.62;
   }
@@ -62,7 +62,7 @@ BusConfig on_a_wheel() {
   bus.interface = "vcan0";
   bus.body = std::make_shared<Wheel>();
   BodyState beginning;
-  bus.body->look(beginning);
+  bus.body->read_state(beginning);
   bus.body_signals = std::make_shared<BodySignals>(bus.body->parts(), beginning);
   bus.servos.front().joint = JointLink{};
   return bus;

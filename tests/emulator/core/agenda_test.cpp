@@ -25,25 +25,25 @@ TEST(Agenda, IsInTheOrderOfTimesAndThenOfEntering) {
   std::vector<std::pair<int, int>> entered;
   for (int n = 0; n < 500; ++n) {
     const int at = static_cast<int>(random() % 20);
-    agenda.enter(SimTime(at), task(n));
+    agenda.schedule(SimTime(at), task(n));
     entered.emplace_back(at, n);
   }
   std::ranges::stable_sort(entered, {}, &std::pair<int, int>::first);
   std::vector<int> expected;
   for (const auto& [at, n] : entered) expected.push_back(n);
   EXPECT_EQ(all_of(agenda), expected);
-  agenda.forget<Reconnect>(expected[100]);
+  agenda.cancel<Reconnect>(expected[100]);
   expected.erase(expected.begin() + 100);
   EXPECT_EQ(all_of(agenda), expected) << "what is left keeps its order";
 }
 
 TEST(Agenda, CountsAndForgetsDirectivesAlone) {
   Agenda agenda;
-  agenda.enter(SimTime(2), task(1));
-  agenda.enter(SimTime(1), Directive{1, PowerOff{}});
-  agenda.enter(SimTime(3), Directive{1, PowerOn{}});
+  agenda.schedule(SimTime(2), task(1));
+  agenda.schedule(SimTime(1), Directive{1, PowerOff{}});
+  agenda.schedule(SimTime(3), Directive{1, PowerOn{}});
   EXPECT_EQ(agenda.directives(), 2U);
-  agenda.forget_directives();
+  agenda.cancel_directives();
   EXPECT_EQ(agenda.directives(), 0U);
   EXPECT_EQ(all_of(agenda), std::vector<int>{1});
 }

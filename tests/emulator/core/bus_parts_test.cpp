@@ -46,7 +46,7 @@ TEST(MemoryPart, TakesOneWriteAfterTheOtherAndLosesThemWithThePower) {
   BusConfig bus = test::bus_config({});
   bus.servos = {config};
   Motors motors(bus);
-  const Lane lane = motors.lane(motors.place_of(config, bus));
+  const Lane lane = motors.lane(motors.location_of(config, bus));
   Servo servo(config, lane.telemetry());
   Memory memory;
   Registers value = servo.rom();
@@ -89,7 +89,7 @@ TEST(LinkPart, ABlockedQueueFillsUpAndIsForgottenWithThePower) {
   EXPECT_EQ(link.send(wire, Outgoing{1ms, kReply}), 1U);
   EXPECT_FALSE(link.babble(wire, kReply, 2ms));
   EXPECT_FALSE(wire.next_due());
-  EXPECT_EQ(link.forget(wire, 2ms), CanWire::kDriveQueue);
+  EXPECT_EQ(link.drop_all(wire, 2ms), CanWire::kDriveQueue);
   link.release(wire, 2ms);
   EXPECT_TRUE(link.babble(wire, kReply, 3ms));
   EXPECT_EQ(wire.next_due(), 3ms);
@@ -97,17 +97,17 @@ TEST(LinkPart, ABlockedQueueFillsUpAndIsForgottenWithThePower) {
 
 TEST(AgendaPart, EqualsComeInTheOrderOfEntryAndALookOnlyOnce) {
   Agenda agenda;
-  agenda.enter(2ms, SupplyStep{1});
-  agenda.enter(1ms, SagEnd{1});
-  agenda.enter(1ms, FaultEnd{7});
-  agenda.look_by(5ms);
-  agenda.look_by(6ms);  // an earlier look is planned
-  agenda.forget<SupplyStep>(1);
-  agenda.forget_fault<FaultEnd>(8);
+  agenda.schedule(2ms, SupplyStep{1});
+  agenda.schedule(1ms, SagEnd{1});
+  agenda.schedule(1ms, FaultEnd{7});
+  agenda.sample_by(5ms);
+  agenda.sample_by(6ms);  // an earlier sample is planned
+  agenda.cancel<SupplyStep>(1);
+  agenda.cancel_fault<FaultEnd>(8);
   EXPECT_TRUE(std::holds_alternative<SagEnd>(agenda.take()));
   EXPECT_TRUE(std::holds_alternative<FaultEnd>(agenda.take()));
   EXPECT_EQ(agenda.next_due(), 5ms);
-  EXPECT_TRUE(std::holds_alternative<Look>(agenda.take()));
+  EXPECT_TRUE(std::holds_alternative<Sample>(agenda.take()));
   EXPECT_EQ(agenda.next_due(), std::nullopt);
 }
 
@@ -125,7 +125,7 @@ TEST(ConditionsPart, HoldOnceAndGiveBackWhatWaited) {
   EXPECT_EQ(conditions.directives(), 1U);
   EXPECT_EQ(conditions.take_due(11ms, view).size(), 1U);
   EXPECT_EQ(conditions.directives(), 0U);
-  conditions.forget_fault(3);
+  conditions.cancel_fault(3);
   EXPECT_TRUE(conditions.empty());
 }
 
@@ -169,8 +169,9 @@ TEST(FaultBoardPart, SumsUpWhatADriveHas) {
   EXPECT_FALSE(board.firmware_faults(2).rom_worn);
   EXPECT_EQ(board.first(1, &FaultRow::blocks), nullptr);
   EXPECT_EQ(board.first(2, &FaultRow::blocks), &board[4]);
-  const FaultBoard::Said said = board.say(2, DriveLink{.owner = 0x142}, {1ms, kReply}, 0, 1ms);
-  EXPECT_EQ(said.out.size(), 1U);
+  const FaultBoard::FaultedReply faulted =
+      board.apply_to_reply(2, DriveLink{.owner = 0x142}, {1ms, kReply}, 0, 1ms);
+  EXPECT_EQ(faulted.out.size(), 1U);
   EXPECT_EQ(board[4].evidence.effects, 1U);
 }
 

@@ -143,7 +143,7 @@ TEST(CanWire, ASpoiledReplyHasTheWireToItsEnd) {
     wire.send_from_drive(110us, kReply2);
     wire.send_from_host(120us, kQuery32);
     EXPECT_EQ(wire.next_reply_start(), 100us);
-    EXPECT_EQ(wire.forget_replies(0x142, died), 2U);
+    EXPECT_EQ(wire.drop_replies(0x142, died), 2U);
     EXPECT_EQ(wire.next_reply_start(), std::nullopt);
     if (died < 100us) {
       expect_next(wire, 240us, kQuery32);
@@ -169,7 +169,7 @@ TEST(CanWire, WhoWaitsWhenItsDriveDiesNeverHadTheWire) {
   CanWire wire(1'000'000);
   wire.send_from_host(0us, kQuery1);
   wire.send_from_drive(50us, kReply2);
-  EXPECT_EQ(wire.forget_replies(0x142, 60us), 1U);
+  EXPECT_EQ(wire.drop_replies(0x142, 60us), 1U);
   expect_next(wire, 120us, kQuery1);
   EXPECT_EQ(wire.busy(), 123us);
 }

@@ -191,17 +191,17 @@ TEST(Delivery, WhatIsDoneToADriveIsDoneNow) {
   EXPECT_EQ(behind.truth(2).theta_m, settled.truth(2).theta_m);
 }
 
-/// Requests a look every `period`, starting at `period`.
+/// Requests a sample every `period`, starting at `period`.
 struct Watcher {
   SimTime next_due() const { return next; }
-  void look(const Bus& bus) {
+  void sample(const Bus& bus) {
     EXPECT_EQ(bus.time(), next);
-    ++looks;
+    ++samples;
     next += period;
   }
   SimTime period;
   SimTime next = period;
-  int looks = 0;
+  int samples = 0;
 };
 
 TEST(Delivery, EachWatcherLooksAtItsOwnTimes) {
@@ -209,8 +209,8 @@ TEST(Delivery, EachWatcherLooksAtItsOwnTimes) {
   Watcher often{3ms};
   Watcher seldom{7ms};
   advance_watched(bus, 30ms, often, seldom);
-  EXPECT_EQ(often.looks, 10);
-  EXPECT_EQ(seldom.looks, 4);
+  EXPECT_EQ(often.samples, 10);
+  EXPECT_EQ(seldom.samples, 4);
   EXPECT_EQ(bus.time(), 30ms);
 }
 

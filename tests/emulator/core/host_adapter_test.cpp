@@ -90,9 +90,9 @@ TEST(HostAdapter, LosesTheNewestAndSaysSoOnce) {
   HostAdapter adapter({.batch_us = 1000, .depth = 2}, 1);
   EXPECT_FALSE(adapter.from_wire(reply(100us)).lost);
   EXPECT_FALSE(adapter.from_wire(reply(200us)).lost);
-  const AdapterShown third = adapter.from_wire(reply(300us));
+  const AdapterEffects third = adapter.from_wire(reply(300us));
   EXPECT_TRUE(third.lost && third.reported);
-  const AdapterShown fourth = adapter.from_wire(reply(400us));
+  const AdapterEffects fourth = adapter.from_wire(reply(400us));
   EXPECT_TRUE(fourth.lost && !fourth.reported);
   EXPECT_EQ(arrivals(adapter), (std::vector<SimTime>{1ms, 1ms}));
   EXPECT_FALSE(adapter.from_wire(reply(1100us)).lost);

@@ -22,8 +22,8 @@ struct Ear {
   Ear(const decltype(Expectation::what)& what, Period when, SimTime start)
       : bus(test::bus_config({1, 2})),
         judge(test::bus_config({1, 2}), {{0, 1, what, when, ""}}, 0, start) {}
-  void query(SimTime when, const char* text) { judge.hear_query({when, test::frame(text)}, bus); }
-  void reply(SimTime when, const char* text) { judge.hear_reply({when, test::frame(text)}); }
+  void query(SimTime when, const char* text) { judge.on_query({when, test::frame(text)}, bus); }
+  void reply(SimTime when, const char* text) { judge.on_reply({when, test::frame(text)}); }
   ExpectationResult result(SimTime now = 10s) const { return judge.results(now).at(0); }
   Status status(SimTime now = 10s) const { return result(now).status; }
   Bus bus;
@@ -139,8 +139,8 @@ TEST(JudgeAnswers, AFrameUnderAnotherIdOrOfAnotherLengthIsNone) {
     Ear ear;
     ear.query(1s, kState2);
     TimedFrame reply{1001ms, test::frame(text)};
-    reply.said_by = 1;
-    ear.judge.hear_reply(reply);
+    reply.drive_id = 1;
+    ear.judge.on_reply(reply);
     return ear.status();
   };
   EXPECT_EQ(after(kState2), Status::kPassed);

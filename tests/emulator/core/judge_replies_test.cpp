@@ -16,9 +16,9 @@ struct Ear {
   explicit Ear(const Replies& replies, const BusConfig& config = test::bus_config({1}))
       : bus(config),
         judge(config, {{0, 1, replies, {Period::Kind::kThroughout, 0ns, 10s}, ""}}, 0, 0ns) {}
-  void query(SimTime when, const protocol::Frame& frame) { judge.hear_query({when, frame}, bus); }
+  void query(SimTime when, const protocol::Frame& frame) { judge.on_query({when, frame}, bus); }
   void query(SimTime when, const char* text) { query(when, test::frame(text)); }
-  void reply(SimTime when, const char* text) { judge.hear_reply({when, test::frame(text)}); }
+  void reply(SimTime when, const char* text) { judge.on_reply({when, test::frame(text)}); }
   Status status(SimTime now = 10s) const { return judge.results(now).at(0).status; }
   Bus bus;
   Judge judge;

@@ -72,7 +72,7 @@ TEST(Judge, ThroughoutNeedsItAtEveryLook) {
   EXPECT_EQ(status_of(within("true_angle_deg", 44, 46), throughout(0ns, 500ms)), Status::kFailed);
   EXPECT_EQ(status_of(within("true_angle_deg", 134, 136), throughout(500ms, 1s)), Status::kPassed);
   EXPECT_EQ(status_of(within("true_angle_deg", 134, 136), throughout(499ms, 1s)), Status::kFailed);
-  // Its end is evaluated even between two looks.
+  // Its end is evaluated even between two samples.
   EXPECT_EQ(status_of(within("true_angle_deg", 44, 46), throughout(400ms + 500us, 500ms)),
             Status::kFailed);
 }
@@ -179,7 +179,7 @@ TEST(Judge, SaysOfWhatDidNotComeAboutUntilWhenItWasLookedFor) {
   const Bus bus{test::bus_config({1})};
   const Expectation stalls{0, 1, ErrorIs{model::Error::kStall, true}, by(1s), ""};
   Judge judge(test::bus_config({1}), {stalls}, 0, 0ns);
-  judge.look(bus);
+  judge.sample(bus);
   EXPECT_EQ(judge.results(0ns).at(0).measured, "not set so far");
 }
 
@@ -187,8 +187,8 @@ TEST(Judge, SaysOfWhatDidNotComeAboutUntilWhenItWasLookedFor) {
 struct Ear {
   explicit Ear(const Replies& replies, Period when = throughout(0ns, 10s), SimTime start = 0ns)
       : judge(test::bus_config({1, 2}), {{0, 1, replies, when, ""}}, 0, start) {}
-  void query(SimTime when, const char* text) { judge.hear_query({when, test::frame(text)}, bus); }
-  void reply(SimTime when, const char* text) { judge.hear_reply({when, test::frame(text)}); }
+  void query(SimTime when, const char* text) { judge.on_query({when, test::frame(text)}, bus); }
+  void reply(SimTime when, const char* text) { judge.on_reply({when, test::frame(text)}); }
   Status status(SimTime now = 10s) const { return judge.results(now).at(0).status; }
   Bus bus{test::bus_config({1, 2})};
   Judge judge;
@@ -278,10 +278,10 @@ TEST(Judge, AFrameForSeveralAsksEachOfItsDrives) {
     Judge judge(config, {{0, 1, prompt, throughout(0ns, 10s), ""}}, 0, 0ns);
     protocol::Frame reply = test::frame("141#0000000000000000");
     reply.data[0] = command;
-    judge.hear_reply({500ms, reply});  // without a query
-    judge.hear_query({1s, test::frame(query)}, bus);
+    judge.on_reply({500ms, reply});  // without a query
+    judge.on_query({1s, test::frame(query)}, bus);
     EXPECT_EQ(judge.results(10s).at(0).status, Status::kFailed) << query;
-    judge.hear_reply({1s + 1500us, reply});
+    judge.on_reply({1s + 1500us, reply});
     EXPECT_EQ(judge.results(10s).at(0).status, Status::kPassed) << query;
   }
 }
@@ -298,9 +298,9 @@ TEST(Judge, AFrameThatADriveDoesNotListenToAsksNothing) {
     slow.command = 0xA1;
     slow.age = Range{5, 6};
     Judge judge(config, {{0, 1, slow, throughout(0ns, 10s), ""}}, 0, 0ns);
-    judge.hear_query({1000ms, test::frame(own)}, bus);
-    judge.hear_query({1004ms, test::frame(others)}, bus);
-    judge.hear_reply({1005ms, test::frame("141#A100000000000000")});
+    judge.on_query({1000ms, test::frame(own)}, bus);
+    judge.on_query({1004ms, test::frame(others)}, bus);
+    judge.on_reply({1005ms, test::frame("141#A100000000000000")});
     EXPECT_EQ(judge.results(10s).at(0).status, Status::kPassed) << several;
   }
 }
@@ -315,9 +315,9 @@ TEST(Judge, AFrameForSeveralWithoutAWordForADriveAsksItNothing) {
   // 0x288 addresses drives 1 to 8; half a frame addresses none.
   for (const char* query : {"288#9A9A9A9A9A9A9A9A", "280#0000"}) {
     Judge judge(config, {{0, 9, prompt, throughout(0ns, 10s), ""}}, 0, 0ns);
-    judge.hear_query({1s, test::frame(query)}, bus);
+    judge.on_query({1s, test::frame(query)}, bus);
     for (const char* reply : {"149#9A00000000000000", "149#A100000000000000"}) {
-      judge.hear_reply({1001ms, test::frame(reply)});
+      judge.on_reply({1001ms, test::frame(reply)});
     }
     EXPECT_EQ(judge.results(10s).at(0).status, Status::kFailed) << query;
   }

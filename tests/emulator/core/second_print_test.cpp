@@ -120,10 +120,10 @@ TEST(SecondPrint, TheIdMovesAtTheRestartAndIsKept) {
   Host host(drive());
   host.ask("147#42050A0009000000");
   host.ask("147#4405FA0000000000");
-  EXPECT_EQ(host.bus.place(7).id, 7);
+  EXPECT_EQ(host.bus.bus_address(7).id, 7);
   EXPECT_TRUE(is_silent(host, "149#9C00000000000000"));
   host.talk(frame("147#0700000000000000"));
-  EXPECT_EQ(host.bus.place(7).id, 9);
+  EXPECT_EQ(host.bus.bus_address(7).id, 9);
   EXPECT_TRUE(is_silent(host, "147#9C00000000000000"));
   EXPECT_EQ(host.ask("149#40050A0000000000"), frame("149#40050A0009000000"));
   host.bus.power_cycle(7);
@@ -203,7 +203,7 @@ TEST(SecondPrint, AFailedWriteSaysSo) {
   host.ask("147#42050A0009000000");
   EXPECT_EQ(host.ask("147#4405FA0000000000"), frame("147#4405000000000000"));
   host.talk(frame("147#0700000000000000"));
-  EXPECT_EQ(host.bus.place(7).id, 7);
+  EXPECT_EQ(host.bus.bus_address(7).id, 7);
 }
 
 TEST(SecondPrint, SeveralSettingsAreOneWriteAndWearEachOnce) {
@@ -313,7 +313,7 @@ TEST(SecondPrint, IdChangedFault) {
   EXPECT_TRUE(is_silent(host, "147#8100000000000000"));
   EXPECT_EQ(host.ask("14C#8100000000000000"), frame("14C#8100000000000000"));
   host.bus.power_cycle(7);
-  EXPECT_EQ(host.bus.place(7).id, 12);
+  EXPECT_EQ(host.bus.bus_address(7).id, 12);
 }
 
 TEST(MaxTorqueCommands, OfLegacyDrives) {

@@ -154,9 +154,9 @@ TEST(SerialWire, ADriveDoesNotHearItselfWithAHost) {
   const protocol::Frame both = packet("3E 88 01 00 C7");
   wire.send_from_drive(1ms, both, 0, 0x141, false);
   wire.send_from_host(1ms, both);
-  EXPECT_TRUE(wire.is_deaf(0x141, 1ms + 50us));
-  EXPECT_FALSE(wire.is_deaf(0x141, 1ms));
-  EXPECT_FALSE(wire.is_deaf(0x142, 1ms + 50us));
+  EXPECT_TRUE(wire.cannot_receive(0x141, 1ms + 50us));
+  EXPECT_FALSE(wire.cannot_receive(0x141, 1ms));
+  EXPECT_FALSE(wire.cannot_receive(0x142, 1ms + 50us));
 }
 
 TEST(SerialWire, EqualBytesAtTheSameTimePass) {

@@ -6,24 +6,24 @@ namespace lk::emulator {
 namespace text_test {
 
 TEST(OnOneLine, IsUtf8WithoutControlCharacters) {
-  EXPECT_EQ(on_one_line("a µ 电 😀"), "a µ 电 😀");
-  EXPECT_EQ(on_one_line("\x1b[2J\n\x7f"), "?[2J??");
-  EXPECT_EQ(on_one_line("\xC2\x9B"
-                        "2J"),
-            "??2J");                                        // 8-bit CSI
-  EXPECT_EQ(on_one_line("\xC0\x80\xFF\xE7\x94"), "?????");  // overlong, invalid byte, truncated
-  EXPECT_EQ(on_one_line("\xED\xA0\x80\xF4\x90\x80\x80"), "???????");  // surrogate, too large
-  EXPECT_EQ(on_one_line("\xEF\xBF\xBE\xEF\xBF\xBF"), "??????");       // U+FFFE, U+FFFF
+  EXPECT_EQ(sanitized_line("a µ 电 😀"), "a µ 电 😀");
+  EXPECT_EQ(sanitized_line("\x1b[2J\n\x7f"), "?[2J??");
+  EXPECT_EQ(sanitized_line("\xC2\x9B"
+                           "2J"),
+            "??2J");                                           // 8-bit CSI
+  EXPECT_EQ(sanitized_line("\xC0\x80\xFF\xE7\x94"), "?????");  // overlong, invalid byte, truncated
+  EXPECT_EQ(sanitized_line("\xED\xA0\x80\xF4\x90\x80\x80"), "???????");  // surrogate, too large
+  EXPECT_EQ(sanitized_line("\xEF\xBF\xBE\xEF\xBF\xBF"), "??????");       // U+FFFE, U+FFFF
 }
 
 /// "toml.exe" would be displayed as "exe.lmot".
 TEST(OnOneLine, ReadsInTheDirectionInWhichItIsWritten) {
   for (const char* mark :
        {"\u061C", "\u200E", "\u200F", "\u2028", "\u2029", "\u202A", "\u202E", "\u2066", "\u2069"}) {
-    EXPECT_EQ(on_one_line(std::string("a") + mark + "b"),
+    EXPECT_EQ(sanitized_line(std::string("a") + mark + "b"),
               "a" + std::string(std::string_view(mark).size(), '?') + "b");
   }
-  EXPECT_EQ(on_one_line("שלום"), "שלום");
+  EXPECT_EQ(sanitized_line("שלום"), "שלום");
 }
 
 TEST(XmlEscaped, IsWellFormedWhateverIsInIt) {

@@ -143,7 +143,7 @@ TEST(Margins, OfFactoryGainsAreThereUpToTenRotors) {
         EXPECT_GT(m.phase_deg, 0);
         // The drive of this log was observed to ring.
         if (named.name != "mg4005-14p") {
-          EXPECT_FALSE(rings(m)) << m.gain_dB << " dB, " << m.phase_deg << " deg";
+          EXPECT_FALSE(is_ringing(m)) << m.gain_dB << " dB, " << m.phase_deg << " deg";
         }
       }
     }

@@ -103,7 +103,7 @@ TEST(AnsweredIds, ThatTwoAnswerIsToldOnceForEachTimeThatItIsSo) {
        {"143#42050A0009000000", "143#4405FA0000000000", "143#0700000000000000"}) {
     move_to(query);
   }
-  EXPECT_EQ(line.bus().place(3).id, 9);
+  EXPECT_EQ(line.bus().bus_address(3).id, 9);
   EXPECT_EQ(times(), 1U) << log.str();
   ids.follow(line);
   EXPECT_EQ(times(), 1U) << "said already";
@@ -112,7 +112,7 @@ TEST(AnsweredIds, ThatTwoAnswerIsToldOnceForEachTimeThatItIsSo) {
         "143#42050A0009000000", "143#4405FA0000000000", "143#0700000000000000"}) {
     move_to(query);
   }
-  EXPECT_EQ(line.bus().place(3).id, 9);
+  EXPECT_EQ(line.bus().bus_address(3).id, 9);
   EXPECT_EQ(times(), 2U) << log.str();
   spdlog::set_default_logger(before);
 }

@@ -76,7 +76,7 @@ TEST(ConfigListing, SaysWhichLoopsRing) {
       << describe_run({bus});
 }
 
-DrivePlace rom_place(const ServoConfig& servo) { return drive_place(servo.rom, servo); }
+DriveAddress rom_place(const ServoConfig& servo) { return drive_address(servo.rom, servo); }
 
 TEST(PlaceNote, SaysWhichDrivesShareAnId) {
   BusConfig bus = test::bus_config({});

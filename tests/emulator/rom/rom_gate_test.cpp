@@ -52,7 +52,7 @@ TEST(RomGate, AWrongIdentifierWaitsForItsOwnDriveAndErrorFramesForNone) {
   Gate g;
   g.gate.begin(rom_write(1, 1));
   TimedFrame wrong = reply(2, 1, 1);
-  wrong.said_by = 1;
+  wrong.drive_id = 1;
   g.pass(wrong);
   g.pass(reply(1, 2));
   TimedFrame echo = reply(7, 9);  // a host's own frame, to an absent drive
@@ -63,7 +63,7 @@ TEST(RomGate, AWrongIdentifierWaitsForItsOwnDriveAndErrorFramesForNone) {
   error.frame.kind = protocol::FrameKind::kError;
   g.pass(error);
   TimedFrame babble = reply(0, 4);  // identifier 0x140
-  babble.said_by = 2;
+  babble.drive_id = 2;
   g.pass(babble);
   EXPECT_EQ(g.left(), (Marks{3, 4}));
   g.settle(1, 1);

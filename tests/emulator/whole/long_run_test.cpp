@@ -205,7 +205,7 @@ class LongRun {
   /// Drives with equal IDs reply once each.
   bool share_an_id() const {
     std::set<int> ids;
-    for (int id = 1; id <= kDrives; ++id) ids.insert(bus_.place(id).id);
+    for (int id = 1; id <= kDrives; ++id) ids.insert(bus_.bus_address(id).id);
     return ids.size() < kDrives;
   }
 

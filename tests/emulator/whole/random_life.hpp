@@ -103,7 +103,7 @@ class RandomInputs {
       fault.duration = up_to(dear ? longest_fault_ / 10 : longest_fault_) + SimTime{1};
     }
     if (one_in(8)) {
-      fault.every = std::max(fault.duration.value_or(SimTime{0}), emulator::kClosestFaults) +
+      fault.every = std::max(fault.duration.value_or(SimTime{0}), emulator::kMinFaultPeriod) +
                     up_to(5 * longest_fault_) + SimTime{1};
       fault.times = 1 + below(20);
     }

@@ -11,7 +11,7 @@ namespace lk::emulator {
 namespace language_test {
 
 TEST(Language, ChoosesBetweenTheWords) {
-  const Words brake{"brake", "抱闸"};
+  const BilingualText brake{"brake", "抱闸"};
   EXPECT_EQ(brake.in(Language::kEnglish), "brake");
   EXPECT_EQ(brake.in(Language::kChinese), "抱闸");
 }

@@ -272,10 +272,10 @@ TEST(FaultTable, NamesOnlyKnownSituations) { EXPECT_EQ(kSituations.size(), fault
 TEST(FaultTable, EachActsSomewhere) {
   for (const FaultRow& row : fault_table()) {
     EXPECT_EQ(row.adapter == nullptr, row.adapter_shows == nullptr) << row.word;
-    EXPECT_TRUE(row.plant != nullptr || row.adapter != nullptr || row.hear != nullptr ||
-                row.say != nullptr || row.destroys != nullptr || row.babble != nullptr ||
-                row.duplicate != nullptr || row.read != nullptr || row.echoes ||
-                row.keeps_line != nullptr || row.firmware != nullptr || row.at_once != nullptr)
+    EXPECT_TRUE(row.plant != nullptr || row.adapter != nullptr || row.on_query != nullptr ||
+                row.on_reply != nullptr || row.destroys != nullptr || row.babble != nullptr ||
+                row.duplicate != nullptr || row.on_read != nullptr || row.echoes ||
+                row.line_hold_time != nullptr || row.firmware != nullptr || row.at_once != nullptr)
         << row.word;
     EXPECT_FALSE(row.about.en.empty() || row.about.zh.empty()) << row.word;
     EXPECT_EQ(find_fault(row.word), &row) << "two of this word";

@@ -50,7 +50,7 @@ TEST(FaultConditions, WhatHoldsBeforeItsTimeBeginsAtItsTime) {
   EXPECT_FALSE(evidence(host, 0).began_at);
 }
 
-// A look planned for a cleared fault does nothing, or serves a later fault.
+// A sample planned for a cleared fault does nothing, or serves a later fault.
 TEST(FaultConditions, WhatIsClearedIsLookedAtNoMore) {
   Host host(test::bus_config({1}));
   plan_hang(host, 100ms, reaches("alive", Edge::kAbove, 1));
@@ -70,11 +70,11 @@ TEST(FaultConditions, WhatIsClearedIsLookedAtNoMore) {
   EXPECT_FALSE(host.bus.next_due());
 }
 
-/// The cost of a look is bounded, and no fault is omitted.
+/// The cost of a sample is bounded, and no fault is omitted.
 TEST(ManyFaults, AreLookedAtInTurns) {
   const std::vector<int> ids = {1, 2, 3, 4, 5, 6, 7, 8};
   BusConfig config = test::bus_config({1, 2, 3, 4, 5, 6, 7, 8});
-  config.seed = 2;  // with some seeds garbage is correct by chance, once in 16384 looks
+  config.seed = 2;  // with some seeds garbage is correct by chance, once in 16384 samples
   Host host(config);
   constexpr std::size_t kFaults =
       4 * FaultBoard::kMostLooks / 8;  // four times the limit, on 8 drives

@@ -275,7 +275,7 @@ TEST(Faults, OnOneDriveAddUpAndEachEndsAlone) {
   EXPECT_EQ(temperature_C(), 32);
   host.wait(10ms);
   EXPECT_EQ(temperature_C(), 25);
-  // One look a millisecond, plus one at its end, independent of other faults.
+  // One sample a millisecond, plus one at its end, independent of other faults.
   EXPECT_EQ(evidence(host, 0).effects, 30U);
   EXPECT_EQ(evidence(host, 1).effects, 30U);
 }

@@ -32,7 +32,7 @@ TEST(LinkFaults, BabbleComesEveryPeriod) {
   for (std::size_t n = 0; n < frames.size(); ++n) {
     EXPECT_EQ(rig.seen[n].at, 1ms * (1 + n));
     EXPECT_EQ(frames[n], frame("7FF#0000000000000000"));
-    EXPECT_EQ(rig.seen[n].said_by, 1);
+    EXPECT_EQ(rig.seen[n].drive_id, 1);
   }
   EXPECT_EQ(rig.effects(), 101U);
   rig.clear();

@@ -241,13 +241,13 @@ TEST(LinkFaults, WrongIdentifierIsModulo2048AndTellsWhoseItIs) {
   Frame expected = kState2Answer;
   expected.id = 0x142;
   EXPECT_EQ(rig.talk(kState2).at(0), expected);
-  EXPECT_EQ(rig.seen[0].said_by, 1);
+  EXPECT_EQ(rig.seen[0].drive_id, 1);
   rig.clear();
   rig.set(fault("wrong_id", {1}, {-0x142}));
   EXPECT_EQ(rig.talk(kState2).at(0).id, 0x7FFU);
   rig.clear();
   EXPECT_EQ(rig.talk(kState2).at(0), kState2Answer);
-  EXPECT_EQ(rig.seen.back().said_by, 0);
+  EXPECT_EQ(rig.seen.back().drive_id, 0);
 }
 
 TEST(LinkFaults, AcknowledgementsKeepTheirTags) {

@@ -111,7 +111,7 @@ TEST(SerialFaults, CarriageReturnsBecomeLineFeeds) {
   const auto read = host.read_until(host.bus.time() + 20ms);
   ASSERT_EQ(read.size(), 1U);
   EXPECT_EQ(read[0].frame.kind, FrameKind::kBytes);
-  EXPECT_EQ(read[0].said_by, 1);  // the bytes do not identify the drive
+  EXPECT_EQ(read[0].drive_id, 1);  // the bytes do not identify the drive
 }
 
 /// The reply begins 150 us after the packet, at 10 us per byte. A driver that stays on for 200 us

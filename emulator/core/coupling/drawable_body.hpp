@@ -60,9 +60,9 @@ struct BodyContact {
 };
 
 /// Second interface of a Mechanism that can be drawn.
-class BodyLooks {
+class DrawableBody {
  public:
-  virtual ~BodyLooks() = default;
+  virtual ~DrawableBody() = default;
   virtual BodyShape shape() const = 0;
   /// Number of changes of shape() so far. Only geoms of the world change.
   virtual unsigned shape_changes() const { return 0; }
@@ -71,11 +71,11 @@ class BodyLooks {
   virtual std::vector<BodyContact> contacts() const = 0;
 
  protected:
-  BodyLooks() = default;
-  BodyLooks(const BodyLooks&) = default;
-  BodyLooks(BodyLooks&&) = default;
-  BodyLooks& operator=(const BodyLooks&) = default;
-  BodyLooks& operator=(BodyLooks&&) = default;
+  DrawableBody() = default;
+  DrawableBody(const DrawableBody&) = default;
+  DrawableBody(DrawableBody&&) = default;
+  DrawableBody& operator=(const DrawableBody&) = default;
+  DrawableBody& operator=(DrawableBody&&) = default;
 };
 
 }  // namespace lk::emulator
