@@ -200,7 +200,7 @@ constexpr Field stored(StoredSettingId id, Field field) {
 }
 /// Describes Kp, Ki or Kd of a loop.
 constexpr Field stored_gain(StoredSettingId id, Field field) {
-  field.wire = Wire::kU16, field.range = Range::kBetween, field.max = kMostGain;
+  field.wire = Wire::kU16, field.range = Range::kBetween, field.max = kMaxGain;
   field.beyond = Beyond::kNotExecuted;
   field.parameter = static_cast<int>(id);
   return field;
@@ -223,12 +223,12 @@ inline constexpr auto kStoredSetting = joined(kStoredSettingId, rows(
     row(kStoredNumber, stored(StoredSettingId::kBusType, {.name = "setting_bus_type", .label = "Bus type", .key = "bus_type", .range = Range::kWords, .values = kBusTypes})),
     row(kStoredNumber, stored(StoredSettingId::kSerialRate, {.name = "setting_rs485_rate", .label = "Bit rate on RS-485", .key = "rs485_rate", .range = Range::kWords, .values = kSerialRates})),
     row(kStoredNumber, stored(StoredSettingId::kCanRate, {.name = "setting_can_rate", .label = "Bit rate on CAN", .key = "can_rate", .range = Range::kWords, .values = kCanRates})),
-    row(kStoredNumber, stored(StoredSettingId::kMaxTorqueCurrent, {.name = "setting_max_torque_current", .label = "Max Torque Current", .key = "max_current_A", .wire = Wire::kI16, .scale = Scale::kIqCommand, .when = kNotOnMs, .max = kMostTorque_lsb})),
-    row(kStoredNumber, stored(StoredSettingId::kMaxTorqueCurrent, {.name = "setting_max_power", .label = "Max Power", .key = "max_power_permille", .wire = Wire::kI16, .when = kOnMs, .max = kMostPower_permille})),
-    row(kStoredNumber, stored(StoredSettingId::kMaxSpeed, {.name = "setting_max_speed", .label = "Max Speed", .key = "max_speed_dps", .wire = Wire::kI32, .scale = Scale::kHundredth, .max = kMostSpeed_cdps})),
+    row(kStoredNumber, stored(StoredSettingId::kMaxTorqueCurrent, {.name = "setting_max_torque_current", .label = "Max Torque Current", .key = "max_current_A", .wire = Wire::kI16, .scale = Scale::kIqCommand, .when = kNotOnMs, .max = kMaxTorque_lsb})),
+    row(kStoredNumber, stored(StoredSettingId::kMaxTorqueCurrent, {.name = "setting_max_power", .label = "Max Power", .key = "max_power_permille", .wire = Wire::kI16, .when = kOnMs, .max = kMaxPower_permille})),
+    row(kStoredNumber, stored(StoredSettingId::kMaxSpeed, {.name = "setting_max_speed", .label = "Max Speed", .key = "max_speed_dps", .wire = Wire::kI32, .scale = Scale::kHundredth, .max = kMaxSpeed_cdps})),
     row(kStoredNumber, stored(StoredSettingId::kMaxAngle, {.name = "setting_max_angle", .label = "Max Angle", .key = "max_angle_deg", .wire = Wire::kI32, .scale = Scale::kHundredth, .max = INT32_MAX})),
-    row(kStoredNumber, stored(StoredSettingId::kCurrentRamp, {.name = "setting_current_ramp", .label = "Current ramp", .key = "current_ramp_A_s", .wire = Wire::kI16, .scale = Scale::kThousandth, .max = kMostCurrentRamp_mA_s})),
-    row(kStoredNumber, stored(StoredSettingId::kSpeedRamp, {.name = "setting_speed_ramp", .label = "Speed ramp", .key = "acceleration_dps_s", .wire = Wire::kI32, .max = kMostSpeedRamp_dps_s}))));
+    row(kStoredNumber, stored(StoredSettingId::kCurrentRamp, {.name = "setting_current_ramp", .label = "Current ramp", .key = "current_ramp_A_s", .wire = Wire::kI16, .scale = Scale::kThousandth, .max = kMaxCurrentRamp_mA_s})),
+    row(kStoredNumber, stored(StoredSettingId::kSpeedRamp, {.name = "setting_speed_ramp", .label = "Speed ramp", .key = "acceleration_dps_s", .wire = Wire::kI32, .max = kMaxSpeedRamp_dps_s}))));
 inline constexpr auto kSave = rows(
     row(&SaveSettings::table, {.name = "save", .label = "What is saved", .key = "parameter", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .is_optional_in_scenarios = true, .values = kSaveTable}),
     row(&SaveSettings::item, {.name = "save_item", .label = "That it is saved", .key = "item", .byte = 2, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .is_optional_in_scenarios = true, .values = kSaveItems}));

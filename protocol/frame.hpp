@@ -11,17 +11,17 @@ namespace lk::protocol {
 enum class FrameKind : std::uint8_t { kData, kRemote, kError, kFd, kSerial, kBytes };
 
 /// Largest identifiers of 11 and of 29 bits.
-inline constexpr std::uint32_t kMostStandardId = 0x7FF;
-inline constexpr std::uint32_t kMostExtendedId = 0x1FFFFFFF;
+inline constexpr std::uint32_t kMaxStandardId = 0x7FF;
+inline constexpr std::uint32_t kMaxExtendedId = 0x1FFFFFFF;
 /// Data bytes of a CAN frame.
 inline constexpr std::size_t kCanBytes = 8;
 /// Largest LEN of a packet on RS-485 (docs/reference/rs485.md).
-inline constexpr std::size_t kMostLen = 112;
+inline constexpr std::size_t kMaxLen = 112;
 /// Size of that packet: 3E, CMD, ID, LEN, a sum, the data, another sum.
-inline constexpr std::size_t kMostBytes = 6 + kMostLen;
+inline constexpr std::size_t kMaxBytes = 6 + kMaxLen;
 
 /// Bytes after `dlc` are 0.
-using Payload = std::array<std::uint8_t, kMostBytes>;
+using Payload = std::array<std::uint8_t, kMaxBytes>;
 
 /// One frame of either wire as a value.
 ///

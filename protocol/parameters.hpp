@@ -40,11 +40,11 @@ struct Parameter {
 
 // Largest values of parameters and settings, as printed. Exception: Max Speed. The printed 6000 dps
 // is below the 16800 dps of delivered drives; 72000 dps is printed for the boards of MG drives.
-inline constexpr std::int32_t kMostGain = 2000;
-inline constexpr std::int32_t kMostTorque_lsb = 2000;
-inline constexpr std::int32_t kMostSpeed_cdps = 7'200'000;
-inline constexpr std::int32_t kMostCurrentRamp_mA_s = 30'000;
-inline constexpr std::int32_t kMostSpeedRamp_dps_s = 600'000;
+inline constexpr std::int32_t kMaxGain = 2000;
+inline constexpr std::int32_t kMaxTorque_lsb = 2000;
+inline constexpr std::int32_t kMaxSpeed_cdps = 7'200'000;
+inline constexpr std::int32_t kMaxCurrentRamp_mA_s = 30'000;
+inline constexpr std::int32_t kMaxSpeedRamp_dps_s = 600'000;
 
 /// Settings of 0x40 and 0x42 on CAN: DATA[1], or 0x05 there and DATA[2] in the high byte.
 enum class StoredSettingId : std::uint16_t {

@@ -64,7 +64,7 @@ std::uint8_t sum_of(std::span<const std::uint8_t> bytes) {
 }
 
 WireBytes wire_bytes(const Frame& frame) {
-  assert(is_serial(frame) && frame.dlc <= kMostBytes);
+  assert(is_serial(frame) && frame.dlc <= kMaxBytes);
   WireBytes out;
   const auto add = [&out](std::uint8_t byte) { out.bytes[out.size++] = byte; };
   const auto add_sum = [&](std::size_t from) { add(sum_of(out.view().subspan(from))); };
@@ -79,7 +79,7 @@ WireBytes wire_bytes(const Frame& frame) {
     add_data(0);
     add_sum(0);
   } else {
-    assert(frame.dlc <= 1 + kMostLen);
+    assert(frame.dlc <= 1 + kMaxLen);
     add(kPacketStart);
     add(frame.data[0]);
     add(static_cast<std::uint8_t>(frame.id - kSingleDriveId));
@@ -93,7 +93,7 @@ WireBytes wire_bytes(const Frame& frame) {
 
 std::optional<Frame> packet_at(std::span<const std::uint8_t> bytes) {
   if (bytes.size() >= kHeaderBytes && bytes[0] == kPacketStart && has_good_header(bytes) &&
-      bytes[3] <= kMostLen && bytes.size() >= packet_size(bytes) && has_good_data(bytes)) {
+      bytes[3] <= kMaxLen && bytes.size() >= packet_size(bytes) && has_good_data(bytes)) {
     return packet_of(bytes);
   }
   if (bytes.size() >= kBroadcastBytes && bytes[0] == kBroadcastStart && is_good_broadcast(bytes)) {
@@ -103,7 +103,7 @@ std::optional<Frame> packet_at(std::span<const std::uint8_t> bytes) {
 }
 
 Frame bytes_frame(std::span<const std::uint8_t> bytes) {
-  assert(bytes.size() <= kMostBytes);
+  assert(bytes.size() <= kMaxBytes);
   const auto packet = packet_at(bytes);
   if (packet && wire_bytes(*packet).size == bytes.size()) return *packet;
   Frame frame;
@@ -188,7 +188,7 @@ std::optional<Frame> Receiver::feed_packet(std::uint8_t byte) {
       resync();
       return std::nullopt;
     }
-    if (bytes[3] > rules_.max_len || bytes[3] > kMostLen) {
+    if (bytes[3] > rules_.max_len || bytes[3] > kMaxLen) {
       ++stats_.too_long;
       resync();
       return std::nullopt;

@@ -22,7 +22,7 @@ inline constexpr std::size_t kBroadcastBytes = 11;
 
 /// Bytes of a frame on the wire.
 struct WireBytes {
-  std::array<std::uint8_t, kMostBytes> bytes{};
+  std::array<std::uint8_t, kMaxBytes> bytes{};
   std::size_t size = 0;
 
   std::span<const std::uint8_t> view() const { return {bytes.data(), size}; }
@@ -39,7 +39,7 @@ WireBytes wire_bytes(const Frame& frame);
 std::optional<Frame> packet_at(std::span<const std::uint8_t> bytes);
 
 /// Returns the bytes as one frame: a packet if all of them form one, else kBytes. Pre: at most
-/// kMostBytes.
+/// kMaxBytes.
 Frame bytes_frame(std::span<const std::uint8_t> bytes);
 
 /// Appends the packets in `bytes` to `out`; other bytes between them become kBytes frames.
@@ -47,7 +47,7 @@ void append_frames(std::span<const std::uint8_t> bytes, std::vector<Frame>& out)
 
 /// Rules of a drive's receiver (docs/reference/rs485.md, all of it assumed).
 struct ReceiverRules {
-  std::uint8_t max_len = kMostLen;            // a larger LEN is an error
+  std::uint8_t max_len = kMaxLen;             // a larger LEN is an error
   bool scan = true;                           // true: search the next start in a bad header
                                               // false: wait until the line is idle for `gap`
   std::chrono::nanoseconds gap{5'000'000};    // an idle line this long inside a packet drops it
@@ -88,7 +88,7 @@ class Receiver {
 
   ReceiverRules rules_;
   std::optional<std::chrono::nanoseconds> last_end_;
-  std::array<std::uint8_t, kMostBytes> buffer_{};  // bytes from a 3E on
+  std::array<std::uint8_t, kMaxBytes> buffer_{};  // bytes from a 3E on
   std::size_t size_ = 0;
   std::array<std::uint8_t, kBroadcastBytes> broadcast_{};  // bytes from a 02 on
   std::size_t broadcast_size_ = 0;

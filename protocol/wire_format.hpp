@@ -223,7 +223,7 @@ struct WireFormat {
 inline constexpr std::uint16_t kTurn_cdeg = 36000;
 inline constexpr std::int16_t kIqReplyLimit_lsb = 2048;
 inline constexpr std::int16_t kPowerReplyLimit_permille = 1000;  // MS
-inline constexpr std::int16_t kMostPower_permille = 850;         // Max Power
+inline constexpr std::int16_t kMaxPower_permille = 850;          // Max Power
 
 /// Full scale is 2048: ±33 A on MG, ±16.5 A on the others. MS drives measure no current; an iq
 /// limit has no meaning for them, but still needs a scale.

@@ -6,7 +6,7 @@ import {clockFactor} from './store.js';
 
 // Samples per second of simulated time and of real time, on all buses. The program allows 200,000 per stream and
 // 400,000 in total; the dials of this page (live.js) may use the other half.
-const kMostValues = 190_000;
+const kMaxValues = 190_000;
 const kSlowest_Hz = 0.1;
 const kMessages_Hz = 60;
 const kPatience_ms = 3000;
@@ -15,7 +15,7 @@ const kPatience_ms = 3000;
 export const pace = () => Math.max(1, clockFactor());
 
 /// Returns the possible rate for this number of columns on all buses together.
-export const possibleRate_Hz = (wanted_Hz, columns) => Math.max(kSlowest_Hz, Math.min(wanted_Hz, kMostValues / columns / pace()));
+export const possibleRate_Hz = (wanted_Hz, columns) => Math.max(kSlowest_Hz, Math.min(wanted_Hz, kMaxValues / columns / pace()));
 
 /// Records `signals` of drives `ids` of one bus. Takes over the samples of `before`, the previous capture of this bus.
 export class Capture {

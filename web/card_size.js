@@ -2,7 +2,7 @@
 
 const kFew = 12;      // drives that never become dense
 const kFewAside = 4;  // as kFew, next to a robot, which takes half of the screen
-const kMost = 3;      // assumed: larger cards show nothing more
+const kMax = 3;       // assumed: larger cards show nothing more
 const kStep = 0.05;
 
 /// Returns the size of a card at size 1 in pixels, including the gap to the next.
@@ -40,7 +40,7 @@ function fit(groups) {
   groups.classList.remove('dense');
   if (count > (groups.closest('.with-robot') ? kFewAside : kFew) && !fits(groups, roomOf(groups), 1, box)) groups.classList.add('dense');
   const room = roomOf(groups);
-  let size = kMost;
+  let size = kMax;
   while (size > 1 && !fits(groups, room, size, box)) size -= kStep;
   size = Math.max(1, size);
   groups.style.setProperty('--size', size.toFixed(2));

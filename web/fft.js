@@ -1,14 +1,14 @@
 // Amplitude spectrum of samples: radix-2 Fourier transform with a Hann window.
 
 const kPadding = 2;  // zero padding factor, so that the largest line is near the peak of the continuous spectrum
-const kMostTables = 4;
+const kMaxTables = 4;
 
 const tables = new Map();  // by size: cosines and sines of half a turn
 
 function tableOf(size) {
   let table = tables.get(size);
   if (table) return table;
-  if (tables.size >= kMostTables) tables.clear();
+  if (tables.size >= kMaxTables) tables.clear();
   const half = size / 2;
   table = {cos: new Float64Array(half), sin: new Float64Array(half)};
   for (let n = 0; n < half; ++n) {

@@ -6,7 +6,7 @@ import {buses, clockFactor, driveKey, on, store} from './store.js';
 const kSignals = ['true_angle_deg', 'angle_deg', 'angle_ref_deg', 'encoder', 'true_speed_dps', 'speed_dps', 'iq_A',
   'voltage_V', 'temperature_C', 'driver_temperature_C', 'bus_current_A', 'power', 'errors', 'bridge_on', 'alive'];
 const kFrames_Hz = 60;        // of real time
-const kMostValues = 190_000;  // per second; the program allows 200,000
+const kMaxValues = 190_000;   // per second; the program allows 200,000
 
 const values = new Map();  // by drive: {signal: value}
 let streams = [];
@@ -34,7 +34,7 @@ function close() {
 
 /// Rate that gives kFrames_Hz in real time at any speed of simulated time.
 function wantedRate_Hz() {
-  const most = Math.min(20_000, kMostValues / ((store.drives.length || 1) * kSignals.length));
+  const most = Math.min(20_000, kMaxValues / ((store.drives.length || 1) * kSignals.length));
   return Math.min(most, Math.max(0.1, kFrames_Hz / (clockFactor() || 1)));
 }
 

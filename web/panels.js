@@ -10,7 +10,7 @@ export const kAxis_px = 62;
 const kSide = 0.4;     // share of the width for the spectra
 export const kPadding = [22, null, null, null];  // space for the legend above a plot
 const kLeast_px = 76;
-const kMostPoints = 30_000;  // in all plots: limit of a processor at 60 frames a second
+const kMaxPoints = 30_000;  // in all plots: limit of a processor at 60 frames a second
 const kLeastBins = 160;
 const kFew = 12;             // with more traces, none has dashes
 const kPadding_px = 10;
@@ -171,7 +171,7 @@ export class Panels {
   /// Number of columns: the width in pixels, fewer with many traces.
   get bins() {
     const pixels = Math.max(200, Math.round(this.width - kAxis_px - 20));
-    return Math.min(pixels, Math.max(kLeastBins, Math.round(kMostPoints / 2 / (this.traces.length || 1))));
+    return Math.min(pixels, Math.max(kLeastBins, Math.round(kMaxPoints / 2 / (this.traces.length || 1))));
   }
 
   /// Pre: `dataOf(traces, bins)` returns [times, values…] for the traces of one panel.

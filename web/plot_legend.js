@@ -4,11 +4,11 @@ import {el, setText} from './dom.js';
 import {figures} from './format.js';
 import {t} from './words.js';
 
-const kMost = 12;  // more would cover the plot; the table below has all
+const kMax = 12;  // more would cover the plot; the table below has all
 
 export class PlotLegend {
   constructor(holder, traces, {onToggle, onAuto}) {
-    this.rows = traces.slice(0, kMost).map((trace) => {
+    this.rows = traces.slice(0, kMax).map((trace) => {
       const value = el('span', {class: 'value'});
       const swatch = el('span', {class: `swatch${trace.dash ? ' dashed' : ''}`});
       swatch.style.borderColor = trace.colour;
@@ -17,7 +17,7 @@ export class PlotLegend {
     });
     this.auto = el('button', {type: 'button', hidden: true, title: t('auto_values_about'), onclick: onAuto}, t('auto_values'));
     this.root = el('div', {class: 'plot-legend'}, ...this.rows.map((row) => row.button),
-      traces.length > kMost ? el('span', {class: 'dim', text: t('legend_more', {n: traces.length - kMost})}) : '', this.auto);
+      traces.length > kMax ? el('span', {class: 'dim', text: t('legend_more', {n: traces.length - kMax})}) : '', this.auto);
     holder.append(this.root);
     this.showHidden();
   }

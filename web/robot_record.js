@@ -2,7 +2,7 @@
 
 export const kRate_Hz = 60;       // frames per second of real time
 const kFrames = 60 * kRate_Hz;
-const kMostContacts = 32;         // kept per frame
+const kMaxContacts = 32;          // kept per frame
 
 export const kPose = 7;           // x y z qw qx qy qz
 export const kContact = 6;        // x y z fx fy fz
@@ -10,7 +10,7 @@ export const kContact = 6;        // x y z fx fy fz
 /// Frame numbers increase for ever; frames `begin` to `end` - 1 are stored.
 export class RobotRecord {
   constructor(bodies, joints, valuesOfJoint) {
-    this.parts = {poses: bodies * kPose, joints: joints * valuesOfJoint, contacts: kMostContacts * kContact};
+    this.parts = {poses: bodies * kPose, joints: joints * valuesOfJoint, contacts: kMaxContacts * kContact};
     this.stride = this.parts.poses + this.parts.joints + this.parts.contacts;
     this.values = new Float32Array(kFrames * this.stride);
     this.times = new Float64Array(kFrames);
@@ -31,7 +31,7 @@ export class RobotRecord {
     }
     this.values.set(jointValues, at);
     at += this.parts.joints;
-    const count = Math.min(contacts.length, kMostContacts);
+    const count = Math.min(contacts.length, kMaxContacts);
     for (let n = 0; n < count; ++n) this.values.set(contacts[n], at + n * kContact);
     this.contacts[slot] = count;
     ++this.end;

@@ -8,7 +8,7 @@ import {
 } from './vendor/three.module.min.js';
 import {kContact, kPose} from './robot_record.js';
 
-const kMostArrows = 32;
+const kMaxArrows = 32;
 const kGround = 20;  // in reaches of the robot; the fog hides the edge
 const kUp = new Vector3(0, 1, 0);  // axis of three.js cylinders
 
@@ -142,8 +142,8 @@ export class RobotScene {
   addArrows(radius) {
     const material = new MeshLambertMaterial();
     const width = radius * 0.012;
-    this.shafts = new InstancedMesh(new CylinderGeometry(width, width, 1, 10).translate(0, 0.5, 0), material, kMostArrows);
-    this.heads = new InstancedMesh(new ConeGeometry(width * 3, width * 7, 14).translate(0, width * 3.5, 0), material, kMostArrows);
+    this.shafts = new InstancedMesh(new CylinderGeometry(width, width, 1, 10).translate(0, 0.5, 0), material, kMaxArrows);
+    this.heads = new InstancedMesh(new ConeGeometry(width * 3, width * 7, 14).translate(0, width * 3.5, 0), material, kMaxArrows);
     for (const mesh of [this.shafts, this.heads]) {
       mesh.frustumCulled = false;
       mesh.count = 0;
@@ -182,7 +182,7 @@ export class RobotScene {
 
   /// Shows contact forces and that of the hand (or null) as arrows; `length_m_N` is their scale.
   arrows(contacts, hand, length_m_N) {
-    const count = Math.min(contacts.length / kContact, kMostArrows - 1);
+    const count = Math.min(contacts.length / kContact, kMaxArrows - 1);
     for (let n = 0; n < count; ++n) this.arrow(n, contacts, n * kContact, length_m_N, this.contactColour);
     if (hand) this.arrow(count, hand, 0, length_m_N, this.handColour);
     for (const mesh of [this.shafts, this.heads]) {

@@ -3,13 +3,13 @@
 import {Bins} from './bins.js';
 
 const kBudget_bytes = 96 * 1024 * 1024;
-const kMost = 2_000_000;
-const kMostPictures = 16;
+const kMax = 2_000_000;
+const kMaxPictures = 16;
 
 export class Samples {
   constructor(columns) {
     this.columns = columns;
-    this.capacity = Math.min(kMost, Math.floor(kBudget_bytes / 8 / 2 / (columns + 1)));
+    this.capacity = Math.min(kMax, Math.floor(kBudget_bytes / 8 / 2 / (columns + 1)));
     // Twice the capacity, so that the samples are always contiguous: at the end of the array they move to its front.
     this.times = new Float64Array(2 * this.capacity);
     this.values = Array.from({length: columns}, () => new Float64Array(2 * this.capacity));
@@ -107,7 +107,7 @@ export class Samples {
     }
     const key = columns.join();
     if (!this.bins.has(key)) {
-      if (this.bins.size >= kMostPictures) this.bins.clear();
+      if (this.bins.size >= kMaxPictures) this.bins.clear();
       this.bins.set(key, new Bins(this, columns));
     }
     return this.bins.get(key).view(from_s, to_s, bins);

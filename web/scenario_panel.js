@@ -23,14 +23,14 @@ function verdict(report) {
   return el('table', {}, el('tbody', {}, ...invalid, ...rows));
 }
 
-const kMostNamed = 3;
+const kMaxNamed = 3;
 
 /// Warns that the scenario was made for a robot other than the running one.
 function robotText({robot, foreign}) {
   if (!foreign?.length) return '';
-  const named = foreign.slice(0, kMostNamed).map(({bus, id, meant, running}) =>
+  const named = foreign.slice(0, kMaxNamed).map(({bus, id, meant, running}) =>
     t(running ? 'other_motor' : 'no_such_motor', {name: driveName(bus, id), meant, running}));
-  if (foreign.length > kMostNamed) named.push(t('and_more', {n: foreign.length - kMostNamed}));
+  if (foreign.length > kMaxNamed) named.push(t('and_more', {n: foreign.length - kMaxNamed}));
   return t('other_robot', {robot, drives: named.join('; ')});
 }
 

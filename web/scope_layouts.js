@@ -6,8 +6,8 @@ import {t} from './words.js';
 
 const kKept = 'lk-emu-scope-layouts';
 const kFormat = 1;
-const kMostText = 1_000_000;
-const kMostName = 60;
+const kMaxText = 1_000_000;
+const kMaxName = 60;
 
 const isText = (value) => typeof value === 'string' && value.length < 100;
 const isNumber = (value) => Number.isFinite(value);
@@ -52,10 +52,10 @@ export const print = (layouts) => JSON.stringify({lk_emu_scope_layouts: kFormat,
 
 /// Parses {name: layout}. Throws an Error with the reason.
 export function parse(text) {
-  if (text.length > kMostText) throw new Error('too long');
+  if (text.length > kMaxText) throw new Error('too long');
   const json = JSON.parse(text);
   if (json?.lk_emu_scope_layouts !== kFormat || typeof json.layouts !== 'object' || json.layouts === null) throw new Error('not layouts of the scope');
-  return Object.fromEntries(Object.entries(json.layouts).map(([name, layout]) => [name.slice(0, kMostName), checked(layout, name)]));
+  return Object.fromEntries(Object.entries(json.layouts).map(([name, layout]) => [name.slice(0, kMaxName), checked(layout, name)]));
 }
 
 function kept() {
@@ -74,7 +74,7 @@ export class Layouts {
     this.apply = apply;
     this.all = kept();
     this.list = el('select', {'aria-label': t('layout'), onchange: () => this.choose()});
-    this.name = el('input', {type: 'text', 'aria-label': t('layout_name'), placeholder: t('layout_name'), maxlength: kMostName, size: 12,
+    this.name = el('input', {type: 'text', 'aria-label': t('layout_name'), placeholder: t('layout_name'), maxlength: kMaxName, size: 12,
       onkeydown: (event) => { if (event.key === 'Enter') this.save(); }});
     this.file = el('input', {type: 'file', accept: '.json,application/json', hidden: true, onchange: () => this.read()});
     const button = (key, onclick) => el('button', {type: 'button', title: t(`layout_${key}_about`), onclick}, t(`layout_${key}`));

@@ -6,11 +6,11 @@ import {figures, kUnits} from './format.js';
 import {axisStyle, kAxis_px, kPadding} from './panels.js';
 import {t} from './words.js';
 
-const kMostRunning = 1 << 13;  // samples of a moving plot, to finish within a frame
-const kMostHeld = 1 << 17;
+const kMaxRunning = 1 << 13;   // samples of a moving plot, to finish within a frame
+const kMaxHeld = 1 << 17;
 const kEach_ms = 50;           // between two transforms of a moving plot
 const kColumns = 500;
-const kMostLabels = 4;         // in one plot
+const kMaxLabels = 4;          // in one plot
 
 /// Returns the newest samples of a trace in view without a gap: {values, rate_Hz, from_s, to_s}; null: too few.
 export function piece({capture, column}, {from_s, to_s}, most) {
@@ -92,7 +92,7 @@ export class Spectra {
       const key = `${stands} ${from_s} ${to_s} ${Math.min(trace.capture.samples.last_s, to_s)}`;
       if (this.of.get(trace)?.key === key) continue;
       this.at = at;
-      const found = piece(trace, {from_s, to_s}, stands ? kMostHeld : kMostRunning);
+      const found = piece(trace, {from_s, to_s}, stands ? kMaxHeld : kMaxRunning);
       const lines = found && spectrum(found.values, found.rate_Hz);
       this.of.set(trace, {...lines, key, found, peak: lines ? peakOf(lines) : null});
       this.show(plot);
@@ -121,7 +121,7 @@ export class Spectra {
     const {ctx} = u;
     const ratio = devicePixelRatio;
     const peaks = traces.map((trace) => ({trace, peak: trace.shown ? this.of.get(trace)?.peak : null})).filter(({peak}) => peak)
-      .sort((a, b) => b.peak.amplitude - a.peak.amplitude).slice(0, kMostLabels);
+      .sort((a, b) => b.peak.amplitude - a.peak.amplitude).slice(0, kMaxLabels);
     ctx.save();
     ctx.font = `${12 * ratio}px system-ui, sans-serif`;
     peaks.forEach(({trace, peak}, n) => {

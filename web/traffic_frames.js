@@ -3,7 +3,7 @@
 import {frameText} from './traffic_row.js';
 import {driveKey} from './store.js';
 
-const kMost = 50_000;   // frames kept
+const kMax = 50_000;    // frames kept
 
 /// Drives are keys, because IDs are ambiguous with several buses.
 export const filter = {drives: new Set(), commands: null, from: '', marked: false, text: ''};
@@ -53,9 +53,9 @@ export function keep(bus, frames) {
     insert(kept.all, frame);
     if (passes(frame)) insert(kept.shown, frame);
   }
-  if (kept.all.length <= kMost * 1.2) return;
+  if (kept.all.length <= kMax * 1.2) return;
   const before = kept.shown.length;
-  kept.all = kept.all.slice(-kMost);
+  kept.all = kept.all.slice(-kMax);
   kept.shown = kept.all.filter(passes);
   kept.dropped += before - kept.shown.length;
 }

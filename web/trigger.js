@@ -7,9 +7,9 @@ export const kModes = ['off', 'auto', 'normal', 'single'];
 export const kKinds = ['level', 'error', 'command'];
 export const kErrors = ['under_voltage', 'over_voltage', 'driver_temperature', 'motor_temperature', 'over_current', 'short_circuit', 'stall', 'lost_input'];
 
-const kMostAtOnce = 100_000;  // samples per look: takes a millisecond
-const kMostShots = 16;        // triggers found in one look
-const kMostCommands = 1000;   // kept until their plots are complete
+const kMaxAtOnce = 100_000;   // samples per look: takes a millisecond
+const kMaxShots = 16;         // triggers found in one look
+const kMaxCommands = 1000;    // kept until their plots are complete
 const kPatience_s = 0.5;      // auto mode: after this time without a trigger, or two plot widths, the plot runs
 
 export const defaults = () => ({mode: 'off', kind: 'level', drive: '', signal: 'speed_dps', edge: 'rising', level: 0, error: 'any', command: 'A4', before: 0.25});
@@ -19,7 +19,7 @@ export const defaults = () => ({mode: 'off', kind: 'level', drive: '', signal: '
 export function findChange(samples, column, from_s, holds, level = null) {
   const values = samples.values[column];
   const begin = samples.find(from_s);
-  const end = Math.min(samples.end, begin + kMostAtOnce);
+  const end = Math.min(samples.end, begin + kMaxAtOnce);
   let before = begin > samples.begin ? begin - 1 : begin;
   for (let n = before + 1; n < end; ++n) {
     if (Number.isNaN(values[n])) continue;
@@ -76,7 +76,7 @@ export class Trigger {
       if (frame.from !== 'host' || frame.command !== command) continue;
       if (frame.id === 0 || driveKey(bus, frame.id) === drive) this.commands.push(frame.time_s);
     }
-    if (this.commands.length > kMostCommands) this.commands.splice(0, this.commands.length - kMostCommands);
+    if (this.commands.length > kMaxCommands) this.commands.splice(0, this.commands.length - kMaxCommands);
   }
 
   /// Returns {at_s, next_s} of the first trigger after from_s.
@@ -100,7 +100,7 @@ export class Trigger {
   look(capture, id, newest_s, width_s) {
     const after_s = (1 - this.settings.before) * width_s;
     let another = false;
-    for (let n = 0; n < kMostShots && this.on && !this.done; ++n) {
+    for (let n = 0; n < kMaxShots && this.on && !this.done; ++n) {
       if (this.pending_s === null) {
         const {at_s, next_s} = this.find(capture, id);
         this.pending_s = at_s;

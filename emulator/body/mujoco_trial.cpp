@@ -21,11 +21,11 @@ namespace lk::emulator {
 namespace {
 
 // Assumed: models of real robots need a hundredth of both.
-constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30U;
-constexpr int kMost_s = 60;
+constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 30U;
+constexpr int kMax_s = 60;
 constexpr int kTooLong = 2;  // exit status
 
-volatile std::sig_atomic_t seconds_left = kMost_s;
+volatile std::sig_atomic_t seconds_left = kMax_s;
 
 /// Without SA_RESTART a blocking system call, e.g. on a pipe without writer, fails.
 void on_second(int /*signal*/) {
@@ -33,13 +33,13 @@ void on_second(int /*signal*/) {
   if (seconds_left <= 0) ::_exit(kTooLong);
 }
 
-/// Limits the address space to that in use now plus kMostBytes.
+/// Limits the address space to that in use now plus kMaxBytes.
 void bound_memory() {
   std::uint64_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;
   rlimit limit{};
   ::getrlimit(RLIMIT_AS, &limit);
-  const rlim_t most = pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) + kMostBytes;
+  const rlim_t most = pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) + kMaxBytes;
   if (limit.rlim_cur > most) limit.rlim_cur = most;
   ::setrlimit(RLIMIT_AS, &limit);
 }
@@ -106,7 +106,7 @@ void try_in_child(const std::string& file, void (*load)(const std::string& file)
   const int status = wait_for(child);
   if (!problem.empty()) throw std::invalid_argument(problem);
   if (WIFSIGNALED(status)) fail("MuJoCo fails: signal " + std::to_string(WTERMSIG(status)));
-  if (WEXITSTATUS(status) != 0) fail("takes longer than " + std::to_string(kMost_s) + " s to load");
+  if (WEXITSTATUS(status) != 0) fail("takes longer than " + std::to_string(kMax_s) + " s to load");
 }
 
 }  // namespace lk::emulator

@@ -15,7 +15,7 @@ constexpr double kShortest_ms = 0.05;  // assumed
 constexpr double kLongest_ms = 10;     // assumed: slower than every drive's position loop
 
 constexpr double kLeast_ohm = 1e-4;  // assumed: a smaller one is not visible at a robot's currents
-constexpr double kMost_ohm = 10;     // assumed: with more, no drive of a robot starts
+constexpr double kMax_ohm = 10;      // assumed: with more, no drive of a robot starts
 
 std::string short_number(double value) {
   char text[32];
@@ -63,7 +63,7 @@ std::shared_ptr<const Mechanism> read_body(TableReader& reader, const LoadBody& 
 double read_battery(TableReader& reader) {
   auto battery = reader.table("battery");
   if (!battery) return 0.0;
-  const auto R_ohm = battery->number("R_ohm", kLeast_ohm, kMost_ohm);
+  const auto R_ohm = battery->number("R_ohm", kLeast_ohm, kMax_ohm);
   if (!R_ohm) battery->note_missing("R_ohm");
   battery->finish();
   return R_ohm.value_or(0.0);

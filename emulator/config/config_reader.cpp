@@ -37,7 +37,7 @@ std::optional<int> line_of_deep_key(std::string_view toml) {
     std::size_t length = 1;
     switch (toml.front()) {
       case '.':
-        if (++parts > kMostKeyParts) return line;
+        if (++parts > kMaxKeyParts) return line;
         break;
       case '"':
       case '\'':
@@ -84,7 +84,7 @@ std::string none_of(const std::string& word, const std::vector<std::string>& wor
 toml::table parse_toml(const std::string& text, const std::string& file) {
   if (const auto line = line_of_deep_key(text)) {
     throw ConfigError(file, *line, "",
-                      "a key of more than " + std::to_string(kMostKeyParts) + " parts");
+                      "a key of more than " + std::to_string(kMaxKeyParts) + " parts");
   }
   try {
     return toml::parse(text, file);

@@ -17,7 +17,7 @@
 namespace lk::emulator {
 
 /// Limit for the parts of a key "a.b.c"; no file here needs more.
-inline constexpr int kMostKeyParts = 32;
+inline constexpr int kMaxKeyParts = 32;
 
 /// Returns the line (from 1) of the first key with more parts. The parser nests one table per part,
 /// and their destruction would overflow the stack.

@@ -140,7 +140,7 @@ SerialConfig read_serial(TableReader& bus, const std::string& interface) {
   }
   if (const auto ms = reader->number("gap_ms", 0.01, 1000)) serial.gap = from_us(*ms * 1e3);
   if (const auto word = reader->choice("resync", kResync)) serial.scan = *word == 0;
-  if (const auto len = reader->integer("max_len", 60, protocol::kMostLen)) {
+  if (const auto len = reader->integer("max_len", 60, protocol::kMaxLen)) {
     serial.max_len = static_cast<std::uint8_t>(*len);
   }
   if (const auto bits = reader->integer("broadcast_gap_bits", 10, 10'000)) {

@@ -93,8 +93,8 @@ std::optional<MotorFile> base_of(const toml::table& document, const std::string&
       reader.fail("extends", other + " would extend itself");
     }
   }
-  if (files.size() >= kMostMotorFiles) {
-    reader.fail("extends", "more than " + std::to_string(kMostMotorFiles) +
+  if (files.size() >= kMaxMotorFiles) {
+    reader.fail("extends", "more than " + std::to_string(kMaxMotorFiles) +
                                " motor files, each extending the next, or a loop of them");
   }
   return base;

@@ -38,7 +38,7 @@ struct MotorFile {
 using FindMotorFile = std::function<MotorFile(const std::string& motor)>;
 
 /// Longest chain of motor files that extend each other.
-inline constexpr std::size_t kMostMotorFiles = 8;
+inline constexpr std::size_t kMaxMotorFiles = 8;
 
 /// Returns true for a path such as "./my.toml" or "motors/my", false for a name.
 bool is_path(const std::string& given);

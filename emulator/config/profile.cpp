@@ -116,12 +116,12 @@ void read_version(TableReader& product, const char* key, std::uint16_t& version)
 void read_product(TableReader& reader, Product& product) {
   auto table = reader.table("product");
   if (!table) return;
-  constexpr std::size_t kMostLetters = 20;
+  constexpr std::size_t kMaxLetters = 20;
   for (const auto& [key, name] :
        {std::pair("driver", &product.driver), {"motor", &product.motor}}) {
     const auto text = table->text(key);
     if (!text) continue;
-    if (text->size() > kMostLetters) table->fail(key, "is longer than 20 bytes");
+    if (text->size() > kMaxLetters) table->fail(key, "is longer than 20 bytes");
     *name = *text;
   }
   read_version(*table, "hardware_version", product.hardware_version);

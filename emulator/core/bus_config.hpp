@@ -162,7 +162,7 @@ struct SerialConfig {
   bool scan = true;  // after a bad header: search at once, not after `gap`
   // A drive accepts a packet that ends before its pending reply begins, and answers it later.
   bool hears_while_replying = true;
-  std::uint8_t max_len = protocol::kMostLen;
+  std::uint8_t max_len = protocol::kMaxLen;
   int broadcast_gap_bits = 20;
   // Delay before each reply to a multi-drive packet; absent: by the bit rate.
   std::optional<SimTime> broadcast_reply_time;

@@ -45,8 +45,8 @@ class FaultValue {
  private:
   std::variant<double, FaultChoice> value_;
 };
-inline constexpr std::size_t kMostFaultParams = 5;
-using FaultValues = std::array<FaultValue, kMostFaultParams>;
+inline constexpr std::size_t kMaxFaultParams = 5;
+using FaultValues = std::array<FaultValue, kMaxFaultParams>;
 
 /// Request for a fault. It begins when its directive is executed; a trigger belongs to the
 /// directive (TimedDirective).

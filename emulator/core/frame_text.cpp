@@ -44,16 +44,16 @@ std::string read_identifier(std::string_view text, protocol::Frame& frame) {
   if (!id || (text.size() != 3 && text.size() != 8)) {
     return quoted(text) + " is not an identifier of 3 or 8 hexadecimal digits";
   }
-  if (text.size() == 3 && *id > protocol::kMostStandardId) {
+  if (text.size() == 3 && *id > protocol::kMaxStandardId) {
     return quoted(text) + " is above 7FF; identifiers of 29 bits have 8 digits";
   }
   frame.id = *id;
   if (text.size() == 8 && (*id & kErrorFlag) != 0) {
     frame.kind = protocol::FrameKind::kError;
-    frame.id = *id & protocol::kMostExtendedId;
+    frame.id = *id & protocol::kMaxExtendedId;
   } else if (text.size() == 8) {
     frame.extended = true;
-    if (*id > protocol::kMostExtendedId) return quoted(text) + " is above 1FFFFFFF";
+    if (*id > protocol::kMaxExtendedId) return quoted(text) + " is above 1FFFFFFF";
   }
   return "";
 }

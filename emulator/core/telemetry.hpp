@@ -27,8 +27,8 @@ struct TelemetryRequest {
 
 inline constexpr double kSlowestTelemetry_Hz = 0.1;
 inline constexpr double kFastestTelemetry_Hz = 20'000;
-inline constexpr int kMostSamplesPerMessage = 1000;
+inline constexpr int kMaxSamplesPerMessage = 1000;
 /// Limit of values per second of simulated time in one stream.
-inline constexpr double kMostTelemetry = 200'000;
+inline constexpr double kMaxTelemetry = 200'000;
 
 }  // namespace lk::emulator

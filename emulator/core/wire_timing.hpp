@@ -28,7 +28,7 @@ SimTime time_of_tick(std::int64_t n, std::int64_t f_Hz);
 /// Silence on the wire after which writes of a host count as unanswered (assumed).
 inline constexpr SimTime kAdapterSilence = std::chrono::milliseconds(10);
 /// Capacity of the queue to a host without `depth` (assumed: 60 ms or more of a full wire).
-inline constexpr std::size_t kMostInAdapter = 512;
+inline constexpr std::size_t kMaxInAdapter = 512;
 
 /// Times that an adapter adds to those of the wire; all 0: none. `add` combines several.
 struct AdapterTimes {
@@ -41,7 +41,7 @@ struct AdapterTimes {
   // wait; 0: at once.
   double batch_us = 0;
   std::size_t batch_most = 0;
-  // Capacity of the queue to the host, frames (RS-485: bytes); 0: kMostInAdapter frames. If full,
+  // Capacity of the queue to the host, frames (RS-485: bytes); 0: kMaxInAdapter frames. If full,
   // the newest frame is lost, and an error frame may report it.
   std::size_t depth = 0;
   bool reports_overrun = true;

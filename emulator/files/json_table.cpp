@@ -10,7 +10,7 @@ namespace lk::emulator {
 namespace {
 
 /// Keys of one object: each is searched for among those before it.
-constexpr std::size_t kMostJsonKeys = 1000;
+constexpr std::size_t kMaxJsonKeys = 1000;
 
 std::string inside(const std::string& path, const std::string& key) {
   return path.empty() ? key : path + "." + key;
@@ -91,8 +91,8 @@ class Shape : public nlohmann::json_sax<Json> {
   bool key(string_t& name) override {
     std::set<std::string>& keys = keys_.back();
     if (!keys.insert(name).second) throw JsonError(name, "is given twice");
-    if (keys.size() > kMostJsonKeys) {
-      throw JsonError(name, "is one of more than " + std::to_string(kMostJsonKeys) + " keys");
+    if (keys.size() > kMaxJsonKeys) {
+      throw JsonError(name, "is one of more than " + std::to_string(kMaxJsonKeys) + " keys");
     }
     return true;
   }

@@ -81,12 +81,12 @@ bool is_in_proc(const fs::path& link) {
 }
 
 /// Limit of the kernel.
-constexpr int kMostLinks = 40;
+constexpr int kMaxLinks = 40;
 
 /// Follows links, except those in /proc.
 fs::path follow(fs::path path) {
   std::error_code ignored;
-  for (int n = 0; n < kMostLinks && is_link(path) && !is_in_proc(path); ++n) {
+  for (int n = 0; n < kMaxLinks && is_link(path) && !is_in_proc(path); ++n) {
     path = path.parent_path() / fs::read_symlink(path, ignored);
   }
   return path;

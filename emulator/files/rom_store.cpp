@@ -281,7 +281,7 @@ void RomGate::pass(const TimedFrame& reply, std::vector<protocol::Frame>& out) {
   Drive& drive = drives_.at(drive_of(reply));
   if (drive.held.empty() && reply.after_rom_write <= drive.settled) {
     release(drive, reply, out);
-  } else if (drive.held.size() < kMostHeld) {
+  } else if (drive.held.size() < kMaxHeld) {
     drive.held.push_back(reply);
   } else {
     ++lost_replies_;

@@ -128,7 +128,7 @@ std::filesystem::path state_directory(const char* xdg_state_home, const char* ho
 class RomGate {
  public:
   /// Limit of held replies per drive; later ones are useless to a host.
-  static constexpr std::size_t kMostHeld = 1024;
+  static constexpr std::size_t kMaxHeld = 1024;
 
   /// Known ROM content of a drive.
   struct Kept {

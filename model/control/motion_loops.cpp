@@ -238,12 +238,12 @@ MotionParams motion_params(const DriveParams& drive, const ControlSettings& sett
 }
 
 bool near_limit(const MotionParams& p, const MotionState& s, double v_bus, double i_q, double v_q) {
-  constexpr double kMost = 0.8;
+  constexpr double kMax = 0.8;
   constexpr double kNothing = 1e-3;  // A, assumed: smaller limits are never reached
   if (p.has_current_loop) {
-    return s.i_limit > kNothing && std::abs(i_q) > kMost * s.i_limit;
+    return s.i_limit > kNothing && std::abs(i_q) > kMax * s.i_limit;
   }
-  return std::abs(v_q) > kMost * p.power_max * p.modulation * v_bus;
+  return std::abs(v_q) > kMax * p.power_max * p.modulation * v_bus;
 }
 
 MotionState motion_state_at(const MotionParams& p, double encoder_counts) {

@@ -10,7 +10,7 @@ namespace {
 
 /// Largest turn of the field in a period, rad. From 2.3 on, the windings' series (motor.hpp) lets
 /// currents grow. A motor at its fastest has 0.5, and a rotor would burst before 2.
-constexpr double kMostTurn = 2.0;
+constexpr double kMaxTurn = 2.0;
 
 void set_electrical(PlantParams<double>& p, const DriveParams& d) {
   p.T_s = 1.0 / d.inverter.f_pwm;
@@ -43,7 +43,7 @@ void set_mechanical(PlantParams<double>& p, const DriveParams& d, bool coupled) 
   p.inertia_rate = inertia.rate;
   p.B_half = 0.5 * m.B;
   p.mobility = inertia.mobility;
-  p.omega_max = kMostTurn * p.f_s / d.motor.pole_pairs;
+  p.omega_max = kMaxTurn * p.f_s / d.motor.pole_pairs;
   p.inertia_rate_out = inertia.rate_out;
   p.mobility_out = inertia.mobility_out;
   p.tau_coulomb = m.tau_coulomb + (compliant ? 0.0 : m.tau_coulomb_out / m.gear_ratio);

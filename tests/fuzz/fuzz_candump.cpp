@@ -22,7 +22,7 @@ namespace {
 
 using fuzz::require;
 
-constexpr SimTime kMostCompared = std::chrono::milliseconds(20);  // of simulated time
+constexpr SimTime kMaxCompared = std::chrono::milliseconds(20);  // of simulated time
 
 void check_reason(const ConfigError& problem) {
   const std::string reason = problem.what();
@@ -64,7 +64,7 @@ void compare(const std::vector<CandumpLine>& log, const BusConfig& bus) {
   std::vector<LoggedFrame> frames;
   for (const CandumpLine& line : log) {
     const SimTime at = line.at - log.front().at;
-    if (at < SimTime{0} || at > kMostCompared) return;
+    if (at < SimTime{0} || at > kMaxCompared) return;
     if (!frames.empty() && at < frames.back().timed.at) return;
     std::optional<bool> from_host;
     if (line.direction != CandumpLine::Direction::kUnsaid) {

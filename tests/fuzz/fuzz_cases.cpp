@@ -19,7 +19,7 @@ namespace {
 
 using fuzz::require;
 
-constexpr std::size_t kMostCases = 12;  // more than the lanes that are computed together
+constexpr std::size_t kMaxCases = 12;  // more than the lanes that are computed together
 
 using Results = std::map<std::string, int>;  // lines, and how often
 
@@ -60,7 +60,7 @@ void check_file(const CaseRequest& request) {
 void check(const std::string& text) {
   std::vector<CaseRequest> requests;
   std::istringstream stream(text);
-  for (std::string line; requests.size() < kMostCases && std::getline(stream, line);) {
+  for (std::string line; requests.size() < kMaxCases && std::getline(stream, line);) {
     try {
       requests.push_back(read_case(parse_json(line)));
     } catch (const JsonError& problem) {

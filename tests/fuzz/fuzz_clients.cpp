@@ -26,7 +26,7 @@ constexpr ClientProtocol::Time kNow = std::chrono::seconds(1000);
 void check_frame(const Frame& frame) {
   require(frame.kind == FrameKind::kData || frame.kind == FrameKind::kRemote);
   require(frame.dlc <= protocol::kCanBytes);
-  require(frame.id <= (frame.extended ? protocol::kMostExtendedId : protocol::kMostStandardId));
+  require(frame.id <= (frame.extended ? protocol::kMaxExtendedId : protocol::kMaxStandardId));
 }
 
 struct Said {
@@ -51,7 +51,7 @@ Said say(ClientProtocol& client, std::span<const std::uint8_t> bytes, std::size_
   if (const auto due = client.next_due()) {
     require(*due >= kNow);
     client.take_due(*due, said.jobs);
-    require(!said.jobs.empty() && said.jobs.size() <= Socketcand::kMostJobs);
+    require(!said.jobs.empty() && said.jobs.size() <= Socketcand::kMaxJobs);
     require(*client.next_due() > *due);
   }
   return said;

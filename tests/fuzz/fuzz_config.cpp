@@ -14,7 +14,7 @@ namespace {
 
 using fuzz::require;
 
-constexpr std::size_t kMostDrives = 12;  // that run: limits an input to milliseconds
+constexpr std::size_t kMaxDrives = 12;  // that run: limits an input to milliseconds
 constexpr SimTime kRun = std::chrono::milliseconds(2);
 
 /// Queries every drive and executes the events planned for the start. An impossible motor may
@@ -51,7 +51,7 @@ void check(std::string text) {
     require(!buses.empty());
     std::size_t drives = 0;
     for (const BusConfig& bus : buses) drives += bus.servos.size();
-    if (drives > kMostDrives) return;
+    if (drives > kMaxDrives) return;
     for (const BusConfig& bus : buses) run(bus);
   } catch (const ConfigError& problem) {
     check_reason(problem.what());

@@ -23,7 +23,7 @@ void require(bool condition) {
 }
 
 constexpr std::size_t kBytes = 15;  // maximum for a CAN frame
-using Bytes = std::array<std::uint8_t, kBytes + kMostBytes - kCanBytes>;
+using Bytes = std::array<std::uint8_t, kBytes + kMaxBytes - kCanBytes>;
 
 Bytes bytes_from(const std::uint8_t* data, std::size_t size) {
   Bytes bytes{};
@@ -71,7 +71,7 @@ Frame frame_from(const Bytes& bytes) {
                : (bytes[2] & 1U) != 0 ? FrameKind::kBytes
                                       : FrameKind::kSerial;
   frame.extended = (bytes[2] & 4U) != 0;
-  frame.dlc = serial ? bytes[3] % (kMostLen + 2) : bytes[3];
+  frame.dlc = serial ? bytes[3] % (kMaxLen + 2) : bytes[3];
   for (std::size_t k = 0; k < kCanBytes; ++k) {
     frame.data[k] = bytes[4 + k];
   }

@@ -17,7 +17,7 @@ namespace {
 
 using fuzz::require;
 
-constexpr int kMostRequests = 20;  // limits an input to milliseconds
+constexpr int kMaxRequests = 20;  // limits an input to milliseconds
 
 std::string take_until(std::string_view& text, char end) {
   const std::size_t size = text.find(end);
@@ -72,7 +72,7 @@ class Clients {
 void check(std::string_view text) {
   spdlog::set_level(spdlog::level::off);
   Clients clients;
-  for (int n = 0; n < kMostRequests && !text.empty(); ++n) clients.ask(take_until(text, '\n'));
+  for (int n = 0; n < kMaxRequests && !text.empty(); ++n) clients.ask(take_until(text, '\n'));
 }
 
 }  // namespace

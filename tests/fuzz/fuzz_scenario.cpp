@@ -17,7 +17,7 @@ namespace {
 using fuzz::require;
 
 // Limits an input to milliseconds.
-constexpr std::size_t kMostDrives = 4;
+constexpr std::size_t kMaxDrives = 4;
 constexpr SimTime kRun = std::chrono::milliseconds(5);
 
 std::size_t drives_of(const std::vector<BusConfig>& robot) {
@@ -87,7 +87,7 @@ void check(std::string log) {
   const ScenarioFiles files = files_with(log);
   attempt([&] {
     const Scenario scenario = parse_scenario(text, "scenario.toml", std::nullopt, files);
-    if (drives_of(scenario.robot) <= kMostDrives) run(scenario);
+    if (drives_of(scenario.robot) <= kMaxDrives) run(scenario);
   });
   attempt([&] { run_live(text, files); });
 }

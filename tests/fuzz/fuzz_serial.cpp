@@ -19,7 +19,7 @@ using fuzz::Input;
 using fuzz::require;
 
 /// Writes in one run: fewer than the hosts' queue holds.
-constexpr int kMostWrites = 100;
+constexpr int kMaxWrites = 100;
 
 BusConfig config_from(std::uint8_t settings) {
   constexpr std::int64_t kRates[] = {0, 115'200, 1'000'000, 4'000'000};
@@ -49,7 +49,7 @@ class Player {
   Player(const BusConfig& config, bool lazy) : bus_(config), lazy_(lazy) {}
 
   std::vector<TimedFrame> play(Input input) {
-    for (int writes = 0; !input.empty() && writes < kMostWrites; ++writes) {
+    for (int writes = 0; !input.empty() && writes < kMaxWrites; ++writes) {
       const std::uint8_t what = input.byte();
       switch (what & 3U) {
         case 0:

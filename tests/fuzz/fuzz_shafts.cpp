@@ -20,7 +20,7 @@ namespace {
 using fuzz::require;
 
 constexpr SimTime kStep = std::chrono::milliseconds(1);
-constexpr std::size_t kMostStates = 20;
+constexpr std::size_t kMaxStates = 20;
 
 struct Heard {
   std::vector<ShaftAccept> accepts;
@@ -54,7 +54,7 @@ void turn(const lk_shafts_accept& terms, const std::vector<ShaftStates>& all) {
   ShaftBody& body = *made;
   const CoupledDrive drive{0, 1, {}};
   Coupling coupling(std::move(made), {&drive, 1}, SimTime{0});
-  for (std::size_t n = 0; n < std::min(all.size(), kMostStates); ++n) {
+  for (std::size_t n = 0; n < std::min(all.size(), kMaxStates); ++n) {
     const std::span<const lk_shafts_state> first(all[n].records.data(), 1);
     if (body.problem_of(first)) return;
     body.take(first);

@@ -28,8 +28,8 @@ namespace kill {
 using Clock = std::chrono::steady_clock;
 
 inline constexpr int kDrives = 3;
-inline constexpr int kMostOnDisk = 6;       // acknowledgements per run before the kill
-inline constexpr int kMostInMemory = 20;    // as above, if writes take no time
+inline constexpr int kMaxOnDisk = 6;        // acknowledgements per run before the kill
+inline constexpr int kMaxInMemory = 20;     // as above, if writes take no time
 inline constexpr double kLongestRest = 2;   // kill delay, in acknowledgement intervals
 inline constexpr int kPatienceMs = 60'000;  // for a write that does not end
 inline constexpr std::uint32_t kOffsets = 16384;

@@ -14,7 +14,7 @@ constexpr int kKillsEach = 100;
 
 TEST(Kill, AtAnyInstantLosesNoAcknowledgedWrite) {
   const test::TempDirectory own;
-  kill::until_killed(kKillsEach, own_bus(), own.path().string(), kill::kMostOnDisk, 20);
+  kill::until_killed(kKillsEach, own_bus(), own.path().string(), kill::kMaxOnDisk, 20);
 }
 
 class KillInMemory : public testing::TestWithParam<unsigned> {};
@@ -22,7 +22,7 @@ class KillInMemory : public testing::TestWithParam<unsigned> {};
 TEST_P(KillInMemory, LosesNoAcknowledgedWrite) {
   std::string directory = "/dev/shm/lk-test-XXXXXX";
   if (::mkdtemp(directory.data()) == nullptr) GTEST_SKIP() << "no file system in memory";
-  kill::until_killed(kKillsEach, own_bus(), directory, kill::kMostInMemory, GetParam());
+  kill::until_killed(kKillsEach, own_bus(), directory, kill::kMaxInMemory, GetParam());
   std::filesystem::remove_all(directory);
 }
 

@@ -54,10 +54,10 @@ class MachineTest : public testing::Test {
   /// Checks that simulated time advanced like monotonic time. Either reading may lag by the time
   /// that the emulator makes up for before time slips, 50 ms.
   static void expect_no_drift(const Reading& begin, const Reading& end) {
-    constexpr double kMostLag_s = 0.051;
+    constexpr double kMaxLag_s = 0.051;
     const auto s = [](auto span) { return std::chrono::duration<double>(span).count(); };
-    EXPECT_GE(end.sum_s - begin.sum_s, s(end.before - begin.after) - kMostLag_s);
-    EXPECT_LE(end.sum_s - begin.sum_s, s(end.after - begin.before) + kMostLag_s);
+    EXPECT_GE(end.sum_s - begin.sum_s, s(end.before - begin.after) - kMaxLag_s);
+    EXPECT_LE(end.sum_s - begin.sum_s, s(end.after - begin.before) + kMaxLag_s);
   }
 
   /// Checks that all counters add up with `sent` frames of hosts. Pre: no frame is pending.

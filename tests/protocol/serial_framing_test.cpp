@@ -212,7 +212,7 @@ TEST(SerialFraming, EveryPacketComesBackAsItWas) {
     Frame frame;
     frame.kind = FrameKind::kSerial;
     frame.id = kSingleDriveId + random() % 256;
-    frame.dlc = static_cast<std::uint8_t>(1 + random() % (kMostLen + 1));
+    frame.dlc = static_cast<std::uint8_t>(1 + random() % (kMaxLen + 1));
     for (std::size_t k = 0; k < frame.dlc; ++k) frame.data[k] = static_cast<std::uint8_t>(random());
     const WireBytes sent = wire_bytes(frame);
     EXPECT_EQ(sent.size, frame.dlc == 1 ? 5U : 5U + frame.dlc);

@@ -10,11 +10,11 @@ constexpr int kKillsEach = 15;
 TEST(Kill, OnSocketCanLosesNoAcknowledgedWrite) {
   {
     const test::TempDirectory on_disk;
-    kill::until_killed(kKillsEach, "vcan0", on_disk.path().string(), kill::kMostOnDisk, 20);
+    kill::until_killed(kKillsEach, "vcan0", on_disk.path().string(), kill::kMaxOnDisk, 20);
   }
   const test::TempDirectory in_memory;
   ASSERT_TRUE(run("mount -t tmpfs -o mode=755 none " + in_memory.path().string()));
-  kill::until_killed(kKillsEach, "vcan0", in_memory.path().string(), kill::kMostInMemory, 21);
+  kill::until_killed(kKillsEach, "vcan0", in_memory.path().string(), kill::kMaxInMemory, 21);
   EXPECT_TRUE(run("umount " + in_memory.path().string()));
 }
 

@@ -56,8 +56,8 @@ std::string Decoder::take(std::string_view line) {
   if (std::holds_alternative<NoFrame>(parsed)) return "";
   if (const auto* problem = std::get_if<std::string>(&parsed)) return refuse(*problem);
   const auto& shown = std::get<PrintedFrame>(parsed);
-  if (!summary_.buses.contains(shown.line.interface) && summary_.buses.size() >= kMostInterfaces) {
-    return refuse("too many interfaces, max " + std::to_string(kMostInterfaces));
+  if (!summary_.buses.contains(shown.line.interface) && summary_.buses.size() >= kMaxInterfaces) {
+    return refuse("too many interfaces, max " + std::to_string(kMaxInterfaces));
   }
   BusTally& tally = summary_.buses[shown.line.interface];
   const auto readers = readers_of(shown.line.interface, protocol::framing_of(shown.line.frame));

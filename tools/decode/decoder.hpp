@@ -67,7 +67,7 @@ class Decoder {
 
  private:
   /// Bounds the memory; more than any machine has.
-  static constexpr std::size_t kMostInterfaces = 32;
+  static constexpr std::size_t kMaxInterfaces = 32;
 
   std::string refuse(const std::string& problem);
   std::string notes(const PrintedFrame& shown);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr unsigned kBits = 5;                       // an octave has 32 steps
 constexpr std::uint64_t kExact_us = 2ULL << kBits;  // below, a step is 1 µs
-constexpr std::uint64_t kMost_us = 1ULL << 40U;     // twelve days; larger values are clamped
+constexpr std::uint64_t kMax_us = 1ULL << 40U;      // twelve days; larger values are clamped
 
 std::size_t place_of(std::uint64_t us) {
   if (us < kExact_us) return us;
@@ -37,7 +37,7 @@ SimTime middle_of(std::size_t place) {
 void LatencyHistogram::add(SimTime latency) {
   if (latency < SimTime{0}) return;
   const auto us = static_cast<std::uint64_t>(latency.count()) / 1000;
-  const std::size_t place = place_of(std::min(us, kMost_us));
+  const std::size_t place = place_of(std::min(us, kMax_us));
   if (place >= counts_.size()) counts_.resize(place + 1);
   ++counts_[place];
   min_ = count_ == 0 ? latency : std::min(min_, latency);

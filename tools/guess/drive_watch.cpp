@@ -16,10 +16,10 @@ using namespace std::chrono_literals;
 
 // Limits for motors that LK-TECH sells (assumed). Values beyond them mean another layout.
 constexpr double kLeastVoltage_V = 7;
-constexpr double kMostVoltage_V = 60;
+constexpr double kMaxVoltage_V = 60;
 constexpr int kColdest_C = -40;
-constexpr int kMostBusCurrent_lsb = 10000;  // 100 A
-constexpr std::uint32_t kMostSingleTurn_cdeg = 36000 * 100;
+constexpr int kMaxBusCurrent_lsb = 10000;  // 100 A
+constexpr std::uint32_t kMaxSingleTurn_cdeg = 36000 * 100;
 constexpr std::uint32_t kTurn_cdeg = 36000;
 constexpr std::uint8_t kUnderOrOverVoltage = 0x03;
 constexpr std::uint8_t kLegacyErrors = 0x09;
@@ -33,7 +33,7 @@ constexpr SimTime kOffWindow = 1s;
 constexpr std::uint64_t kEnoughTimed = 3;
 
 bool plausible(double voltage_V) {
-  return voltage_V >= kLeastVoltage_V && voltage_V <= kMostVoltage_V;
+  return voltage_V >= kLeastVoltage_V && voltage_V <= kMaxVoltage_V;
 }
 
 /// Returns the layouts that a reply to 0x9A can have, as a set of State1Layout.
@@ -41,7 +41,7 @@ ValueSet state_1_layouts(const Payload& data) {
   const bool deci = (data[2] | data[5] | data[6]) == 0;
   const bool centi = (data[4] | data[5] | data[6]) == 0;
   const int current_lsb = get_le<std::int16_t>(data, 4);
-  const bool with_current = (data[6] & 0xCFU) == 0 && std::abs(current_lsb) <= kMostBusCurrent_lsb;
+  const bool with_current = (data[6] & 0xCFU) == 0 && std::abs(current_lsb) <= kMaxBusCurrent_lsb;
   // With a voltage error any voltage is plausible, so only the zero bytes decide.
   const bool any_voltage = (data[7] & kUnderOrOverVoltage) != 0;
   const bool deci_V = any_voltage || plausible(get_le<std::uint16_t>(data, 3) * 0.1);
@@ -141,7 +141,7 @@ void DriveWatch::settle(const QueryOutcome& settled) {
   } else if (says_so) {
     Frames& frames = silent_[{says_so->trait, says_so->allowed}];
     ++frames.silent;
-    if (frames.first.size() < Evidence::kMostExamples) {
+    if (frames.first.size() < Evidence::kMaxExamples) {
       frames.first.push_back({settled.query, settled.at});
     }
     if (!silent_since_) silent_since_ = settled.at;
@@ -333,7 +333,7 @@ void DriveWatch::see_single_turn(const Sighting& sighting) {
   if (wide_cdeg == 0 || (data[1] | data[2] | data[3]) != 0) return;
   ValueSet widths = 0;
   if ((data[4] | data[5]) == 0 && narrow_cdeg < kTurn_cdeg) widths |= only(kNarrow);
-  if (wide_cdeg < kMostSingleTurn_cdeg) widths |= only(kWide);
+  if (wide_cdeg < kMaxSingleTurn_cdeg) widths |= only(kWide);
   evidence_.see(Trait::kSingleTurn, widths, Weight::kSure, sighting);
   if (widths == only(kWide) && wide_cdeg >= kTurn_cdeg) {
     evidence_.see(Trait::kEncoderSpan, only(kOutputTurn), Weight::kSure, sighting);

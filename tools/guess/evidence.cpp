@@ -59,7 +59,7 @@ void add(Frames& to, const Frames& more) {
   to.hints += more.hints;
   to.silent += more.silent;
   for (const Sighting& one : more.first) {
-    if (to.first.size() < Evidence::kMostExamples) to.first.push_back(one);
+    if (to.first.size() < Evidence::kMaxExamples) to.first.push_back(one);
   }
 }
 
@@ -143,14 +143,14 @@ std::uint64_t Evidence::frames_against(Trait trait, std::size_t value) const {
 std::vector<Sighting> Evidence::examples(Trait trait, std::size_t value) const {
   const auto found = seen_.find(trait);
   std::vector<Sighting> some;
-  for (int wanted = 1; found != seen_.end() && wanted < static_cast<int>(kMostValues); ++wanted) {
+  for (int wanted = 1; found != seen_.end() && wanted < static_cast<int>(kMaxValues); ++wanted) {
     for (std::size_t set = 1; set < found->second.size(); ++set) {
       if (std::popcount(set) != wanted || !contains(static_cast<ValueSet>(set), value)) continue;
       const auto& first = found->second.at(set).first;
       some.insert(some.end(), first.begin(), first.end());
     }
   }
-  some.resize(std::min(some.size(), kMostExamples));
+  some.resize(std::min(some.size(), kMaxExamples));
   return some;
 }
 

@@ -49,7 +49,7 @@ struct Frames {
 /// Evidence about one drive. Its memory is bounded.
 class Evidence {
  public:
-  static constexpr std::size_t kMostExamples = 2;
+  static constexpr std::size_t kMaxExamples = 2;
 
   /// Adds a frame that allows only these values of the trait; all or no values are ignored.
   void see(Trait trait, ValueSet allowed, Weight weight, const Sighting& sighting);
@@ -74,7 +74,7 @@ class Evidence {
   std::vector<Sighting> examples(Trait trait, std::size_t value) const;
 
  private:
-  using BySet = std::array<Frames, 1U << kMostValues>;
+  using BySet = std::array<Frames, 1U << kMaxValues>;
   bool excluded(Trait trait, std::size_t value) const;
   std::uint64_t enough_silence() const;
 

@@ -382,7 +382,7 @@ std::string left_out(const Guesser& guesser, Language language) {
   if (guesser.unread_frames() > 0) {
     text += say({"Frames of further interfaces, not read (max {}): {}\n",
                  "更多接口的帧，未读取（最多 {} 个接口）：{}\n"},
-                language, Guesser::kMostInterfaces, guesser.unread_frames());
+                language, Guesser::kMaxInterfaces, guesser.unread_frames());
   }
   return text;
 }

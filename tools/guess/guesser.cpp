@@ -68,7 +68,7 @@ std::string Guesser::take(std::string_view line) {
   const auto& shown = std::get<PrintedFrame>(parsed);
   const auto framing = protocol::framing_of(shown.line.frame);
   const std::pair wire(shown.line.interface, framing);
-  if (!buses_.contains(wire) && buses_.size() >= kMostInterfaces) {
+  if (!buses_.contains(wire) && buses_.size() >= kMaxInterfaces) {
     ++unread_frames_;
     return "";
   }

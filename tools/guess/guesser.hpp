@@ -46,7 +46,7 @@ class Guesser {
 
   std::uint64_t frames() const { return frames_; }
   std::uint64_t bad_lines() const { return bad_lines_; }
-  /// Number of ignored frames, from interfaces beyond kMostInterfaces.
+  /// Number of ignored frames, from interfaces beyond kMaxInterfaces.
   std::uint64_t unread_frames() const { return unread_frames_; }
   const std::string& first_problem() const { return first_problem_; }
   /// Returns the conclusion for one drive.
@@ -56,7 +56,7 @@ class Guesser {
   /// Time of the first frame; empty without time stamps.
   std::optional<SimTime> begin() const { return begin_; }
 
-  static constexpr std::size_t kMostInterfaces = 32;
+  static constexpr std::size_t kMaxInterfaces = 32;
 
  private:
   void refuse(const std::string& problem);

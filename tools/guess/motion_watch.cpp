@@ -16,11 +16,11 @@ using namespace std::chrono_literals;
 
 // All assumed: far above noise, and small enough for a field that wraps around.
 constexpr double kLeastTurn_cdeg = 1000;
-constexpr double kMostTurn_cdeg = 12'000;
+constexpr double kMaxTurn_cdeg = 12'000;
 constexpr SimTime kTogether = 20ms;  // longest time from the field to the angle
 constexpr int kAtRest_dps = 3;
 constexpr std::size_t kFewestTurns = 3;
-constexpr std::size_t kMostTurns = 63;
+constexpr std::size_t kMaxTurns = 63;
 constexpr double kTolerance = 0.03;
 
 // Counts per turn of LK-TECH encoders: 12, 14, 15 and 16 bits; 18-bit ones show 16.
@@ -54,8 +54,8 @@ std::optional<EncoderSpan> EncoderWatch::angle(std::int64_t angle_cdeg, std::opt
   if (std::abs(turned_cdeg) < kLeastTurn_cdeg) return std::nullopt;
   const double per_turn = (now.counts - from_->counts) / turned_cdeg * 36'000;
   from_ = now;
-  if (std::abs(turned_cdeg) > kMostTurn_cdeg) return std::nullopt;
-  if (per_turn_.size() < kMostTurns) per_turn_.push_back(per_turn);
+  if (std::abs(turned_cdeg) > kMaxTurn_cdeg) return std::nullopt;
+  if (per_turn_.size() < kMaxTurns) per_turn_.push_back(per_turn);
   for (const double counts : kRotorTurns) {
     if (is_near(per_turn, counts)) return EncoderSpan::kRotorTurn;
   }

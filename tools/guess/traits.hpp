@@ -48,7 +48,7 @@ enum class Trait : std::uint8_t {
   kSeries,
 };
 inline constexpr std::size_t kTraitCount = static_cast<std::size_t>(Trait::kSeries) + 1;
-inline constexpr std::size_t kMostValues = 3;
+inline constexpr std::size_t kMaxValues = 3;
 
 /// A set of values of a trait, bit n for value n.
 using ValueSet = std::uint8_t;
@@ -73,10 +73,10 @@ inline constexpr std::size_t kMs = 1;
 enum class Wires : std::uint8_t { kCan, kSerial, kBoth };
 
 struct TraitRow {
-  std::string_view key;                              // name of the switch; empty for kSeries
-  std::size_t count;                                 // of values
-  std::array<std::string_view, kMostValues> values;  // as --quirk takes them
-  std::array<BilingualText, kMostValues> meanings;   // what a drive does
+  std::string_view key;                             // name of the switch; empty for kSeries
+  std::size_t count;                                // of values
+  std::array<std::string_view, kMaxValues> values;  // as --quirk takes them
+  std::array<BilingualText, kMaxValues> meanings;   // what a drive does
   /// Returns the value of a drive with these switches; null if they do not define it.
   std::size_t (*of)(const Quirks& quirks);
   std::string_view probe;              // DATA of the first query that decides the trait

@@ -10,14 +10,14 @@
 namespace lk::emulator {
 namespace {
 
-constexpr double kStrongest = 1e6;        // N, Nm; assumed
-constexpr double kHeaviest_kg = 1e4;      // assumed
-constexpr double kLeastFriction = 1e-5;   // MuJoCo's minimum
-constexpr double kMostFriction = 10;      // assumed
-constexpr double kSteepest_deg = 60;      // assumed: steeper than a walking robot climbs
-constexpr double kHighestStep_m = 10;     // assumed
-constexpr double kFarthest_m = 1e3;       // assumed
-constexpr double kMostTurned_deg = 3600;  // of joints without stops; assumed
+constexpr double kStrongest = 1e6;       // N, Nm; assumed
+constexpr double kHeaviest_kg = 1e4;     // assumed
+constexpr double kLeastFriction = 1e-5;  // MuJoCo's minimum
+constexpr double kMaxFriction = 10;      // assumed
+constexpr double kSteepest_deg = 60;     // assumed: steeper than a walking robot climbs
+constexpr double kHighestStep_m = 10;    // assumed
+constexpr double kFarthest_m = 1e3;      // assumed
+constexpr double kMaxTurned_deg = 3600;  // of joints without stops; assumed
 
 std::vector<std::string> named(std::span<const std::string> all) {
   std::vector<std::string> names;
@@ -68,7 +68,7 @@ CarriedMass read_payload(TableReader table, const Mechanism& body) {
 
 Floor read_floor(TableReader table) {
   Floor floor;
-  floor.friction = table.number("friction", kLeastFriction, kMostFriction);
+  floor.friction = table.number("friction", kLeastFriction, kMaxFriction);
   if (const auto slope_deg = table.number("slope_deg", -kSteepest_deg, kSteepest_deg)) {
     floor.slope_rad = *slope_deg * kRadPerDeg;
   }
@@ -102,7 +102,7 @@ std::string degrees_text(double angle_rad) {
 void read_joints(TableReader joints, const Mechanism& body, Pose& pose) {
   for (std::size_t n = 0; n < body.joints().size(); ++n) {
     const std::string& name = body.joints()[n];
-    const auto angle_deg = joints.number(name, -kMostTurned_deg, kMostTurned_deg);
+    const auto angle_deg = joints.number(name, -kMaxTurned_deg, kMaxTurned_deg);
     if (!angle_deg) continue;
     const double angle_rad = *angle_deg * kRadPerDeg;
     const auto stops = body.stops(n);

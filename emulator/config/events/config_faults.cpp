@@ -86,11 +86,11 @@ void check_room(const TableReader& event, const std::vector<TimedDirective>& dir
   const auto refuse = [&](const char* key, const char* what, std::size_t most) {
     event.fail(key, "a bus keeps " + std::to_string(most) + " " + what);
   };
-  if (static_cast<std::size_t>(faults) > Bus::kMostFaults) {
-    refuse("fault", "faults", Bus::kMostFaults);
+  if (static_cast<std::size_t>(faults) > Bus::kMaxFaults) {
+    refuse("fault", "faults", Bus::kMaxFaults);
   }
-  if (static_cast<std::size_t>(waiting) > Bus::kMostWaiting) {
-    refuse("when", "conditions", Bus::kMostWaiting);
+  if (static_cast<std::size_t>(waiting) > Bus::kMaxWaiting) {
+    refuse("when", "conditions", Bus::kMaxWaiting);
   }
 }
 

@@ -11,7 +11,7 @@ namespace lk::emulator {
 namespace {
 
 constexpr double kAnything = 1e12;
-constexpr std::int64_t kMostReplies = 1'000'000'000'000;
+constexpr std::int64_t kMaxReplies = 1'000'000'000'000;
 
 /// Reads min and max; nullopt if both are absent.
 std::optional<Range> read_range(TableReader& reader, const char* min_key, const char* max_key) {
@@ -33,9 +33,9 @@ std::string_view read_field(TableReader& reader) {
 }
 
 void read_counts(TableReader& reader, Replies& replies) {
-  const auto count = reader.integer("count", 0, kMostReplies);
-  const auto min = reader.integer("min_count", 0, kMostReplies);
-  const auto max = reader.integer("max_count", 0, kMostReplies);
+  const auto count = reader.integer("count", 0, kMaxReplies);
+  const auto min = reader.integer("min_count", 0, kMaxReplies);
+  const auto max = reader.integer("max_count", 0, kMaxReplies);
   if (count && (min || max)) {
     reader.fail("count", "does not go together with min_count and max_count");
   }

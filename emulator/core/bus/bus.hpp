@@ -98,13 +98,13 @@ class Bus {
   /// As `plan`, but behaves like the last event of the configuration. Pre: its time is not past.
   bool plan_as_configured(const TimedDirective& event);
   static constexpr SimTime kSamplePeriod = std::chrono::milliseconds(1);
-  /// Faults on the board, in the order of arming: all unfinished ones, at most kMostFaults in
+  /// Faults on the board, in the order of arming: all unfinished ones, at most kMaxFaults in
   /// total.
   std::vector<FaultReport> faults() const { return faults_.reports(); }
   /// Limit of faults on the board, finished ones included.
-  static constexpr std::size_t kMostFaults = FaultBoard::kMost;
+  static constexpr std::size_t kMaxFaults = FaultBoard::kMax;
   /// Limit of pending conditions.
-  static constexpr std::size_t kMostWaiting = Conditions::kMost;
+  static constexpr std::size_t kMaxWaiting = Conditions::kMax;
   /// Pending directives, faults aside, that wait for a condition.
   std::size_t unmet_directives() const { return conditions_.directives(); }
   /// Pending directives, faults aside, that wait for their time.

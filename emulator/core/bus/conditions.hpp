@@ -16,10 +16,10 @@ namespace lk::emulator {
 class Conditions {
  public:
   /// Limit of pending conditions.
-  static constexpr std::size_t kMost = 1000;
+  static constexpr std::size_t kMax = 1000;
 
   bool empty() const { return waiting_.empty(); }
-  bool full() const { return waiting_.size() >= kMost; }
+  bool full() const { return waiting_.size() >= kMax; }
   /// Pre: `!full()`. Lets `task` wait for `when`, which is not tested before `from`.
   void add(SimTime from, const Condition& when, Task task);
   /// Counts `command` (DATA[0]) sent to the drive `id`. Returns true if a count is complete.

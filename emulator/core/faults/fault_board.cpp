@@ -68,7 +68,7 @@ std::size_t FaultBoard::arm(Fault fault, SimTime now) {
   live.anchors.resize(live.fault.ids.size());
   live.order = armed_++;
   live.random = stream_seed(bus_seed_, static_cast<int>(live.order), SeedStream::kFault);
-  if (faults_.size() >= kMost) {
+  if (faults_.size() >= kMax) {
     const std::size_t dropped = *oldest_over();
     faults_.erase(faults_.begin() + static_cast<std::ptrdiff_t>(dropped));
     if (turn_ > dropped) --turn_;
@@ -125,14 +125,14 @@ std::vector<std::size_t> FaultBoard::take_due_samples(SimTime now) {
     if (live.sampled_at < live.since && mark_sampled(live, now)) due.push_back(live.order);
   }
   std::size_t samples = 0;
-  for (std::size_t n = 0; n < faults_.size() && samples < kMostLooks; ++n) {
+  for (std::size_t n = 0; n < faults_.size() && samples < kMaxSamples; ++n) {
     if (LiveFault& live = faults_[turn_]; mark_sampled(live, now)) {
       due.push_back(live.order);
       samples += live.fault.ids.size();
     }
     turn_ = (turn_ + 1) % faults_.size();
   }
-  if (samples < kMostLooks) turn_ = 0;
+  if (samples < kMaxSamples) turn_ = 0;
   return due;
 }
 

@@ -21,15 +21,15 @@ class FaultBoard {
  public:
   /// Capacity, including faults that are over. When it is reached, the oldest one that is over is
   /// dropped.
-  static constexpr std::size_t kMost = 1000;
+  static constexpr std::size_t kMax = 1000;
   /// Approximate limit of samples per step, one per lasting plant fault and drive. Beyond it faults
   /// take turns.
-  static constexpr std::size_t kMostLooks = 256;
+  static constexpr std::size_t kMaxSamples = 256;
   explicit FaultBoard(std::uint64_t bus_seed) : bus_seed_(bus_seed) {}
 
   std::uint64_t bus_seed() const { return bus_seed_; }
-  /// No fault can be armed: kMost are kept, and none is over.
-  bool full() const { return faults_.size() >= kMost && !oldest_over(); }
+  /// No fault can be armed: kMax are kept, and none is over.
+  bool full() const { return faults_.size() >= kMax && !oldest_over(); }
   /// Number of faults armed so far.
   std::size_t armed() const { return armed_; }
   /// Number of faults that are not over.
@@ -54,7 +54,7 @@ class FaultBoard {
   std::vector<std::size_t> find(const std::string& which) const;
 
   /// Returns the plant faults to sample now, and marks them as sampled: new ones at once, others in
-  /// turns of kMostLooks.
+  /// turns of kMaxSamples.
   std::vector<std::size_t> take_due_samples(SimTime now);
   /// As `take_due_samples`, for one fault out of turn. Returns true if it is to be sampled.
   bool mark_sampled(std::size_t order, SimTime now);

@@ -57,7 +57,7 @@ struct FaultParam {
 struct FaultRow {
   std::string_view word;  // "encoder_stuck"
   FaultGroup group = FaultGroup::kLink;
-  std::array<FaultParam, kMostFaultParams> params = {};
+  std::array<FaultParam, kMaxFaultParams> params = {};
   bool of_bus = false;     // of the whole bus: takes no drives
   bool serial = false;     // RS-485 only
   bool per_frame = false;  // takes a probability per frame

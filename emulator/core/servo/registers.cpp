@@ -20,23 +20,23 @@ constexpr double kCurrentRampLsb_A_s = 1e-3;
 /// Clamps a parameter to the ranges of the later manuals.
 protocol::Parameter within_ranges(protocol::Parameter parameter) {
   for (std::uint16_t* gain : {&parameter.gains.kp, &parameter.gains.ki, &parameter.gains.kd}) {
-    *gain = std::min<std::uint16_t>(*gain, protocol::kMostGain);
+    *gain = std::min<std::uint16_t>(*gain, protocol::kMaxGain);
   }
   const auto most = [&](std::int32_t limit) {
     parameter.number = std::min(parameter.number, limit);
   };
   switch (parameter.id) {
     case ParameterId::kMaxTorqueCurrent:
-      most(protocol::kMostTorque_lsb);
+      most(protocol::kMaxTorque_lsb);
       break;
     case ParameterId::kMaxSpeed:
-      most(protocol::kMostSpeed_cdps);
+      most(protocol::kMaxSpeed_cdps);
       break;
     case ParameterId::kCurrentRamp:
-      most(protocol::kMostCurrentRamp_mA_s);
+      most(protocol::kMaxCurrentRamp_mA_s);
       break;
     case ParameterId::kSpeedRamp:
-      most(protocol::kMostSpeedRamp_dps_s);
+      most(protocol::kMaxSpeedRamp_dps_s);
       break;
     case ParameterId::kAngleGains:
     case ParameterId::kSpeedGains:
@@ -134,8 +134,7 @@ void set_parameter(Registers& registers, const protocol::Parameter& wanted,
       break;
     case ParameterId::kMaxTorqueCurrent:
       if (format.series == Series::kMs) {
-        registers.max_power_permille =
-            std::min<std::int32_t>(number, protocol::kMostPower_permille);
+        registers.max_power_permille = std::min<std::int32_t>(number, protocol::kMaxPower_permille);
       } else {
         registers.max_torque_current_lsb =
             std::min<std::int32_t>(number, format.dialect.iq_command_limit_lsb);

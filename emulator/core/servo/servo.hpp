@@ -285,7 +285,7 @@ class Servo {
   };
   static constexpr double kCalibrationTurns = 2;  // electrical turns to either side (decided)
   // A ratio out of this range means that the encoder does not follow the windings (decided).
-  static constexpr double kLeastAlignRatio = 900, kMostAlignRatio = 1100;
+  static constexpr double kLeastAlignRatio = 900, kMaxAlignRatio = 1100;
 
   ServoConfig config_;
   protocol::WireFormat format_;

@@ -52,7 +52,7 @@ void flip(RomParameter parameter, std::uint64_t random, const protocol::Dialect&
       r.max_torque_current_lsb = whole(r.max_torque_current_lsb, dialect.iq_command_limit_lsb);
       break;
     case RomParameter::kMaxPower:
-      r.max_power_permille = whole(r.max_power_permille, protocol::kMostPower_permille);
+      r.max_power_permille = whole(r.max_power_permille, protocol::kMaxPower_permille);
       break;
     case RomParameter::kMaxSpeed:
       r.max_speed_dps = flipped(r.max_speed_dps, random, kMinSpeed_dps, kMaxSpeed_dps);

@@ -135,7 +135,7 @@ Reply Servo::on(const protocol::ReadMaxTorque&, const Context&) const {
 
 Reply Servo::on(const protocol::WriteMaxTorque& command, const Context& context) {
   const std::int32_t now = get_parameter(ram_, ParameterId::kMaxTorqueCurrent, format_).number;
-  const std::int32_t most = std::max(protocol::kMostTorque_lsb, now);
+  const std::int32_t most = std::max(protocol::kMaxTorque_lsb, now);
   set_parameter(ram_, {ParameterId::kMaxTorqueCurrent, {}, std::min(command.max_torque_lsb, most)},
                 format_);
   configure(context.lane);
@@ -188,7 +188,7 @@ Reply Servo::finish_calibration(const Lane& lane, std::uint64_t random) {
       .align_value = static_cast<std::uint32_t>(random % static_cast<std::uint64_t>(counts)),
       .align_ratio = static_cast<std::uint16_t>(protocol::rounded(ratio))};
   if (drive.encoder.direction < 0) reply.status |= protocol::kPhasesReversed;
-  if (ratio < kLeastAlignRatio || ratio > kMostAlignRatio) return reply;
+  if (ratio < kLeastAlignRatio || ratio > kMaxAlignRatio) return reply;
   reply.status |= protocol::kCalibrationDone;
   Registers wanted = rom_;
   wanted.align_value = static_cast<std::int32_t>(reply.align_value);

@@ -15,11 +15,11 @@ using protocol::kTurn_cdeg;
 constexpr int kMaxWireBits = 16;            // wider encoders show their top 16 bits
 constexpr double kArrived_wire_counts = 2;  // docs/reference/protocol.md §4.3
 /// Bound of the encoder noise in multiples of its rms: its peak is √12 (model/noise.hpp).
-constexpr double kMostNoise = 4;
+constexpr double kMaxNoise = 4;
 
 /// Returns how far, in counts, a shaft may be read behind the target that it holds.
 double arrived_counts(const model::EncoderParams& sensor, double counts, double wire_lsb_counts) {
-  const double held = model::kHoldAngle + kMostNoise * sensor.noise;
+  const double held = model::kHoldAngle + kMaxNoise * sensor.noise;
   // The loop compares whole counts.
   const double held_counts = held / (2 * std::numbers::pi) * counts + 1;
   return std::max(kArrived_wire_counts * wire_lsb_counts, held_counts);

@@ -21,7 +21,7 @@ constexpr std::uint8_t kNoRecessiveBit = 0x10;
 constexpr std::uint8_t kInCrc = 0x08;
 constexpr std::uint8_t kInEndOfFrame = 0x1A;
 
-constexpr int kMostReceiveErrors = 255;
+constexpr int kMaxReceiveErrors = 255;
 constexpr int kBackFromPassive = 119;  // ISO 11898-1: between 119 and 127
 
 /// State that the last step of a counter has reached.
@@ -45,7 +45,7 @@ protocol::Frame report_error(HostErrorCounters& host, bool sending) {
     frame.data[2] = kOnTransmission | kNoRecessiveBit;
     frame.data[3] = kInEndOfFrame;
   } else {
-    counter = std::min(counter + 1, kMostReceiveErrors);
+    counter = std::min(counter + 1, kMaxReceiveErrors);
     frame.data[1] = reached(before, counter, kReceiveWarning, kReceivePassive);
     frame.data[3] = kInCrc;
   }

@@ -53,7 +53,7 @@ AdapterEffects HostAdapter::from_wire(const TimedFrame& frame, std::size_t size)
     unanswered_ = 0;
   }
   const bool full =
-      times_.depth > 0 ? waiting_size_ + size > times_.depth : waiting_.size() >= kMostInAdapter;
+      times_.depth > 0 ? waiting_size_ + size > times_.depth : waiting_.size() >= kMaxInAdapter;
   if (size > 0 && full) {
     shown.lost = true;
     shown.reported = times_.reports_overrun && !overrun_;

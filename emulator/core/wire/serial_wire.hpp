@@ -96,11 +96,11 @@ class SerialWire {
     SimTime covered_until{0};
     SimTime merged_until{0};
     SimTime merged_for_host_until{0};
-    std::optional<std::size_t> spoilt = {};  // index of a byte that a fault spoils
-    bool faults_applied = false;             // faults have acted on it
-    bool clean = true;                       // bytes are as sent so far
-    bool met_host = false;                   // a byte began while hosts held the line
-    std::array<std::uint8_t, protocol::kMostBytes> read{};  // bytes as the host reads them
+    std::optional<std::size_t> spoilt = {};                // index of a byte that a fault spoils
+    bool faults_applied = false;                           // faults have acted on it
+    bool clean = true;                                     // bytes are as sent so far
+    bool met_host = false;                                 // a byte began while hosts held the line
+    std::array<std::uint8_t, protocol::kMaxBytes> read{};  // bytes as the host reads them
     std::size_t read_size = 0;
   };
   static constexpr std::uint32_t kHost = 0;

@@ -21,7 +21,7 @@ Json body_json(const World& world);
 std::string body_now_text(const World& world);
 
 /// Limit over all clients.
-inline constexpr int kMostBodyStreams = 8;
+inline constexpr int kMaxBodyStreams = 8;
 
 /// Answers the upgrade and sends poses 60 times a second (wall clock) while time advances, until
 /// the client has gone; keeps itself alive. A slow client gets fewer.

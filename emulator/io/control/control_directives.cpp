@@ -24,7 +24,7 @@ BusConfig as_it_is(const Line& line) {
 void check_fault(const Line& line) {
   if (line.bus().faults_full()) {
     throw ApiError(409, "fault",
-                   "this bus has " + std::to_string(Bus::kMostFaults) +
+                   "this bus has " + std::to_string(Bus::kMaxFaults) +
                        " faults that are not over, and keeps no more: clear some");
   }
 }
@@ -74,9 +74,9 @@ void check_planned(const std::vector<TimedDirective>& directives, const Line& li
            !std::holds_alternative<SetFault>(directive.directive.what);
   });
   if (wanted == 0) return;
-  if (line.bus().planned_directives() + static_cast<std::size_t>(wanted) > kMostPlanned) {
+  if (line.bus().planned_directives() + static_cast<std::size_t>(wanted) > kMaxPlanned) {
     throw ApiError(409, "at_s",
-                   "a bus keeps no more than " + std::to_string(kMostPlanned) +
+                   "a bus keeps no more than " + std::to_string(kMaxPlanned) +
                        " directives for later; clear = \"planned\" forgets them");
   }
 }
@@ -90,9 +90,9 @@ void check_places(const std::vector<TimedDirective>& directives, const Line& lin
   const auto armed = static_cast<std::size_t>(std::ranges::count(
       faults, FaultEvidence::State::kArmed, [](const auto& one) { return one.evidence.state; }));
   // Some armed faults wait for a time, not for a condition: this refuses too early, never too late.
-  if (line.bus().unmet_directives() + armed + wanted > Bus::kMostWaiting) {
+  if (line.bus().unmet_directives() + armed + wanted > Bus::kMaxWaiting) {
     throw ApiError(409, "when",
-                   "a bus waits for no more than " + std::to_string(Bus::kMostWaiting) +
+                   "a bus waits for no more than " + std::to_string(Bus::kMaxWaiting) +
                        " conditions: clear some faults");
   }
 }

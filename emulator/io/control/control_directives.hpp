@@ -10,7 +10,7 @@
 namespace lk::emulator {
 
 /// Limit for directives that clients have planned on a bus.
-inline constexpr std::size_t kMostPlanned = 1000;
+inline constexpr std::size_t kMaxPlanned = 1000;
 
 /// Executes or plans the directives in `said`, and notifies listeners. Returns the names of new
 /// faults. Checks all directives before it executes the first. Throws ConfigError, JsonError,

@@ -120,10 +120,10 @@ void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& opt
 
 /// A new connection replaces the one that has been idle longest.
 bool ControlServer::has_room(Entrance& entrance) {
-  if (entrance.connections < kMostConnections) return true;
+  if (entrance.connections < kMaxConnections) return true;
   if (entrance.idle.empty()) {
     tell_of_refusal(entrance, "connection",
-                    "connection: there are " + std::to_string(kMostConnections) + " already");
+                    "connection: there are " + std::to_string(kMaxConnections) + " already");
     return false;
   }
   const auto close = entrance.idle.front();  // removes itself from `idle`

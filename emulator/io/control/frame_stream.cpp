@@ -45,7 +45,7 @@ class FrameStream : public StreamClient {
   enum class Direction : std::uint8_t { kQuery, kReply };
 
   void gather(const TimedFrame& frame, Direction direction) {
-    if (gathered_.size() >= kMostGathered) {
+    if (gathered_.size() >= kMaxGathered) {
       ++lost_;
       return;
     }

@@ -8,9 +8,9 @@
 namespace lk::emulator {
 
 /// Limit over all clients: each stream decodes every frame on the loop of the drives.
-inline constexpr int kMostFrameStreams = 8;
+inline constexpr int kMaxFrameStreams = 8;
 /// Frames queued for one client.
-inline constexpr std::size_t kMostGathered = 1024;
+inline constexpr std::size_t kMaxGathered = 1024;
 
 /// Answers the upgrade and sends every frame of `line`, decoded, until the client has gone; keeps
 /// itself alive. A client that reads too slowly misses frames.

@@ -241,13 +241,13 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   }
 
   void upgrade() {
-    if (entrance_->streams >= kMostStreams) {
-      throw ApiError(429, "WebSocket", "there are " + std::to_string(kMostStreams) + " already");
+    if (entrance_->streams >= kMaxStreams) {
+      throw ApiError(429, "WebSocket", "there are " + std::to_string(kMaxStreams) + " already");
     }
     if (request_.path == ControlApi::kFramesPath) {
       check_handshake();
       Line& line = shared_->api.read_frames_request(request_);
-      if (shared_->frame_streams >= kMostFrameStreams) {
+      if (shared_->frame_streams >= kMaxFrameStreams) {
         throw ApiError(429, "frames", "others listen already, as many as may");
       }
       stream_.expires_never();
@@ -257,7 +257,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     if (request_.path == ControlApi::kBodyPath) {
       check_handshake();
       shared_->api.read_body_request(request_);
-      if (shared_->body_streams >= kMostBodyStreams) {
+      if (shared_->body_streams >= kMaxBodyStreams) {
         throw ApiError(429, "body", "others listen already, as many as may");
       }
       stream_.expires_never();
@@ -270,7 +270,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     check_handshake();
     const TelemetryRequest wanted = shared_->api.read_telemetry_request(request_);
     const double values = wanted.rate_Hz * wanted.values();
-    if (shared_->telemetry_values + values > kMostTelemetryOfAll) {
+    if (shared_->telemetry_values + values > kMaxTelemetryOfAll) {
       throw ApiError(429, "rate_Hz", "all clients together ask for too many values per second");
     }
     stream_.expires_never();

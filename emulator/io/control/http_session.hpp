@@ -42,8 +42,8 @@ struct Entrance {
 };
 
 // Limits that protect the drives from clients (docs/reference/control-api.md).
-inline constexpr int kMostConnections = 64;  // at each entrance
-inline constexpr int kMostStreams = 48;      // of these: the rest is left for new clients
+inline constexpr int kMaxConnections = 64;  // at each entrance
+inline constexpr int kMaxStreams = 48;      // of these: the rest is left for new clients
 inline constexpr std::uint32_t kLongestHeader = 8 * 1024;
 // A scenario is parsed on the loop of the drives: this size takes a few milliseconds.
 inline constexpr std::uint64_t kLongestBody = 65'536;

@@ -69,7 +69,7 @@ TelemetryRequest ControlApi::read_telemetry_request(const ApiRequest& request) {
       const char* const last = value.data() + value.size();
       const auto [end, error] = std::from_chars(value.data(), last, wanted.samples_per_message);
       if (error != std::errc() || end != last || wanted.samples_per_message < 1 ||
-          wanted.samples_per_message > kMostSamplesPerMessage) {
+          wanted.samples_per_message > kMaxSamplesPerMessage) {
         throw ApiError(400, key, "must be a whole number from 1 to 1000");
       }
     } else {
@@ -92,7 +92,7 @@ TelemetryRequest ControlApi::read_telemetry_request(const ApiRequest& request) {
     for (const ServoConfig& servo : wanted.line->config().servos) wanted.ids.push_back(servo.id);
   }
   read_signals(names, wanted.line->config().body_signals.get(), wanted);
-  if (wanted.rate_Hz * wanted.values() > kMostTelemetry) {
+  if (wanted.rate_Hz * wanted.values() > kMaxTelemetry) {
     throw ApiError(400, "rate_Hz", "more than 200000 values per second: ask for fewer");
   }
   wanted.period = SimTime(std::llround(1e9 / wanted.rate_Hz));
@@ -158,7 +158,7 @@ class TelemetryStream : public StreamClient {
 
   void look(const Bus& bus) {
     sampler_->sample(bus, row_);
-    if (queued_ + gathered_.size() > kMostQueued) {
+    if (queued_ + gathered_.size() > kMaxQueued) {
       ++lost_;
       return;
     }

@@ -9,9 +9,9 @@
 namespace lk::emulator {
 
 /// Bytes of samples queued for one client.
-inline constexpr std::size_t kMostQueued = 1'048'576;
+inline constexpr std::size_t kMaxQueued = 1'048'576;
 /// Limit of values per second, over all streams.
-inline constexpr double kMostTelemetryOfAll = 400'000;
+inline constexpr double kMaxTelemetryOfAll = 400'000;
 
 /// Answers the upgrade and sends the `wanted` samples until the client has gone; keeps itself
 /// alive. A client that reads too slowly misses samples.

@@ -16,13 +16,13 @@ namespace {
 /// every step but the last reads the clock.
 constexpr SimTime kStep = std::chrono::milliseconds(5);
 /// Unsent replies at which time waits for them, if it can: a quarter of the port's queue.
-constexpr std::size_t kMostLeaving = 256;
+constexpr std::size_t kMaxLeaving = 256;
 
 /// Frames sent before a slip are read within this time after it.
 constexpr SimTime kAfterSlip = std::chrono::milliseconds(2);
 /// A host that sent more frames during a slip does not wait for replies (assumed: one query every
 /// 10 ms for 0.6 s). Its frames go on the bus when it has room; at most this many wait.
-constexpr std::size_t kMostSpaced = 64;
+constexpr std::size_t kMaxSpaced = 64;
 /// Longest wait for a quiet line.
 constexpr SimTime kLongestWait = std::chrono::seconds(1);
 
@@ -77,7 +77,7 @@ void Line::connect(boost::asio::io_context& loop, Interfaces allowed,
 
 void Line::take_in(const TimedFrame& in) {
   spaced_ = spaced_ && (bus_.time() < spaced_until_ || !backlog_.empty() || !bus_.line_is_quiet());
-  if (spaced_ && backlog_.size() >= kMostSpaced) {
+  if (spaced_ && backlog_.size() >= kMaxSpaced) {
     spaced_ = false;
     flooded_ = true;
   }
@@ -89,7 +89,7 @@ void Line::take_in(const TimedFrame& in) {
     }
   }
   // The bus drops a frame for which there is no room in either queue.
-  const bool is_lost = flooded_ && backlog_.size() >= kMostSpaced && bus_.host_queue_full();
+  const bool is_lost = flooded_ && backlog_.size() >= kMaxSpaced && bus_.host_queue_full();
   if (spaced_ || (!backlog_.empty() && !is_lost)) {
     keep_for_later(in);
     return;
@@ -121,12 +121,12 @@ void Line::put_on_bus(const TimedFrame& in) {
 }
 
 void Line::keep_for_later(const TimedFrame& in) {
-  if (backlog_.size() < kMostBacklog) {
+  if (backlog_.size() < kMaxBacklog) {
     backlog_.push_back(in);
     return;
   }
   if (backlog_lost_++ == 0) {
-    spdlog::warn("{}: {} frames wait for time to move; more are lost", name(), kMostBacklog);
+    spdlog::warn("{}: {} frames wait for time to move; more are lost", name(), kMaxBacklog);
   }
 }
 
@@ -276,6 +276,6 @@ void Line::settle_rom(const RomWrite& write, int error) {
 
 bool Line::replies_have_left() const { return gate_.idle() && (!port_ || port_->pending() == 0); }
 
-bool Line::crowded() const { return port_ && port_->pending() > kMostLeaving; }
+bool Line::crowded() const { return port_ && port_->pending() > kMaxLeaving; }
 
 }  // namespace lk::emulator

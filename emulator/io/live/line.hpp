@@ -47,7 +47,7 @@ struct Listener {
 class Line {
  public:
   /// Limit of frames queued while time stands still.
-  static constexpr std::size_t kMostBacklog = 1'000'000;
+  static constexpr std::size_t kMaxBacklog = 1'000'000;
 
   explicit Line(const BusConfig& config);
   Line(const Line&) = delete;

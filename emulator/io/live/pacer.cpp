@@ -62,7 +62,7 @@ SimTime SimClock::shows(MonoTime mono) const {
 SimClock::Reading SimClock::read(MonoTime mono, SimTime reached) {
   const SimTime now = shows(mono);
   if (mode_.stepped) return {now, SimTime{0}};
-  if (now - reached <= span(kMostLag)) return {now, SimTime{0}};
+  if (now - reached <= span(kMaxLag)) return {now, SimTime{0}};
   const SimTime slip = now - reached;
   base_ -= slip;
   total_slip_ += slip;

@@ -35,7 +35,7 @@ std::string to_string(const ClockMode& mode);
 class SimClock {
  public:
   /// Monotonic time: a delay that a person would notice, at any speed of the clock.
-  static constexpr MonoTime kMostLag = std::chrono::milliseconds(50);
+  static constexpr MonoTime kMaxLag = std::chrono::milliseconds(50);
 
   explicit SimClock(MonoTime start, ClockMode mode = {}) : mode_(mode), epoch_(start) {}
 

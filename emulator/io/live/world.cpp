@@ -296,9 +296,9 @@ void World::advance(SimTime to, OnAdvanced done) {
 /// all others of this machine; TCP hosts that wait for an acknowledgement get it from `end_turn`.
 /// Bounded, as a host may keep sending.
 void World::take_in_all() {
-  constexpr int kMostRounds = 100;
+  constexpr int kMaxRounds = 100;
   for (const auto& line : lines_) {
-    for (int n = 0; n < kMostRounds; ++n) {
+    for (int n = 0; n < kMaxRounds; ++n) {
       const Taken taken = take_in(*line);
       if (line->port() != nullptr) line->port()->end_turn();
       if (!taken.any && !taken.more) break;

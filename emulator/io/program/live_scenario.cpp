@@ -25,9 +25,9 @@ std::size_t faults_in(const std::vector<TimedDirective>& events) {
 void check_room(const Scenario& scenario, const std::vector<Line*>& lines) {
   for (std::size_t n = 0; n < lines.size(); ++n) {
     const std::size_t there = lines[n]->bus().unfinished_faults();
-    if (there + faults_in(scenario.robot[n].events) <= Bus::kMostFaults) continue;
+    if (there + faults_in(scenario.robot[n].events) <= Bus::kMaxFaults) continue;
     throw std::invalid_argument(lines[n]->name() + ": a bus keeps no more than " +
-                                std::to_string(Bus::kMostFaults) + " faults, " +
+                                std::to_string(Bus::kMaxFaults) + " faults, " +
                                 std::to_string(there) + " are there");
   }
 }

@@ -142,10 +142,10 @@ ShaftReader::Message ShaftReader::take(std::span<const unsigned char> bytes) {
 namespace {
 
 // More than any joint reaches, and far below the numeric limits of the model.
-constexpr double kMostAngle_rad = 1e5;
-constexpr double kMostSpeed_rad_s = 1e4;
-constexpr double kMostInertia_kg_m2 = 1e6;
-constexpr double kMostTorque_Nm = 1e6;
+constexpr double kMaxAngle_rad = 1e5;
+constexpr double kMaxSpeed_rad_s = 1e4;
+constexpr double kMaxInertia_kg_m2 = 1e6;
+constexpr double kMaxTorque_Nm = 1e6;
 /// Minimum armature for a joint of unknown inertia: with less, nothing can be concluded.
 constexpr double kLeastArmature_kg_m2 = 1e-9;
 /// Relative rounding error allowed for the armature that a simulator adds.
@@ -164,16 +164,16 @@ std::string problem_of_numbers(const lk_shafts_state& state, const lk_shafts_acc
   const auto is = [](const char* what, double value) {
     return fmt::format("{} is {}", what, value);
   };
-  if (moved_by_simulator && !within(state.angle_rad, kMostAngle_rad)) {
+  if (moved_by_simulator && !within(state.angle_rad, kMaxAngle_rad)) {
     return is("angle_rad", state.angle_rad);
   }
-  if (moved_by_simulator && !within(state.speed_rad_s, kMostSpeed_rad_s)) {
+  if (moved_by_simulator && !within(state.speed_rad_s, kMaxSpeed_rad_s)) {
     return is("speed_rad_s", state.speed_rad_s);
   }
-  if (!within(state.inertia_kg_m2, kMostInertia_kg_m2) || state.inertia_kg_m2 < 0) {
+  if (!within(state.inertia_kg_m2, kMaxInertia_kg_m2) || state.inertia_kg_m2 < 0) {
     return is("inertia_kg_m2", state.inertia_kg_m2);
   }
-  if (!is_untold(terms, state) && !within(state.torque_Nm, kMostTorque_Nm)) {
+  if (!is_untold(terms, state) && !within(state.torque_Nm, kMaxTorque_Nm)) {
     return is("torque_Nm", state.torque_Nm);
   }
   return "";

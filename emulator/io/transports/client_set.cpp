@@ -45,7 +45,7 @@ namespace {
 /// clients delay the loop no longer than two.
 constexpr std::size_t kClientBytes = 4096;
 constexpr std::size_t kBytesOfAll = 2 * kClientBytes;
-constexpr std::size_t kMostEvents = 64;
+constexpr std::size_t kMaxEvents = 64;
 // Event tags; values between them are client numbers.
 constexpr std::uint64_t kWatched = 0;
 constexpr std::uint64_t kAlarm = UINT64_MAX;
@@ -109,11 +109,11 @@ void ClientSet::add(Client client) {
 
 ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out,
                                         std::chrono::milliseconds patience) {
-  std::array<epoll_event, kMostEvents> events{};
+  std::array<epoll_event, kMaxEvents> events{};
   const int count =
-      ::epoll_wait(epoll_.get(), events.data(), kMostEvents, static_cast<int>(patience.count()));
+      ::epoll_wait(epoll_.get(), events.data(), kMaxEvents, static_cast<int>(patience.count()));
   Collected collected;
-  collected.more = count == static_cast<int>(kMostEvents);
+  collected.more = count == static_cast<int>(kMaxEvents);
   for (int n = 0; n < count; ++n) {
     const epoll_event& event = events[static_cast<std::size_t>(n)];
     collected.watched = collected.watched || event.data.u64 == kWatched;
@@ -158,7 +158,7 @@ bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool&
   if (troubles && trouble_.may_tell(name_)) {
     spdlog::warn("{}: {} {}", name_, client.who, heard_.trouble);
   }
-  put(client, heard_.answer, kMostUnsent + kMostAnswers);
+  put(client, heard_.answer, kMaxUnsent + kMaxAnswers);
   return true;
 }
 
@@ -217,7 +217,7 @@ void ClientSet::show(Client& client, std::span<const protocol::Frame> frames) {
   for (const protocol::Frame& frame : frames) {
     shown_.clear();
     client.protocol->show(frame, now, shown_);
-    put(client, shown_, kMostUnsent);
+    put(client, shown_, kMaxUnsent);
   }
 }
 

@@ -95,9 +95,9 @@ void keep_connections_alive(int listening_socket);
 class ClientSet {
  public:
   /// Unsent bytes kept for a client beyond the kernel's buffer: about 0.25 s of a full CAN bus.
-  static constexpr std::size_t kMostUnsent = std::size_t{64} * 1024;
-  /// Reserve for answers once `kMostUnsent` is used up, such as the overrun flag.
-  static constexpr std::size_t kMostAnswers = std::size_t{4} * 1024;
+  static constexpr std::size_t kMaxUnsent = std::size_t{64} * 1024;
+  /// Reserve for answers once `kMaxUnsent` is used up, such as the overrun flag.
+  static constexpr std::size_t kMaxAnswers = std::size_t{4} * 1024;
 
   /// Longer than any reply takes (assumed). A client that has closed both sides keeps its place
   /// that long, unless TCP resets the connection earlier.

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kLongestPlace = 85;
 /// For a CAN port: one robot's bus has few hosts.
-constexpr std::size_t kMostClients = 32;
+constexpr std::size_t kMaxClients = 32;
 
 Reception reception_for(const BusConfig& bus) {
   return bus.bitrate == 0 ? Reception::kDriveFrames : Reception::kEverything;
@@ -33,13 +33,13 @@ std::unique_ptr<Port> make_serial_port(boost::asio::io_context& loop, const BusC
 }
 
 StreamPort::Setup slcan(const BusName& name, const BusConfig& bus) {
-  return {name, kMostClients, "\a", [bitrate = bus.bitrate, acks = name.acks] {
+  return {name, kMaxClients, "\a", [bitrate = bus.bitrate, acks = name.acks] {
             return std::make_unique<Slcan>(bitrate, acks);
           }};
 }
 
 StreamPort::Setup socketcand(const BusName& name) {
-  return {name, kMostClients, "< error too many clients >",
+  return {name, kMaxClients, "< error too many clients >",
           [] { return std::make_unique<Socketcand>(); }, true};
 }
 

@@ -66,7 +66,7 @@ std::optional<Frame> parse_can_msgpack(std::span<const std::uint8_t> bytes) {
   const auto fd = flag(message, "is_fd");
   if (!extended || !remote || !error || !fd) return std::nullopt;
   const auto id = number_up_to(message, "arbitration_id",
-                               *extended ? protocol::kMostExtendedId : protocol::kMostStandardId);
+                               *extended ? protocol::kMaxExtendedId : protocol::kMaxStandardId);
   if (!id) return std::nullopt;
   Frame frame;
   frame.id = static_cast<std::uint32_t>(*id);
@@ -104,7 +104,7 @@ std::vector<std::uint8_t> can_msgpack(const Frame& frame, std::chrono::nanosecon
 
 namespace {
 
-constexpr std::size_t kMostDatagrams = 64;  // per batch
+constexpr std::size_t kMaxDatagrams = 64;  // per batch
 
 /// Strips the payload of datagrams from a network; without it they count as malformed. The address
 /// of the sender proves nothing, as Linux accepts IPv6 packets that claim to be from this machine.
@@ -184,7 +184,7 @@ void MulticastPort::wait_readable() {
 
 Port::Batch MulticastPort::next_batch(Wait /*wait*/) {
   received_.clear();
-  for (std::size_t n = 0; n < kMostDatagrams; ++n) {
+  for (std::size_t n = 0; n < kMaxDatagrams; ++n) {
     Endpoint from;
     boost::system::error_code error;
     const std::size_t size = socket_.receive_from(boost::asio::buffer(bytes_), from, 0, error);

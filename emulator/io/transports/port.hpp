@@ -47,8 +47,8 @@ class Port {
   /// frames ends the call: invalid bytes must not delay others.
   template <typename Take>
   bool receive(Take&& take, Wait wait = Wait::kNot) {
-    constexpr int kMostBatches = 16;
-    for (int i = 0; descriptor() >= 0 && i < kMostBatches; ++i) {
+    constexpr int kMaxBatches = 16;
+    for (int i = 0; descriptor() >= 0 && i < kMaxBatches; ++i) {
       const Batch batch = next_batch(i == 0 ? wait : Wait::kNot);
       if (!batch.frames.empty()) take(batch.frames);
       if (batch.error != 0) note_error(batch.error);

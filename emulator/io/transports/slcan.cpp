@@ -39,7 +39,7 @@ std::optional<Frame> parse_slcan_frame(std::string_view line) {
   if (line.size() < 2 + digits) return std::nullopt;
   const auto id = hexadecimal(line.substr(1, digits));
   const auto length = static_cast<std::uint8_t>(line[1 + digits] - '0');
-  if (!id || *id > (frame.extended ? protocol::kMostExtendedId : protocol::kMostStandardId) ||
+  if (!id || *id > (frame.extended ? protocol::kMaxExtendedId : protocol::kMaxStandardId) ||
       length > protocol::kCanBytes) {
     return std::nullopt;
   }

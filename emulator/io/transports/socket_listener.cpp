@@ -49,7 +49,7 @@ ip::address without_scope(const ip::address& address) {
 }
 
 bool TellLimit::may_tell(const std::string& whom) {
-  constexpr unsigned kMost = 20;
+  constexpr unsigned kMax = 20;
   constexpr auto kAnew = std::chrono::seconds(10);
   const auto now = std::chrono::steady_clock::now();
   if (told_ == 0 || now - since_ > kAnew) {
@@ -57,8 +57,8 @@ bool TellLimit::may_tell(const std::string& whom) {
     told_ = 0;
   }
   ++told_;
-  if (told_ == kMost + 1) spdlog::warn("{}: no more of this is told for a while", whom);
-  return told_ <= kMost;
+  if (told_ == kMax + 1) spdlog::warn("{}: no more of this is told for a while", whom);
+  return told_ <= kMax;
 }
 
 namespace {

@@ -10,7 +10,7 @@ namespace lk::emulator {
 namespace {
 
 /// Replies kept while the queue is full: 0.1 s of a full bus. Later ones are useless to a host.
-constexpr std::size_t kMostPending = 1024;
+constexpr std::size_t kMaxPending = 1024;
 constexpr auto kRetry = std::chrono::milliseconds(1);
 
 }  // namespace
@@ -150,7 +150,7 @@ void SocketCanPort::send(std::span<const protocol::Frame> frames) {
     return;
   }
   if (!waiting_to_flush_) send_out(frames);  // nothing is pending then
-  const std::size_t kept = std::min(frames.size(), kMostPending - pending_.size());
+  const std::size_t kept = std::min(frames.size(), kMaxPending - pending_.size());
   pending_.insert(pending_.end(), frames.begin(),
                   frames.begin() + static_cast<std::ptrdiff_t>(kept));
   stats_.lost_queue_full += frames.size() - kept;

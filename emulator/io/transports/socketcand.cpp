@@ -49,11 +49,11 @@ using protocol::FrameKind;
 
 constexpr const char* kDone = "< ok >";
 constexpr const char* kUnknown = "< error unknown command >";
-constexpr std::size_t kMostWords = 14;  // add, seconds, microseconds, identifier, length, bytes
+constexpr std::size_t kMaxWords = 14;  // add, seconds, microseconds, identifier, length, bytes
 
 std::vector<std::string_view> words_of(std::string_view text) {
   std::vector<std::string_view> words;
-  while (words.size() <= kMostWords) {
+  while (words.size() <= kMaxWords) {
     text = trimmed(text);
     if (text.empty()) break;
     words.push_back(text.substr(0, text.find(' ')));
@@ -64,11 +64,11 @@ std::vector<std::string_view> words_of(std::string_view text) {
 
 /// Eight digits, or a number above the standard range, make an extended identifier.
 std::optional<Frame> read_id(std::string_view digits) {
-  const auto id = number_of(digits, 16, protocol::kMostExtendedId);
+  const auto id = number_of(digits, 16, protocol::kMaxExtendedId);
   if (!id) return std::nullopt;
   Frame frame;
   frame.id = static_cast<std::uint32_t>(*id);
-  frame.extended = digits.size() == 8 || *id > protocol::kMostStandardId;
+  frame.extended = digits.size() == 8 || *id > protocol::kMaxStandardId;
   frame.dlc = 0;
   return frame;
 }
@@ -120,7 +120,7 @@ void Socketcand::take(std::span<const std::uint8_t> bytes, Time now, FromClient&
 
 bool Socketcand::obey(std::string_view text, Time now, FromClient& heard) {
   const Words words = words_of(text);
-  if (words.empty() || words.size() > kMostWords) return false;
+  if (words.empty() || words.size() > kMaxWords) return false;
   const std::string_view word = words.front();
   if (word == "echo" && words.size() == 1) {
     heard.answer += "< echo >";
@@ -173,7 +173,7 @@ bool Socketcand::add_job(const Words& words, Time now) {
   const auto frame = read_frame(std::span(words).subspan(3));
   if (!cycle || *cycle < kShortestCycle || !frame) return false;
   const Key key{frame->id, frame->extended};
-  if (jobs_.size() >= kMostJobs && !jobs_.contains(key)) return false;
+  if (jobs_.size() >= kMaxJobs && !jobs_.contains(key)) return false;
   jobs_[key] = {*frame, *cycle, now + *cycle};
   return true;
 }
@@ -204,7 +204,7 @@ bool Socketcand::subscribe(const Words& words, bool by_content) {
   const auto frame = by_content ? read_frame(std::span(words).subspan(3)) : read_id(words[3]);
   if (!pause || !frame) return false;
   const Key key{frame->id, frame->extended};
-  if (subscriptions_.size() >= kMostJobs && !subscriptions_.contains(key)) return false;
+  if (subscriptions_.size() >= kMaxJobs && !subscriptions_.contains(key)) return false;
   Subscription subscription{.pause = *pause};
   if (by_content) {
     subscription.mask.emplace();

@@ -44,7 +44,7 @@ std::string beacon_text(const std::string& host, const std::string& address, std
 class Socketcand final : public ClientProtocol {
  public:
   /// Limit for a client's cyclic frames, and for its subscriptions.
-  static constexpr std::size_t kMostJobs = 256;
+  static constexpr std::size_t kMaxJobs = 256;
   static constexpr Time kShortestCycle = std::chrono::milliseconds(1);
 
   std::string greeting() const override { return "< hi >"; }

@@ -62,8 +62,8 @@ void StreamPort::listen(boost::asio::io_context& loop) {
 
 /// Accepts waiting clients; at most 64 per call, the others wait for the next batch.
 void StreamPort::let_in() {
-  constexpr int kMostAtOnce = 64;
-  for (int n = 0; n < kMostAtOnce; ++n) {
+  constexpr int kMaxAtOnce = 64;
+  for (int n = 0; n < kMaxAtOnce; ++n) {
     boost::system::error_code error;
     tcp::endpoint from;
     tcp::socket socket(acceptor_.get_executor());

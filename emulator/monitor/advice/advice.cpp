@@ -296,7 +296,7 @@ std::string advice_line(const std::string& bus, const Advice& advice, Language l
 bool GivenList::has_room(int id, AdviceKind kind) const {
   const auto causes = std::ranges::count_if(
       all_, [&](const Advice& advice) { return advice.id == id && advice.found.kind == kind; });
-  return all_.size() < kMost && static_cast<std::size_t>(causes) < kMostCauses;
+  return all_.size() < kMax && static_cast<std::size_t>(causes) < kMaxCauses;
 }
 
 void GivenList::note(int id, const Finding& finding, const Suspect& suspect, std::uint64_t times) {

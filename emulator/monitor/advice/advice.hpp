@@ -109,8 +109,8 @@ struct Suspect {
 class GivenList {
  public:
   /// Limits for a bus, and for one kind and drive. Findings beyond are only counted.
-  static constexpr std::size_t kMost = 1000;
-  static constexpr std::size_t kMostCauses = 16;  // assumed: a host with more scans
+  static constexpr std::size_t kMax = 1000;
+  static constexpr std::size_t kMaxCauses = 16;  // assumed: a host with more scans
   static constexpr std::size_t kMarks = 1024;
 
   GivenList() : marks_(kMarks) {}

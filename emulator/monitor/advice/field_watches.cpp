@@ -87,7 +87,7 @@ std::optional<Against> against(const protocol::Field& field, std::int64_t raw,
     case Range::kMaxCurrent:
       return Against{&kParameter, number, 0,
                      static_cast<double>(drive.format.series == Series::kMs
-                                             ? protocol::kMostPower_permille
+                                             ? protocol::kMaxPower_permille
                                              : drive.format.dialect.iq_command_limit_lsb)};
     case Range::kSpeedSetting:  // 0.01 dps
       return Against{&kParameter, number, 100 * kMinSpeed_dps, 100 * kMaxSpeed_dps};
@@ -98,8 +98,8 @@ std::optional<Against> against(const protocol::Field& field, std::int64_t raw,
     case Range::kMaxTorque:
       return Against{
           &kParameter, number, 0,
-          static_cast<double>(drive.format.series == Series::kMs ? protocol::kMostPower_permille
-                                                                 : protocol::kMostTorque_lsb)};
+          static_cast<double>(drive.format.series == Series::kMs ? protocol::kMaxPower_permille
+                                                                 : protocol::kMaxTorque_lsb)};
     case Range::kBetween:
       return on_wire(kSettingRange, field, raw, drive);
     case Range::kWords:

@@ -247,7 +247,7 @@ constexpr BilingualText kSpeedLimit{"0xA2 with {1} where v236 has an iq limit: t
 // clang-format on
 
 /// Largest plausible angle: a thousand turns (assumed); random 32-bit values are rarely smaller.
-constexpr std::int32_t kMostAngle_cdeg = 1000 * 36000;
+constexpr std::int32_t kMaxAngle_cdeg = 1000 * 36000;
 
 /// MyActuator command ("Servo Motor Control Protocol" V4.2, from V3 on) that LK-TECH lacks. Both
 /// have 0x42: there DATA[1] is one of four accelerations, here a table.
@@ -309,7 +309,7 @@ std::optional<Finding> GenerationWatch::hear(const Heard& heard, const KnownDriv
   }
   if (heard.is<protocol::ClearAngle>()) {
     const auto angle = get_le<std::int32_t>(data, 4);
-    const bool meant = angle != 0 && angle >= -kMostAngle_cdeg && angle <= kMostAngle_cdeg;
+    const bool meant = angle != 0 && angle >= -kMaxAngle_cdeg && angle <= kMaxAngle_cdeg;
     if (dialect.clear_angle == protocol::ClearAngleMeaning::kSetsAngle || !meant) {
       return std::nullopt;
     }

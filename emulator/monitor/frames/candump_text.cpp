@@ -13,7 +13,7 @@ namespace {
 using Direction = CandumpLine::Direction;
 
 constexpr std::size_t kLongestBus = 100;  // names of buses may be URIs
-constexpr std::size_t kMostFdBytes = 64;
+constexpr std::size_t kMaxFdBytes = 64;
 
 /// Removes the next word from `rest` and returns it; empty at the end.
 std::string_view next_word(std::string_view& rest) {
@@ -87,8 +87,8 @@ bool take_stamp(std::string_view& rest, PrintedFrame& out) {
 }
 
 std::string in_quotes(std::string_view text) {
-  constexpr std::size_t kMost = 40;
-  return "\"" + std::string(text.substr(0, kMost)) + (text.size() > kMost ? "..." : "") + "\"";
+  constexpr std::size_t kMax = 40;
+  return "\"" + std::string(text.substr(0, kMax)) + (text.size() > kMax ? "..." : "") + "\"";
 }
 
 /// Removes "TX - -" or "RX B E" (-x).
@@ -110,7 +110,7 @@ std::optional<std::size_t> read_length(std::string_view word, bool& fd) {
   if (word.size() < 3 || word.front() != '[' || word.back() != ']') return std::nullopt;
   const auto length = number(word.substr(1, word.size() - 2), word.size() - 2);
   fd = word.size() == 4;
-  if (!length || *length > static_cast<int>(fd ? kMostFdBytes : 8)) return std::nullopt;
+  if (!length || *length > static_cast<int>(fd ? kMaxFdBytes : 8)) return std::nullopt;
   return static_cast<std::size_t>(*length);
 }
 

@@ -12,7 +12,7 @@ using protocol::Frame;
 using protocol::Opcode;
 
 /// A drive queues 16 replies, and a host waits for few.
-constexpr std::size_t kMostPending = 64;
+constexpr std::size_t kMaxPending = 64;
 /// Equal bytes are the query again, not an echo, if they are later than the slowest reply by this
 /// factor plus this time (assumed).
 constexpr int kSlower = 4;
@@ -106,7 +106,7 @@ Told Conversation::hear_several(const BusFrame& heard) {
     if (!command) continue;
     expire(id, heard.at);
     settle_run(id);
-    if (drive(id).pending.size() >= kMostPending) drop_first(id, QueryOutcome::How::kUnanswered);
+    if (drive(id).pending.size() >= kMaxPending) drop_first(id, QueryOutcome::How::kUnanswered);
     drive(id).pending.push_back({.query = heard.frame,
                                  .command = *command,
                                  .asked = heard.frame.id,
@@ -271,7 +271,7 @@ void Conversation::ask(int id, const BusFrame& heard, bool unclear) {
   const auto command = protocol::reply_command(known->command);
   if (!command) return;
   Drive& own = drive(id);
-  if (own.pending.size() >= kMostPending) drop_first(id, QueryOutcome::How::kUnanswered);
+  if (own.pending.size() >= kMaxPending) drop_first(id, QueryOutcome::How::kUnanswered);
   own.pending.push_back({.query = heard.frame,
                          .command = *command,
                          .asked = heard.frame.data[0],

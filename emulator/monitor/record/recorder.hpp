@@ -25,7 +25,7 @@ namespace lk::emulator {
 class LogWriter {
  public:
   /// Limit of unwritten bytes: about 300 000 frames, half a minute of a full bus.
-  static constexpr std::size_t kMostWaiting = std::size_t{16} << 20U;
+  static constexpr std::size_t kMaxWaiting = std::size_t{16} << 20U;
 
   /// Called once, on any thread, with the reason why nothing more is written.
   using OnEnd = std::function<void(const std::string& reason)>;
@@ -33,7 +33,7 @@ class LogWriter {
   static constexpr std::size_t kFiles = 2;
 
   LogWriter(std::array<Descriptor, kFiles> files, OnEnd on_end,
-            std::size_t most_waiting = kMostWaiting);
+            std::size_t most_waiting = kMaxWaiting);
   LogWriter(const LogWriter&) = delete;
   LogWriter& operator=(const LogWriter&) = delete;
   /// Waits until everything is written or has failed.

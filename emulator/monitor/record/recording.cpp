@@ -22,10 +22,10 @@ namespace fs = std::filesystem;
 /// Returns a whole number in range. The library would convert any number silently.
 template <class Number>
 Number whole(const Json& json) {
-  constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<Number>::max());
+  constexpr auto kMax = static_cast<std::uint64_t>(std::numeric_limits<Number>::max());
   constexpr auto kLeast = static_cast<std::int64_t>(std::numeric_limits<Number>::min());
   const bool fits = json.is_number_unsigned()
-                        ? json.get<std::uint64_t>() <= kMost
+                        ? json.get<std::uint64_t>() <= kMax
                         : json.is_number_integer() && json.get<std::int64_t>() >= kLeast;
   if (!fits) throw JsonError("", "is not a whole number in range: " + json.dump());
   return json.get<Number>();

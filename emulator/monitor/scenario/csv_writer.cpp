@@ -51,8 +51,8 @@ std::vector<std::vector<SampledColumn>> csv_columns(const std::vector<BusConfig>
 }
 
 SimTime row_period(double rate_Hz) {
-  constexpr double kMost_Hz = 1e6;
-  if (!(rate_Hz >= 1e-3 && rate_Hz <= kMost_Hz)) {
+  constexpr double kMax_Hz = 1e6;
+  if (!(rate_Hz >= 1e-3 && rate_Hz <= kMax_Hz)) {
     throw StartError("--rate: must be 0.001 to 1000000 Hz");
   }
   return SimTime(std::llround(1e9 / rate_Hz));

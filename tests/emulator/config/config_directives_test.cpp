@@ -231,11 +231,11 @@ TEST(Vocabulary, ABusHasRoomForSoManyFaultsAndConditions) {
     return text;
   };
   const std::string fault = "at_s = 1\nfault = \"hang\"";
-  EXPECT_EQ(events_of(repeated(fault, Bus::kMostFaults)).size(), Bus::kMostFaults);
-  EXPECT_EQ(error_of(repeated(fault, Bus::kMostFaults + 1)),
+  EXPECT_EQ(events_of(repeated(fault, Bus::kMaxFaults)).size(), Bus::kMaxFaults);
+  EXPECT_EQ(error_of(repeated(fault, Bus::kMaxFaults + 1)),
             "robot.toml:3011: bus.event.fault: a bus keeps 1000 faults");
   const std::string when = "when = { id = 2, error = \"stall\" }\nmark = \"m\"";
-  EXPECT_EQ(error_of(repeated(when, Bus::kMostWaiting + 1)),
+  EXPECT_EQ(error_of(repeated(when, Bus::kMaxWaiting + 1)),
             "robot.toml:3010: bus.event.when: a bus keeps 1000 conditions");
 }
 

@@ -17,14 +17,14 @@ std::string key_of(int parts) {
 
 TEST(TomlDepth, CountsThePartsOfKeys) {
   EXPECT_FALSE(line_of_deep_key(""));
-  EXPECT_FALSE(line_of_deep_key(key_of(kMostKeyParts) + " = 1"));
-  const std::string deep = key_of(kMostKeyParts + 1);
+  EXPECT_FALSE(line_of_deep_key(key_of(kMaxKeyParts) + " = 1"));
+  const std::string deep = key_of(kMaxKeyParts + 1);
   EXPECT_EQ(line_of_deep_key(deep + " = 1"), 1);
   EXPECT_EQ(line_of_deep_key("x = 1\n\n[" + deep + "]\n"), 3);
   EXPECT_EQ(line_of_deep_key("[[" + deep + "]]\n"), 1);
   EXPECT_EQ(line_of_deep_key("x = { y = 1, " + deep + " = 1 }"), 1);
   std::string spaced;
-  for (int n = 0; n <= kMostKeyParts; ++n) spaced += "\"a.=#\" . 'b' .\t";
+  for (int n = 0; n <= kMaxKeyParts; ++n) spaced += "\"a.=#\" . 'b' .\t";
   EXPECT_EQ(line_of_deep_key(spaced + "c = 1"), 1);
 }
 
@@ -41,7 +41,7 @@ TEST(TomlDepth, DotsElsewhereAreNoParts) {
 }
 
 TEST(TomlDepth, NoQuotesHideAKey) {
-  const std::string deep = key_of(kMostKeyParts + 1) + " = 1";
+  const std::string deep = key_of(kMaxKeyParts + 1) + " = 1";
   for (const char* before :
        {"x = \"\"\"a\"\"\"\"\"\n", R"(x = {y = """a"""", )", "x = ''\n", "x = \"\\\\\"\n",
         "'#' = 1\n", "x = \"#\"\n", "x = '\\'\n", "x = \"never closed\n"}) {

@@ -163,7 +163,7 @@ TEST_F(ServedWheel, PosesComeWhenTimeGoesOn) {
 TEST_F(ServedWheel, PosesAreToldToSoManyOnly) {
   start();
   std::vector<Client> listeners;
-  for (int n = 0; n < kMostBodyStreams; ++n) {
+  for (int n = 0; n < kMaxBodyStreams; ++n) {
     listeners.push_back(client());
     listeners.back().send(kBodyUpgrade);
     EXPECT_EQ(status(listeners.back().receive_until("\r\n\r\n")), 101);

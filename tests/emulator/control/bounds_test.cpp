@@ -57,67 +57,69 @@ constexpr const char* kLost = "lost, and counted";
 
 // clang-format off
 const std::vector<List> kLists = {
-    {"faults", "bus", "core/faults/fault_board.hpp", "kMost", "the oldest that is over makes room; 409 where none is",
+    {"faults", "bus", "core/faults/fault_board.hpp", "kMax", "the oldest that is over makes room; 409 where none is",
      R"({"id": 1, "fault": "hang"})"},
-    {"conditions", "bus", "core/bus/conditions.hpp", "kMost", kRefused,
+    {"conditions", "bus", "core/bus/conditions.hpp", "kMax", kRefused,
      R"({"id": 1, "turn_deg": 1, "when": {"signal": "speed_dps", "above": 1e9}})"},
-    {"planned directives", "bus", "io/control/control_directives.hpp", "kMostPlanned", kRefused,
+    {"planned directives", "bus", "io/control/control_directives.hpp", "kMaxPlanned", kRefused,
      R"({"id": 1, "turn_deg": 1, "at_s": 3600})"},
     {"settings for the flash", "drive", "core/wire/can_wire.hpp", "kDriveQueue", kRefused,
      R"({"id": 1, "settings": {"max_speed_dps": 100}})"},
     {"frames for the wire", "bus", "core/wire/can_wire.hpp", "kHostQueue", kRefused,
      R"({"command": "state_2", "id": 1})", "/frames"},
-    {"frames in an adapter without a depth", "bus", "core/wire_timing.hpp", "kMostInAdapter", kLost},
-    {"frames while time stands still", "bus", "io/live/line.hpp", "kMostBacklog", kLost},
-    {"packets that waited while time slipped", "bus", "io/live/line.cpp", "kMostSpaced", "as they come; lost, and counted, if the wire has no room either"},
-    {"replies that wait for the disk", "drive", "files/rom_store.hpp", "kMostHeld", kLost},
-    {"advice", "bus", "monitor/advice/advice.hpp", "kMost", "counted"},
-    {"causes of one kind of advice", "drive", "monitor/advice/advice.hpp", "kMostCauses", "counted"},
-    {"replies for an interface", "bus", "io/transports/socketcan_port.cpp", "kMostPending", kLost},
-    {"clients of slcan and socketcand", "port", "io/transports/make_port.cpp", "kMostClients", "refused, and counted"},
-    {"bytes that a client has not read", "client", "io/transports/client_set.hpp", "kMostUnsent", "frames are lost, and counted"},
-    {"bytes of answers behind these", "client", "io/transports/client_set.hpp", "kMostAnswers", "answers are lost, and counted"},
-    {"jobs of socketcand", "client", "io/transports/socketcand.hpp", "kMostJobs", "an error"},
+    {"frames in an adapter without a depth", "bus", "core/wire_timing.hpp", "kMaxInAdapter", kLost},
+    {"frames while time stands still", "bus", "io/live/line.hpp", "kMaxBacklog", kLost},
+    {"packets that waited while time slipped", "bus", "io/live/line.cpp", "kMaxSpaced", "as they come; lost, and counted, if the wire has no room either"},
+    {"replies that wait for the disk", "drive", "files/rom_store.hpp", "kMaxHeld", kLost},
+    {"advice", "bus", "monitor/advice/advice.hpp", "kMax", "counted"},
+    {"causes of one kind of advice", "drive", "monitor/advice/advice.hpp", "kMaxCauses", "counted"},
+    {"replies for an interface", "bus", "io/transports/socketcan_port.cpp", "kMaxPending", kLost},
+    {"clients of slcan and socketcand", "port", "io/transports/make_port.cpp", "kMaxClients", "refused, and counted"},
+    {"bytes that a client has not read", "client", "io/transports/client_set.hpp", "kMaxUnsent", "frames are lost, and counted"},
+    {"bytes of answers behind these", "client", "io/transports/client_set.hpp", "kMaxAnswers", "answers are lost, and counted"},
+    {"jobs of socketcand", "client", "io/transports/socketcand.hpp", "kMaxJobs", "an error"},
     {"bytes of a line of slcan", "client", "io/transports/slcan.hpp", "kLongestLine", "an error"},
     {"bytes of a message of socketcand", "client", "io/transports/socketcand.hpp", "kLongestMessage", "an error"},
     {"bytes of a datagram", "datagram", "io/transports/multicast_port.hpp", "kLongestCanMsgpack", "dropped, and counted"},
-    {"connections", "entrance", "io/control/http_session.hpp", "kMostConnections", "the idlest is closed, or the newcomer when none is idle"},
-    {"WebSockets", "entrance", "io/control/http_session.hpp", "kMostStreams", "429"},
-    {"streams of frames", "program", "io/control/frame_stream.hpp", "kMostFrameStreams", "429"},
-    {"streams of a body", "program", "io/control/body_stream.hpp", "kMostBodyStreams", "429"},
-    {"frames for a reader", "stream", "io/control/frame_stream.hpp", "kMostGathered", kMissed},
-    {"bytes of samples for a reader", "stream", "io/control/telemetry_stream.hpp", "kMostQueued", kMissed},
-    {"samples of a message", "stream", "core/telemetry.hpp", "kMostSamplesPerMessage", "400"},
-    {"values of telemetry a second", "program", "io/control/telemetry_stream.hpp", "kMostTelemetryOfAll", "429"},
+    {"connections", "entrance", "io/control/http_session.hpp", "kMaxConnections", "the idlest is closed, or the newcomer when none is idle"},
+    {"WebSockets", "entrance", "io/control/http_session.hpp", "kMaxStreams", "429"},
+    {"streams of frames", "program", "io/control/frame_stream.hpp", "kMaxFrameStreams", "429"},
+    {"streams of a body", "program", "io/control/body_stream.hpp", "kMaxBodyStreams", "429"},
+    {"frames for a reader", "stream", "io/control/frame_stream.hpp", "kMaxGathered", kMissed},
+    {"bytes of samples for a reader", "stream", "io/control/telemetry_stream.hpp", "kMaxQueued", kMissed},
+    {"samples of a message", "stream", "core/telemetry.hpp", "kMaxSamplesPerMessage", "400"},
+    {"values of telemetry a second", "program", "io/control/telemetry_stream.hpp", "kMaxTelemetryOfAll", "429"},
     {"bytes of a header", "request", "io/control/http_session.hpp", "kLongestHeader", "431"},
     {"bytes of a body", "request", "io/control/http_session.hpp", "kLongestBody", "413"},
     {"levels of JSON", "request", "files/json_table.hpp", "kDeepestJson", "400"},
-    {"keys of a JSON object", "request", "files/json_table.cpp", "kMostJsonKeys", "400"},
+    {"keys of a JSON object", "request", "files/json_table.cpp", "kMaxJsonKeys", "400"},
     {"bytes of a message", "WebSocket", "io/control/http_session.hpp", "kLongestMessage", "closed"},
     {"bytes of a scenario", "scenario, and again its logs", "io/program/scenario_activity.hpp", "kLongestFile", "400"},
-    {"bytes for the disk", "recording", "monitor/record/recorder.hpp", "kMostWaiting", "it ends"},
+    {"bytes for the disk", "recording", "monitor/record/recorder.hpp", "kMaxWaiting", "it ends"},
 };
 
 /// Constants that do not bound a list of clients.
 const std::set<std::string> kOthers = {
     // other constants of lists in the table
-    "core/bus/bus.hpp:kMostFaults", "core/bus/bus.hpp:kMostWaiting",
+    "core/bus/bus.hpp:kMaxFaults", "core/bus/bus.hpp:kMaxWaiting",
     "core/wire/serial_wire.hpp:kDriveQueue", "core/wire/serial_wire.hpp:kHostQueue",
     "core/wire/wire.hpp:kDriveQueue", "core/wire/wire.hpp:kHostQueue",
     // limits on work at once, not on memory
     "files/output_file.cpp:kMostLinks",
-    "core/faults/fault_board.hpp:kMostLooks", "io/control/http_session.cpp:kMostGoodbyeReads",
-    "io/live/line.cpp:kMostLeaving", "io/live/world.cpp:kMostRounds", "io/transports/client_set.cpp:kMostEvents",
-    "io/transports/multicast_port.cpp:kMostDatagrams", "io/transports/port.hpp:kMostBatches",
-    "io/transports/stream_port.cpp:kMostAtOnce",
+    "core/faults/fault_board.hpp:kMaxSamples", "io/control/http_session.cpp:kMostGoodbyeReads",
+    "io/live/line.cpp:kMaxLeaving", "io/live/world.cpp:kMaxRounds", "io/transports/client_set.cpp:kMaxEvents",
+    "io/transports/multicast_port.cpp:kMaxDatagrams", "io/transports/port.hpp:kMaxBatches",
+    "io/transports/stream_port.cpp:kMaxAtOnce",
     // lengths of text by a person or by the program itself
     "io/control/control_server.cpp:kLongestToken", "io/control/http_session.cpp:kLongestBuffer",
     "monitor/record/replay.cpp:kLongestLine", "io/shafts/shaft_body.cpp:kLongestReason",
     "io/transports/make_port.cpp:kLongestPlace", "io/transports/netlink.cpp:kLongestAnswer",
     "io/transports/slcan.cpp:kLongestAck",
-    "io/transports/socket_listener.cpp:kLongestPath", "io/transports/socketcand.cpp:kMostWords",
+    "io/transports/socket_listener.cpp:kLongestPath", "io/transports/socketcand.cpp:kMaxWords",
     // parameters of a fault, a counter of a controller
-    "core/fault.hpp:kMostFaultParams", "core/wire/can_errors.cpp:kMostReceiveErrors",
+    "core/fault.hpp:kMaxFaultParams", "core/wire/can_errors.cpp:kMaxReceiveErrors",
+    // a width of a field on the wire
+    "core/servo/shaft_angles.cpp:kMaxWireBits",
 };
 // clang-format on
 
@@ -140,7 +142,7 @@ TEST(Bounds, AreAllThatTheSourceHas) {
   std::set<std::string> known = kOthers;
   for (const List& list : kLists) known.insert(std::string(list.file) + ":" + list.constant);
   const std::regex constant(
-      R"(constexpr (?:std::size_t|int|std::uint64_t) (k(?:Most|Deepest|Longest|HostQueue|DriveQueue)\w*) =)");
+      R"(constexpr (?:std::size_t|int|std::uint64_t) (k(?:Max|Most|Deepest|Longest|HostQueue|DriveQueue)\w*) =)");
   std::set<std::string> found;
   for (const char* room : {"core", "files", "io", "monitor/advice", "monitor/record"}) {
     const std::string root = kSource + "emulator/";

@@ -203,7 +203,7 @@ TEST(ControlApi, NamesFaultsAndClearsThem) {
 
 TEST(ControlApi, KeepsSoManyFaultsAndNoMore) {
   TestWorld t;
-  for (std::size_t n = 0; n < Bus::kMostFaults; ++n) {
+  for (std::size_t n = 0; n < Bus::kMaxFaults; ++n) {
     ASSERT_EQ(t.post("/directives", R"({"id": 1, "at_s": 9, "fault": {"kind": "hang", "name": "r)" +
                                         std::to_string(n) + "\"}}")
                   .status,
@@ -217,7 +217,7 @@ TEST(ControlApi, KeepsSoManyFaultsAndNoMore) {
 TEST(ControlApi, WaitsForSoManyConditionsAndNoMore) {
   TestWorld t;
   const std::string never = R"("when": {"id": 1, "signal": "speed_dps", "above": 1e9})";
-  for (std::size_t n = 0; n < Bus::kMostWaiting; ++n) {
+  for (std::size_t n = 0; n < Bus::kMaxWaiting; ++n) {
     ASSERT_EQ(t.post("/directives", R"({"id": 1, "turn_deg": 1, )" + never + "}").status, 200) << n;
   }
   // Not executed, not forgotten, and not answered with another one's name.
@@ -232,10 +232,10 @@ TEST(ControlApi, PlansSoManyDirectivesAndNoMore) {
     return t.post("/directives", R"({"ids": "1-2", "turn_deg": 1, "at_s": 3600})").status;
   };
   const auto planned = [&] { return t.get("/status").body["buses"][0]["planned"]; };
-  for (std::size_t n = 0; n < kMostPlanned / 2; ++n) ASSERT_EQ(plan(), 200) << n;
-  EXPECT_EQ(planned(), kMostPlanned);
+  for (std::size_t n = 0; n < kMaxPlanned / 2; ++n) ASSERT_EQ(plan(), 200) << n;
+  EXPECT_EQ(planned(), kMaxPlanned);
   EXPECT_EQ(plan(), 409);
-  EXPECT_EQ(planned(), kMostPlanned);
+  EXPECT_EQ(planned(), kMaxPlanned);
   EXPECT_EQ(t.post("/directives", R"({"id": 1, "turn_deg": 1})").status, 200) << "that is done now";
   EXPECT_EQ(t.post("/directives", R"({"clear": "planned"})").status, 200);
   EXPECT_EQ(planned(), 0);

@@ -63,7 +63,7 @@ TEST_F(Hostile, ACrowdOverTcpKeepsNobodyOffTheUnixSocket) {
   listen_to_tcp();
   start();
   std::vector<Client> crowd;
-  for (int n = 0; n < kMostConnections; ++n) {
+  for (int n = 0; n < kMaxConnections; ++n) {
     crowd.push_back(tcp());
     crowd.back().send("GET /api/v1/status HTTP/1.1\r\nHost: " + host() + "\r\n");
   }
@@ -76,7 +76,7 @@ TEST_F(Hostile, ACrowdOverTcpKeepsNobodyOffTheUnixSocket) {
 TEST_F(Hostile, WhoComesLastGetsThePlaceOfTheIdlest) {
   start();
   std::vector<Client> idle;
-  for (int n = 0; n < kMostConnections; ++n) {
+  for (int n = 0; n < kMaxConnections; ++n) {
     idle.push_back(client());
     idle.back().send(kStatus);
     ASSERT_EQ(status(idle.back().receive_answer()), 200) << n;
@@ -253,14 +253,14 @@ TEST_F(Hostile, WhatNobodyWaitsForIsNotComputed) {
 TEST_F(Hostile, WebSocketsLeavePlacesForNewcomers) {
   start();
   std::vector<Client> streams;
-  for (int n = 0; n < kMostStreams; ++n) {
+  for (int n = 0; n < kMaxStreams; ++n) {
     streams.push_back(client());
     streams.back().send(upgrade("signals=speed_dps&ids=1&rate_Hz=1"));
     ASSERT_EQ(status(streams.back().receive_until("\r\n\r\n")), 101) << n;
   }
   EXPECT_EQ(status(ask(upgrade("signals=speed_dps&ids=1&rate_Hz=1"))), 429);
   std::vector<Client> busy;
-  for (int n = kMostStreams; n < kMostConnections - 2; ++n) {
+  for (int n = kMaxStreams; n < kMaxConnections - 2; ++n) {
     busy.push_back(client());
     busy.back().send("GET /api/v1/status HTTP/1.1\r\n");
   }

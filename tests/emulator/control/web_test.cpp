@@ -158,7 +158,7 @@ TEST_F(Served, FramesComeInWords) {
 TEST_F(Served, FramesAreToldToSoManyOnly) {
   start();
   std::vector<Client> listeners;
-  for (int n = 0; n < kMostFrameStreams; ++n) {
+  for (int n = 0; n < kMaxFrameStreams; ++n) {
     listeners.push_back(client());
     listeners.back().send("GET /api/v1/frames HTTP/1.1\r\n" + kUpgrade);
     EXPECT_EQ(status(listeners.back().receive_until("\r\n\r\n")), 101);

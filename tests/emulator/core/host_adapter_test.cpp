@@ -101,7 +101,7 @@ TEST(HostAdapter, LosesTheNewestAndSaysSoOnce) {
 TEST(HostAdapter, HoldsNoMoreThanAQueueWithoutADepthToo) {
   HostAdapter adapter({.rx_us = 1e6}, 1);
   for (int n = 0; n < 5000; ++n) adapter.from_wire(reply(0s));
-  EXPECT_EQ(arrivals(adapter).size(), kMostInAdapter);
+  EXPECT_EQ(arrivals(adapter).size(), kMaxInAdapter);
 }
 
 TEST(HostAdapter, EverySecondWriteStallsWhileNothingAnswers) {

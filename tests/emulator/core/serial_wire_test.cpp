@@ -79,7 +79,7 @@ TEST(SerialWire, AMegabyteOfNoiseLeavesTheLineSoon) {
   host.write(1ms, test::Bytes(1'000'000, 0x55));
   EXPECT_GT(host.bus.stats().count(Drop::kQueueFull), 0U);
   // The buffer, the frame on the wire, and one that found room: ten bits per byte.
-  const double noise_s = (4096 + 2.0 * protocol::kMostBytes) * 10 / 115'200;
+  const double noise_s = (4096 + 2.0 * protocol::kMaxBytes) * 10 / 115'200;
   host.read_until(1ms + SimTime(static_cast<std::int64_t>(noise_s * 1e9)));
   EXPECT_EQ(host.bus.stats().frames_waiting, 0U);
   host.read_until(host.bus.time() + 6ms);  // gap_ms

@@ -43,20 +43,20 @@ TEST(Line, KeepsSoManyFramesForLaterAndCountsTheRest) {
   TimedFrame filler;  // which all drives ignore
   filler.frame.kind = protocol::FrameKind::kError;
   line.keep_for_later({SimTime{0}, test::frame("141#9A00000000000000")});
-  for (std::size_t n = 2; n < Line::kMostBacklog; ++n) line.keep_for_later(filler);
+  for (std::size_t n = 2; n < Line::kMaxBacklog; ++n) line.keep_for_later(filler);
   line.keep_for_later({SimTime{0}, test::frame("142#9A00000000000000")});
   EXPECT_EQ(line.backlog_lost(), 0U);
   for (int n = 0; n < 3; ++n) {
     line.keep_for_later({SimTime{0}, test::frame("143#9A00000000000000")});
   }
-  EXPECT_EQ(line.backlog(), Line::kMostBacklog);
+  EXPECT_EQ(line.backlog(), Line::kMaxBacklog);
   EXPECT_EQ(line.backlog_lost(), 3U);
   EXPECT_EQ(log.text(), "test: 1000000 frames wait for time to move; more are lost\n") << "once";
   EXPECT_EQ(line.bus().stats().frames, 0U) << "time has not moved";
 
   line.bring_to(std::chrono::milliseconds(1), MonoTime::max(), Line::Patience::kNone);
   EXPECT_EQ(line.backlog(), 0U);
-  EXPECT_EQ(line.bus().stats().frames, Line::kMostBacklog);
+  EXPECT_EQ(line.bus().stats().frames, Line::kMaxBacklog);
   EXPECT_EQ(line.bus().servo(1).stats().replies, 1U) << "the first";
   EXPECT_EQ(line.bus().servo(2).stats().replies, 1U) << "the last that was kept";
   EXPECT_EQ(line.bus().servo(3).stats().replies, 0U) << "lost";
@@ -96,7 +96,7 @@ TEST(Line, PacketsThatWaitedWhileTimeSlippedAreHeardOneByOne) {
 protocol::Frame noise(int number) {
   protocol::Frame frame;
   frame.kind = protocol::FrameKind::kBytes;
-  frame.dlc = protocol::kMostBytes;
+  frame.dlc = protocol::kMaxBytes;
   frame.data[0] = static_cast<std::uint8_t>(number);
   return frame;
 }

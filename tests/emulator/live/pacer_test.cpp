@@ -19,7 +19,7 @@ TEST(SimClock, FollowsMonotonicTimeFromTheStart) {
 
 TEST(SimClock, ALagWithinTheBoundIsCaughtUp) {
   SimClock clock(kStart);
-  const auto reading = clock.read(kStart + 1s, SimTime{1s - SimClock::kMostLag});
+  const auto reading = clock.read(kStart + 1s, SimTime{1s - SimClock::kMaxLag});
   EXPECT_EQ(reading.now, SimTime{1s});
   EXPECT_EQ(reading.slipped, SimTime{0});
 }

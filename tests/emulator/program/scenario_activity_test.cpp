@@ -173,7 +173,7 @@ state = "running"
     for (int n = 0; n < faults; ++n) text += "[[event]]\nat_s=1\nid=1\nfault=\"hang\"\n";
     return Json{{"toml", text}}.dump();
   };
-  const auto most = static_cast<int>(Bus::kMostFaults);
+  const auto most = static_cast<int>(Bus::kMaxFaults);
   ASSERT_EQ(t.post("/directives", R"({"id": 1, "fault": "hang"})").status, 200);
   ASSERT_EQ(t.post("/scenario", with(0)).status, 200);
   ASSERT_EQ(t.send("DELETE", "/scenario", "").status, 200);

@@ -37,9 +37,9 @@ TEST(LogWriter, NeverWaitsForASlowDisk) {
   auto reader = std::make_unique<Descriptor>(ends[0]);
   {
     std::array files = {Descriptor(ends[1]), Descriptor(::open("/dev/null", O_WRONLY))};
-    constexpr std::size_t kMost = 1 << 20;
+    constexpr std::size_t kMax = 1 << 20;
     LogWriter writer(
-        std::move(files), [&](const std::string& r) { said.push_back(r); }, kMost);
+        std::move(files), [&](const std::string& r) { said.push_back(r); }, kMax);
     const std::string line(1000, 'x');
     while (!writer.failed()) writer.add(0, line);  // must not block
     EXPECT_FALSE(writer.done());

@@ -163,12 +163,12 @@ TEST(RomGate, HoldsSoManyAndNoMore) {
   Gate g;
   g.gate.begin(rom_write(1, 1));
   g.pass(reply(1, 1, 1));
-  for (std::size_t i = 0; i < RomGate::kMostHeld + 9; ++i) g.pass(reply(1, 2));
+  for (std::size_t i = 0; i < RomGate::kMaxHeld + 9; ++i) g.pass(reply(1, 2));
   g.pass(reply(2, 3));
   EXPECT_EQ(g.left(), Marks{3});
   EXPECT_EQ(g.gate.lost_replies(), 10U);
   g.settle(1, 1);
-  EXPECT_EQ(g.left().size(), RomGate::kMostHeld);
+  EXPECT_EQ(g.left().size(), RomGate::kMaxHeld);
 }
 
 // --- from bus to disk and back

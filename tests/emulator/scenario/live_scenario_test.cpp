@@ -111,7 +111,7 @@ TEST_F(Live, TimesCountFromItsBeginningAndItsFaultsEndWithIt) {
 TEST_F(Live, FaultsThatMadeRoomForOthersMakeItSayNothing) {
   LiveScenario live(
       scenario(), {&line_}, [] {}, well);
-  for (std::size_t n = 0; n < Bus::kMostFaults + 2; ++n) {
+  for (std::size_t n = 0; n < Bus::kMaxFaults + 2; ++n) {
     const Fault reset = make_fault("reset", {}, {1});
     ASSERT_TRUE(line_.perform({line_.bus().time(), {kWholeBus, SetFault{reset}}, std::nullopt}));
   }
@@ -131,7 +131,7 @@ TEST_F(Live, AFaultThatFoundNoRoomMakesItSayNothing) {
       {500ms, {kWholeBus, SetFault{make_fault("hang", {}, {1})}}, std::nullopt}};
   LiveScenario live(
       plan, {&line_}, [] {}, well);
-  for (std::size_t n = 0; n < Bus::kMostFaults; ++n) {
+  for (std::size_t n = 0; n < Bus::kMaxFaults; ++n) {
     const Fault later = make_fault("reset", {}, {2});
     ASSERT_TRUE(line_.perform({10s + 900ms, {kWholeBus, SetFault{later}}, std::nullopt}));
   }

@@ -108,7 +108,7 @@ TEST_F(AClient, IsWaitedForWhereThatIsAskedFor) {
 }
 
 TEST_F(AClient, ThatReadsLosesNothingOfMoreThanIsKeptForIt) {
-  const std::size_t times = 2 * ClientSet::kMostUnsent / kReply.size();
+  const std::size_t times = 2 * ClientSet::kMaxUnsent / kReply.size();
   reply(times);
   clients_.flush();
   std::string heard;

@@ -139,7 +139,7 @@ TEST(Socketcand, JobsAreBounded) {
     std::snprintf(text, sizeof text, "< add 1 0 %X 0 >", static_cast<unsigned>(id));
     refused += say(daemon, text).malformed;
   }
-  EXPECT_EQ(refused, 0x7FF - Socketcand::kMostJobs);
+  EXPECT_EQ(refused, 0x7FF - Socketcand::kMaxJobs);
 }
 
 TEST(Socketcand, TheBeaconTellsWhereItIs) {

@@ -63,7 +63,7 @@ constexpr std::int64_t kBytesOfAFault = 2 * sizeof(LiveFault) + 256;
 /// Queues and lists of varying size. They hold at most as many frames as the hosts' send queue,
 /// with twice the capacity: for the hosts and, under adapter faults, the adapter. A leak of one
 /// frame each would exceed this within a second.
-constexpr std::int64_t kMostBytesOfTheMoment = 2 * 2 * CanWire::kHostQueue * sizeof(TimedFrame);
+constexpr std::int64_t kMaxBytesOfTheMoment = 2 * 2 * CanWire::kHostQueue * sizeof(TimedFrame);
 
 /// All delivered motors and all generations in turn.
 BusConfig all_kinds(std::uint64_t seed) {
@@ -109,7 +109,7 @@ class LongRun {
       if (life_.one_in(2)) advance(at);
       if (life_.one_in(100)) act(at);
       const auto due = static_cast<double>(at.count()) / static_cast<double>(duration_.count());
-      if (static_cast<double>(faults_) < due * 0.95 * Bus::kMostFaults) set_fault();
+      if (static_cast<double>(faults_) < due * 0.95 * Bus::kMaxFaults) set_fault();
       if (at < checked_ + kCheck) continue;
       checked_ = at;
       advance(at);
@@ -253,7 +253,7 @@ class LongRun {
     if (checks_ == 1) bytes_ = live_bytes;  // baseline
     const std::int64_t more = live_bytes - bytes_ - kBytesOfAFault * faults_;
     most_bytes_ = std::max(most_bytes_, more);
-    if (more > kMostBytesOfTheMoment) return "memory grows";
+    if (more > kMaxBytesOfTheMoment) return "memory grows";
     return {};
   }
 

@@ -77,7 +77,7 @@ TEST(ManyFaults, AreLookedAtInTurns) {
   config.seed = 2;  // with some seeds garbage is correct by chance, once in 16384 samples
   Host host(config);
   constexpr std::size_t kFaults =
-      4 * FaultBoard::kMostLooks / 8;  // four times the limit, on 8 drives
+      4 * FaultBoard::kMaxSamples / 8;  // four times the limit, on 8 drives
   for (std::size_t n = 0; n < kFaults; ++n) {
     host.bus.apply({kWholeBus, SetFault{test::fault("encoder_garbage", {}, {}, ids)}});
   }
@@ -87,14 +87,14 @@ TEST(ManyFaults, AreLookedAtInTurns) {
     EXPECT_NEAR(static_cast<double>(evidence(host, n).effects), 8 + 8 * 7 / 4, 8) << n;
     effects += evidence(host, n).effects;
   }
-  EXPECT_EQ(effects, (4 + 7) * FaultBoard::kMostLooks) << "all at first, then a quarter each time";
+  EXPECT_EQ(effects, (4 + 7) * FaultBoard::kMaxSamples) << "all at first, then a quarter each time";
 }
 
 /// A fault that ends before its turn is evaluated at its end.
 TEST(ManyFaults, ShowAtTheirEndWhetherTheirTurnHasComeOrNot) {
   const std::vector<int> ids = {1, 2, 3, 4, 5, 6, 7, 8};
   Host host(test::bus_config({1, 2, 3, 4, 5, 6, 7, 8}));
-  constexpr std::size_t kFaults = 4 * FaultBoard::kMostLooks / 8;
+  constexpr std::size_t kFaults = 4 * FaultBoard::kMaxSamples / 8;
   for (std::size_t n = 0; n < kFaults; ++n) {
     const auto course = test::Course{.duration = 500us};
     host.bus.apply({kWholeBus, SetFault{test::fault("encoder_garbage", {}, course, ids)}});

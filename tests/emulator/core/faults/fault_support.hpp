@@ -77,7 +77,8 @@ std::pair<double, double> statistics(Host& host, int samples, Read read) {
   return {mean, std::sqrt(squares / samples - mean * mean)};
 }
 
-/// Checks effects on drive 1: the first one at most one sample after `since`, and at least `effects`.
+/// Checks effects on drive 1: the first one at most one sample after `since`, and at least
+/// `effects`.
 inline void expect_shown(const FaultEvidence& evidence, SimTime since, std::uint64_t effects = 1) {
   ASSERT_TRUE(evidence.first_effect_at);
   EXPECT_GE(*evidence.first_effect_at, since);

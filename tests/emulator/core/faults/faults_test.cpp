@@ -310,7 +310,7 @@ TEST(Faults, OfTheConfigurationArePlannedAndABusIsCopiedWithThem) {
 
 TEST(Faults, ABusKeepsSoManyAndDoesNothingOfMore) {
   Host host(test::bus_config({1}));
-  for (std::size_t n = 0; n < Bus::kMostFaults; ++n) {
+  for (std::size_t n = 0; n < Bus::kMaxFaults; ++n) {
     EXPECT_FALSE(host.bus.faults_full());
     plan(host, 1s, fault("bridge_dead", {}, {}, {1}, std::to_string(n)));
   }
@@ -320,7 +320,7 @@ TEST(Faults, ABusKeepsSoManyAndDoesNothingOfMore) {
   EXPECT_FALSE(host.bus.plan({0ms, one_more}));
   host.wait(1ms);
   EXPECT_TRUE(answers(host));
-  EXPECT_EQ(host.bus.faults().size(), Bus::kMostFaults);
+  EXPECT_EQ(host.bus.faults().size(), Bus::kMaxFaults);
   EXPECT_TRUE(host.bus.apply({1, TurnShaft{10}}));
 }
 
@@ -331,15 +331,15 @@ TEST(Faults, ANewOneTakesThePlaceOfTheOldestThatIsOver) {
         {kWholeBus, SetFault{fault(word, {}, {}, {1}, word + std::to_string(n))}});
   };
   ASSERT_TRUE(inject("bridge_dead", 0));  // lasting
-  for (std::size_t n = 1; n < Bus::kMostFaults; ++n) ASSERT_TRUE(inject("reset", n));
+  for (std::size_t n = 1; n < Bus::kMaxFaults; ++n) ASSERT_TRUE(inject("reset", n));
   EXPECT_FALSE(host.bus.faults_full());
-  ASSERT_TRUE(inject("reset", Bus::kMostFaults));
+  ASSERT_TRUE(inject("reset", Bus::kMaxFaults));
   const std::vector<FaultReport> kept = host.bus.faults();
-  ASSERT_EQ(kept.size(), Bus::kMostFaults);
+  ASSERT_EQ(kept.size(), Bus::kMaxFaults);
   EXPECT_EQ(kept[0].fault.name, "bridge_dead0");
   EXPECT_EQ(kept[1].fault.name, "reset2");
-  EXPECT_EQ(kept.back().fault.name, "reset" + std::to_string(Bus::kMostFaults));
-  EXPECT_EQ(host.bus.faults_armed(), Bus::kMostFaults + 1);
+  EXPECT_EQ(kept.back().fault.name, "reset" + std::to_string(Bus::kMaxFaults));
+  EXPECT_EQ(host.bus.faults_armed(), Bus::kMaxFaults + 1);
   EXPECT_EQ(host.bus.unfinished_faults(), 1U);
 }
 
@@ -348,7 +348,7 @@ TEST(Faults, TheLastArmedHoldsWhicheverMadeRoomForIt) {
   const auto inject = [&](Fault what) { return host.bus.apply({kWholeBus, SetFault{what}}); };
   ASSERT_TRUE(inject(fault("reset", {}, {}, {1})));
   ASSERT_TRUE(inject(make_fault("wrong_dlc", {{"dlc", 3}}, {1})));
-  for (std::size_t n = 2; n < Bus::kMostFaults; ++n) {
+  for (std::size_t n = 2; n < Bus::kMaxFaults; ++n) {
     ASSERT_TRUE(inject(fault("reset", {}, {}, {1})));
   }
   ASSERT_TRUE(inject(make_fault("wrong_dlc", {{"dlc", 2}}, {1})));
@@ -363,7 +363,7 @@ TEST(Faults, ThoseThatAreClearedMakeRoom) {
   const auto plan_one = [&](SimTime at) {
     return host.bus.plan({at, {kWholeBus, SetFault{fault("bridge_dead", {}, {}, {1})}}});
   };
-  for (std::size_t n = 0; n < Bus::kMostFaults; ++n) ASSERT_TRUE(plan_one(1s));
+  for (std::size_t n = 0; n < Bus::kMaxFaults; ++n) ASSERT_TRUE(plan_one(1s));
   EXPECT_TRUE(host.bus.faults_full());
   host.bus.apply({kWholeBus, ClearFault{"all"}});
   EXPECT_FALSE(host.bus.faults_full());
@@ -379,7 +379,7 @@ TEST(Faults, ABusWaitsForSoManyConditions) {
   const Condition seen{1, CommandSeen{0x9C, 1}};
   const TimedDirective turn{0ms, {1, TurnShaft{10}}, seen};
   EXPECT_TRUE(host.bus.plan(turn));
-  for (std::size_t n = 1; n < Bus::kMostWaiting; ++n) {
+  for (std::size_t n = 1; n < Bus::kMaxWaiting; ++n) {
     EXPECT_TRUE(host.bus.plan({0ms, {1, AmbientTemperature{25}}, seen}));
   }
   EXPECT_FALSE(host.bus.plan(turn));
