@@ -147,7 +147,7 @@ SerialConfig read_serial(TableReader& bus, const std::string& interface) {
     serial.broadcast_gap_bits = static_cast<int>(*bits);
   }
   if (const auto hears = reader->boolean("hears_while_replying")) {
-    serial.hears_while_replying = *hears;
+    serial.receives_while_replying = *hears;
   }
   if (const auto us = reader->number("broadcast_reply_us", 0, 100'000)) {
     serial.broadcast_reply_time = from_us(*us);

@@ -161,7 +161,7 @@ struct SerialConfig {
   SimTime gap = std::chrono::milliseconds(5);  // a longer pause inside a packet drops it
   bool scan = true;  // after a bad header: search at once, not after `gap`
   // A drive accepts a packet that ends before its pending reply begins, and answers it later.
-  bool hears_while_replying = true;
+  bool receives_while_replying = true;
   std::uint8_t max_len = protocol::kMaxLen;
   int broadcast_gap_bits = 20;
   // Delay before each reply to a multi-drive packet; absent: by the bit rate.

@@ -14,9 +14,9 @@ using protocol::Frame;
 using protocol::FrameKind;
 
 SerialWire::SerialWire(std::int64_t bitrate, const protocol::ReceiverRules& rules,
-                       std::uint64_t seed, bool hears_while_replying)
+                       std::uint64_t seed, bool receives_while_replying)
     : bitrate_(bitrate),
-      hears_while_replying_(hears_while_replying),
+      receives_while_replying_(receives_while_replying),
       receiver_(rules),
       random_(seed) {
   assert(bitrate >= 0);
@@ -51,7 +51,7 @@ std::size_t SerialWire::of_drive(std::uint32_t owner) const {
 }
 
 bool SerialWire::cannot_receive(std::uint32_t owner, SimTime end) const {
-  if (!hears_while_replying_) return of_drive(owner) > 0;
+  if (!receives_while_replying_) return of_drive(owner) > 0;
   return std::ranges::any_of(
       sending_, [&](const Sending& one) { return one.what.owner == owner && one.start < end; });
 }

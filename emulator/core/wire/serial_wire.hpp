@@ -29,9 +29,9 @@ class SerialWire {
   static constexpr std::size_t kDriveQueue = 16;
 
   /// `bitrate` in bit/s; 0: bytes take no time. `seed` determines spoiled bytes.
-  /// `hears_while_replying`: a drive accepts packets until its reply begins.
+  /// `receives_while_replying`: a drive accepts packets until its reply begins.
   SerialWire(std::int64_t bitrate, const protocol::ReceiverRules& rules, std::uint64_t seed,
-             bool hears_while_replying = true);
+             bool receives_while_replying = true);
 
   std::int64_t bitrate() const { return bitrate_; }
   SimTime bits(int count) const;
@@ -48,7 +48,7 @@ class SerialWire {
   std::size_t drive_frames() const;
   std::size_t copies(std::uint32_t owner, const protocol::Frame& frame) const;
   /// The drive misses a packet that ends at `end`: it was sending meanwhile, or it has a reply
-  /// pending and `hears_while_replying` is false.
+  /// pending and `receives_while_replying` is false.
   bool cannot_receive(std::uint32_t owner, SimTime end) const;
   void send_from_drive(SimTime at, const protocol::Frame& frame, std::uint64_t after_rom_write,
                        std::uint32_t owner, bool blocked);
@@ -130,7 +130,7 @@ class SerialWire {
   WireDelivery delivery_of(const Sending& one, const std::optional<protocol::Frame>& packet) const;
 
   std::int64_t bitrate_;
-  bool hears_while_replying_;
+  bool receives_while_replying_;
   protocol::Receiver receiver_;
   std::uint64_t random_;
   SimTime host_free_at_{0};

@@ -14,7 +14,7 @@ std::variant<CanWire, SerialWire> medium_of(const BusConfig& config) {
     rules.broadcast_gap = bits_duration(serial.broadcast_gap_bits, config.bitrate);
   }
   return SerialWire(config.bitrate, rules, stream_seed(config.seed, 0, SeedStream::kWire),
-                    serial.hears_while_replying);
+                    serial.receives_while_replying);
 }
 
 }  // namespace

@@ -249,7 +249,7 @@ void ControlApi::get_advice(const ApiRequest& /*request*/, const Parts& /*parts*
   catch_up();
   Json all = Json::array();
   for (const auto& line : world_.lines()) {
-    for (const Advice& advice : line->adviser().given()) all.push_back(advice_json(*line, advice));
+    for (const Advice& advice : line->adviser().advice()) all.push_back(advice_json(*line, advice));
   }
   reply({200, all, ""});
 }

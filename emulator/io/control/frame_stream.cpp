@@ -50,7 +50,7 @@ class FrameStream : public StreamClient {
       return;
     }
     const bool query = direction == Direction::kQuery;
-    gathered_.push_back({frame, direction, query ? line_.adviser().heard() : 0});
+    gathered_.push_back({frame, direction, query ? line_.adviser().query_count() : 0});
     if (gathered_.size() == 1 && !writing_) tell_soon();
   }
 

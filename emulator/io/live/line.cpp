@@ -108,11 +108,11 @@ void Line::put_on_bus(const TimedFrame& in) {
     bus_.advance_to(effective.at);
     send_replies();
   }
-  adviser_.hear(effective);
+  adviser_.on_query(effective);
   if (port_ && !told_terminal_ && effective.frame.kind == protocol::FrameKind::kSerial) {
     const TerminalFlags& flags = port_->host_flags();
     told_terminal_ = !flags.empty();
-    adviser_.hear_terminal(flags, effective);
+    adviser_.on_terminal_flags(flags, effective);
   }
   for (const Listener& listener : listeners_) {
     if (listener.query) listener.query(effective);
@@ -161,9 +161,9 @@ void Line::advance_to(SimTime until) {
 
 void Line::look_after_hosts() {
   if (std::exchange(moves_, bus_.address_changes()) != bus_.address_changes() && on_move) on_move();
-  adviser_.look(bus_);
-  for (; advice_told_ < adviser_.given().size(); ++advice_told_) {
-    if (on_advice) on_advice(adviser_.given()[advice_told_]);
+  adviser_.observe(bus_);
+  for (; advice_told_ < adviser_.advice().size(); ++advice_told_) {
+    if (on_advice) on_advice(adviser_.advice()[advice_told_]);
   }
 }
 
@@ -220,7 +220,7 @@ void Line::send_replies() {
     const int id = reply.drive_id != 0 ? reply.drive_id : static_cast<int>(reply.frame.id & 0x3FU);
     if (!reply.echo) {
       if (up) ++sent_[static_cast<std::size_t>(id)];
-      adviser_.hear_reply(reply.frame);
+      adviser_.on_reply(reply.frame);
     }
     for (const Listener& listener : listeners_) {
       if (listener.reply) listener.reply(reply);

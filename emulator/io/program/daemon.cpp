@@ -295,7 +295,7 @@ int Daemon::conclude_scenario() {
 std::vector<GivenAdvice> Daemon::advice() const {
   std::vector<GivenAdvice> all;
   for (const auto& line : world_.lines()) {
-    for (const Advice& advice : line->adviser().given()) all.push_back({line->name(), advice});
+    for (const Advice& advice : line->adviser().advice()) all.push_back({line->name(), advice});
   }
   return all;
 }

@@ -260,8 +260,8 @@ bool has(const protocol::GenerationRow& row, const protocol::CommandInfo& comman
 }
 
 bool same_cause(const Finding& one, const Finding& other) {
-  return one.kind == other.kind &&
-         (!advice_row(one.kind).apiece || (one.what == other.what && one.command == other.command));
+  return one.kind == other.kind && (!advice_row(one.kind).is_per_cause ||
+                                    (one.what == other.what && one.command == other.command));
 }
 
 std::string what_text(const Advice& advice, Language language) {
@@ -293,13 +293,13 @@ std::string advice_line(const std::string& bus, const Advice& advice, Language l
   return text + todo_text(advice, language);
 }
 
-bool GivenList::has_room(int id, AdviceKind kind) const {
+bool AdviceLog::has_room(int id, AdviceKind kind) const {
   const auto causes = std::ranges::count_if(
       all_, [&](const Advice& advice) { return advice.id == id && advice.found.kind == kind; });
   return all_.size() < kMax && static_cast<std::size_t>(causes) < kMaxCauses;
 }
 
-void GivenList::note(int id, const Finding& finding, const Suspect& suspect, std::uint64_t times) {
+void AdviceLog::note(int id, const Finding& finding, const Suspect& suspect, std::uint64_t times) {
   Mark& mark = marks_[suspect.number % kMarks];
   if (mark.number != suspect.number) mark = {suspect.number, finding.kind};
   const auto known = std::ranges::find_if(all_, [&](const Advice& advice) {
@@ -314,10 +314,10 @@ void GivenList::note(int id, const Finding& finding, const Suspect& suspect, std
     return;
   }
   known->count += times;
-  if (finding.renews) known->found = finding;
+  if (finding.replaces_numbers) known->found = finding;
 }
 
-std::string_view GivenList::mark_of(std::uint64_t number) const {
+std::string_view AdviceLog::mark_of(std::uint64_t number) const {
   const Mark& mark = marks_[number % kMarks];
   return number != 0 && mark.number == number ? advice_row(mark.kind).word : std::string_view();
 }

@@ -59,7 +59,7 @@ struct AdviceRow {
   std::string_view word;  // stable, as programs read it
   BilingualText rule;     // condition, as in the documents
   BilingualText todo;
-  bool apiece = false;          // one advice for each cause
+  bool is_per_cause = false;          // one advice for each cause
   BilingualText serial_todo{};  // for RS-485, if `todo` is about CAN
 };
 
@@ -72,7 +72,7 @@ struct Finding {
   AdviceKind kind;
   const BilingualText* what;  // {1}, {2}, {3}: the numbers; {command} and others: the command
   std::array<double, 3> numbers{};
-  bool renews = false;                                 // later numbers replace the first
+  bool replaces_numbers = false;                                 // later numbers replace the first
   const BilingualText* todo = nullptr;                 // null: text of the kind
   std::optional<std::uint8_t> command = std::nullopt;  // the command concerned
 };
@@ -106,14 +106,14 @@ struct Suspect {
 };
 
 /// List of findings, one for each cause and drive, and marks for the last wrong frames.
-class GivenList {
+class AdviceLog {
  public:
   /// Limits for a bus, and for one kind and drive. Findings beyond are only counted.
   static constexpr std::size_t kMax = 1000;
   static constexpr std::size_t kMaxCauses = 16;  // assumed: a host with more scans
   static constexpr std::size_t kMarks = 1024;
 
-  GivenList() : marks_(kMarks) {}
+  AdviceLog() : marks_(kMarks) {}
   void note(int id, const Finding& finding, const Suspect& suspect, std::uint64_t times = 1);
   const std::vector<Advice>& all() const { return all_; }
   std::string_view mark_of(std::uint64_t number) const;

@@ -8,8 +8,8 @@
 #include "emulator/monitor/advice/advice.hpp"
 #include "emulator/monitor/advice/bus_watches.hpp"
 #include "emulator/monitor/advice/field_watches.hpp"
-#include "emulator/monitor/advice/heard.hpp"
 #include "emulator/monitor/advice/host_watches.hpp"
+#include "emulator/monitor/advice/watch_input.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -18,7 +18,7 @@ constexpr BilingualText kLength{"{1} of 8 bytes: the drive does not answer",
                                 "{1} 个字节，应为 8 个：驱动器不回复"};
 constexpr BilingualText kLen{"LEN {1} is not that of the command: the drive does not answer",
                              "LEN {1} 不是该命令的长度：驱动器不回复"};
-constexpr BilingualText kNobody{"no drive on this bus is in multi-drive mode: there is no answer",
+constexpr BilingualText kNoListener{"no drive on this bus is in multi-drive mode: there is no answer",
                                 "总线上没有驱动器处于广播模式：无人回复"};
 constexpr BilingualText kNotThis{
     "the frame has something for this drive, whose multi-drive mode is off",
@@ -26,7 +26,7 @@ constexpr BilingualText kNotThis{
 constexpr BilingualText kNotAlone{
     "the drive is in multi-drive mode: it answers no frame for one drive",
     "驱动器处于广播模式：不回复单电机命令"};
-constexpr BilingualText kNobodyKnows{"no drive on this bus has this identifier, in either mode",
+constexpr BilingualText kUnknownIdentifier{"no drive on this bus has this identifier, in either mode",
                                      "总线上没有驱动器有这个标识符，与模式无关"};
 constexpr BilingualText kNotKnown{
     "the drive is in multi-drive mode and does not have this identifier",
@@ -48,27 +48,27 @@ bool slot_is_empty(const protocol::Frame& frame, int id) {
 
 }  // namespace
 
-class Adviser::Desk {
+class Adviser::Impl {
  public:
-  explicit Desk(const BusConfig& config) : serial_(config.serial.has_value()) {
+  explicit Impl(const BusConfig& config) : serial_(config.serial.has_value()) {
     for (const ServoConfig& servo : config.servos) drives_.emplace_back(KnownDrive(servo, config));
     find_addresses();
   }
 
-  void hear(const TimedFrame& in) {
-    ++heard_;
+  void on_query(const TimedFrame& in) {
+    ++query_count_;
     const bool serial = in.frame.kind == protocol::FrameKind::kSerial;
     if (in.frame.kind == protocol::FrameKind::kBytes) {
-      if (const auto found = sum_.hear(in.frame)) note(kWholeBus, *found, in);
+      if (const auto found = sum_.on_query(in.frame)) note(kWholeBus, *found, in);
       return;
     }
     if (serial && !disturbances_.after_slip(in.at)) {
-      if (const auto found = talk_.hear(in, echoes_)) note(kWholeBus, *found, in);
+      if (const auto found = talk_.on_query(in, echoes_)) note(kWholeBus, *found, in);
     }
     if (!serial && (in.frame.kind != protocol::FrameKind::kData || in.frame.extended)) return;
-    if (const auto found = wire_.hear()) note(kWholeBus, *found, in);
+    if (const auto found = wire_.on_query()) note(kWholeBus, *found, in);
     if (protocol::find_multi_drive(in.frame.id) != nullptr) {
-      hear_several(in);
+      on_multi_drive_query(in);
       return;
     }
     const auto id =
@@ -78,81 +78,81 @@ class Adviser::Desk {
       return;
     }
     if (!disturbances_.writes_stall(in.at)) {
-      note(static_cast<int>(id), dead_.hear(in, static_cast<int>(id)), in);
+      note(static_cast<int>(id), dead_.on_query(in, static_cast<int>(id)), in);
     }
     if (at_address_[id] < 0) {
       recent_.keep(in.frame);  // perhaps the reply of a drive elsewhere
       return;
     }
     if (const auto found = two_at(id)) note(kWholeBus, *found, in);
-    hear_single(drives_[static_cast<std::size_t>(at_address_[id])], in);
+    on_single_query(drives_[static_cast<std::size_t>(at_address_[id])], in);
   }
 
-  void hear_terminal(const TerminalFlags& flags, const TimedFrame& in) {
+  void on_terminal_flags(const TerminalFlags& flags, const TimedFrame& in) {
     for (const TerminalFlag flag : flags) note(kWholeBus, not_raw(flag), in);
   }
 
-  void hear_reply(const protocol::Frame& reply) {
+  void on_reply(const protocol::Frame& reply) {
     recent_.keep(reply);
     const auto id = static_cast<std::size_t>(reply.id & 0x3FU);
     const bool readable =
         reply.kind == protocol::FrameKind::kData || reply.kind == protocol::FrameKind::kSerial;
     if (!readable || id == 0 || id >= at_address_.size()) return;
-    dead_.hear_reply(static_cast<int>(id));
+    dead_.on_reply(static_cast<int>(id));
     if (at_address_[id] < 0) return;
     Watched& watched = drives_[static_cast<std::size_t>(at_address_[id])];
-    watched.timeout.hear_reply();
+    watched.timeout.on_reply();
     // On RS-485 0x42 is in force at once, and is not an ID.
-    if (reply.kind == protocol::FrameKind::kData) watched.setting.hear_reply(reply.data);
+    if (reply.kind == protocol::FrameKind::kData) watched.setting.on_reply(reply.data);
   }
 
-  void look(const Bus& bus) {
-    if (bus.time() < next_look_) return;
-    next_look_ = bus.time() + kLookStep;
+  void observe(const Bus& bus) {
+    if (bus.time() < next_observation_) return;
+    next_observation_ = bus.time() + kObservePeriod;
     // Reads one drive in turn: not only hosts may switch a drive on or off.
     if (!drives_.empty()) {
-      Watched& one = drives_[turn_++ % drives_.size()];
-      one.looks = std::max(one.looks, 1);
+      Watched& one = drives_[next_drive_++ % drives_.size()];
+      one.observations_left = std::max(one.observations_left, 1);
     }
     echoes_ = bus.echoes();
     const BusStats stats = bus.stats();
-    const std::uint64_t arrived = heard_ - std::min(stats.frames_waiting, heard_);
+    const std::uint64_t arrived = query_count_ - std::min(stats.frames_waiting, query_count_);
     bool moved = false;
     for (Watched& watched : drives_) {
       const bool waits = watched.trouble.waits() || watched.calibration.runs();
-      if (watched.looks == 0 && !waits) continue;
-      watched.looks = std::max(0, watched.looks - 1);
+      if (watched.observations_left == 0 && !waits) continue;
+      watched.observations_left = std::max(0, watched.observations_left - 1);
       const int address = watched.drive.address;
-      watched.drive.look(bus);
+      watched.drive.observe(bus);
       moved = moved || watched.drive.address != address;
-      if (!watched.drive.multi_drive) watched.in_vain = 0;
-      watched.wind_up.look(watched.drive);
-      watched.first_target.look(watched.drive);
-      if (const auto loaded = watched.calibration.look(watched.drive)) {
-        given_.note(watched.drive.id, *loaded, watched.last);
+      if (!watched.drive.multi_drive) watched.unanswerable = 0;
+      watched.wind_up.observe(watched.drive);
+      watched.first_target.observe(watched.drive);
+      if (const auto loaded = watched.calibration.observe(watched.drive)) {
+        advice_.note(watched.drive.id, *loaded, watched.last);
       }
-      if (const auto seen = watched.trouble.look(bus.time(), arrived, watched.drive)) {
-        given_.note(watched.drive.id, seen->finding, seen->suspect, seen->times);
+      if (const auto seen = watched.trouble.observe(bus.time(), arrived, watched.drive)) {
+        advice_.note(watched.drive.id, seen->finding, seen->suspect, seen->times);
       }
     }
     if (moved) find_addresses();
-    look_at_wire(bus, stats);
+    observe_wire(bus, stats);
   }
 
   void note_slip(SimTime now) { disturbances_.note_slip(now); }
 
-  std::uint64_t heard() const { return heard_; }
-  const GivenList& given() const { return given_; }
+  std::uint64_t query_count() const { return query_count_; }
+  const AdviceLog& advice() const { return advice_; }
 
  private:
   struct Watched {
     explicit Watched(const KnownDrive& as_configured) : drive(as_configured) {}
     KnownDrive drive;
-    int looks = kLooks;
-    Suspect last;            // last frame for the drive
-    std::uint64_t sent = 0;  // since the last look
-    int in_vain = 0;         // single-drive frames while in multi-drive mode
-    SimTime in_vain_at{0};   // time of the last of them
+    int observations_left = kObservations;
+    Suspect last;                     // last frame for the drive
+    std::uint64_t sent = 0;           // since the last observation
+    int unanswerable = 0;             // single-drive frames while in multi-drive mode
+    SimTime last_unanswerable_at{0};  // time of the last of them
     RomWatch rom;
     GenerationWatch generation;
     WaitWatch wait;
@@ -170,10 +170,10 @@ class Adviser::Desk {
     CalibrationWatch calibration;
   };
 
-  /// Looks at a drive after a frame for it, which takes some time to arrive and act.
-  static constexpr int kLooks = 3;
+  /// Observes a drive after a frame for it, which takes some time to arrive and act.
+  static constexpr int kObservations = 3;
   /// A host may test which frames are answered.
-  static constexpr int kInVain = 10;                             // assumed
+  static constexpr int kUnanswerableLimit = 10;                  // assumed
   static constexpr SimTime kTryAgain = std::chrono::seconds(1);  // assumed
   /// A host may test for a generation, and other devices may use these identifiers.
   static constexpr int kForeign = 3;  // assumed
@@ -205,10 +205,10 @@ class Adviser::Desk {
     return std::nullopt;
   }
 
-  void hear_single(Watched& watched, const TimedFrame& in) {
+  void on_single_query(Watched& watched, const TimedFrame& in) {
     const KnownDrive& drive = watched.drive;
-    watched.looks = kLooks;
-    watched.last = {heard_, in.at, in.frame};
+    watched.observations_left = kObservations;
+    watched.last = {query_count_, in.at, in.frame};
     ++watched.sent;
     const bool serial = protocol::is_serial(in.frame);
     if (!serial && in.frame.dlc != 8) {
@@ -216,18 +216,18 @@ class Adviser::Desk {
       note(drive.id, Finding{AdviceKind::kWrongLength, &kLength, {length}}, in);
       return;
     }
-    for (const Finding& found : watched.setting.hear(in.frame.data, drive)) {
+    for (const Finding& found : watched.setting.on_query(in.frame.data, drive)) {
       note(drive.id, found, in);
     }
     const auto decoded = protocol::decode_query(in.frame, drive.format);
     const auto* query = std::get_if<protocol::Query>(&decoded);
     if (!drive.alive) return;
-    if (const auto found = serial ? std::nullopt : watched.duplicate.hear(in, recent_)) {
+    if (const auto found = serial ? std::nullopt : watched.duplicate.on_query(in, recent_)) {
       note(drive.id, *found, in);
       return;  // not from a host
     }
     if (drive.multi_drive) {
-      hear_in_vain(watched, in);
+      count_unanswerable(watched, in);
       return;
     }
     const auto payload = serial ? wrong_payload(in.frame, drive) : std::nullopt;
@@ -243,15 +243,15 @@ class Adviser::Desk {
       return;
     }
     if (serial) talk_.expect_reply(in, drive);
-    hear_understood(watched, in, *query);
+    on_decoded_query(watched, in, *query);
   }
 
   /// Handles a single-drive frame, which a drive in multi-drive mode does not answer.
-  void hear_in_vain(Watched& watched, const TimedFrame& in) {
-    if (in.at - watched.in_vain_at > kTryAgain) watched.in_vain = 0;
-    watched.in_vain_at = in.at;
-    watched.in_vain = std::min(watched.in_vain + 1, kInVain);
-    if (watched.in_vain < kInVain) return;
+  void count_unanswerable(Watched& watched, const TimedFrame& in) {
+    if (in.at - watched.last_unanswerable_at > kTryAgain) watched.unanswerable = 0;
+    watched.last_unanswerable_at = in.at;
+    watched.unanswerable = std::min(watched.unanswerable + 1, kUnanswerableLimit);
+    if (watched.unanswerable < kUnanswerableLimit) return;
     note(watched.drive.id, Finding{AdviceKind::kSingleInMultiMode, &kNotAlone}, in);
   }
 
@@ -262,7 +262,7 @@ class Adviser::Desk {
     });
   }
 
-  void hear_several(const TimedFrame& in) {
+  void on_multi_drive_query(const TimedFrame& in) {
     const bool anybody = std::ranges::any_of(
         drives_, [](const Watched& watched) { return watched.drive.multi_drive; });
     if (in.frame.dlc != 8) {
@@ -274,21 +274,21 @@ class Adviser::Desk {
     if (is_foreign(in.frame) && !anybody) {
       foreign_ = std::min(foreign_ + 1, kForeign);
       if (foreign_ == kForeign && !drives_.empty()) {
-        note(kWholeBus, Finding{AdviceKind::kOtherGeneration, &kNobodyKnows}, in);
+        note(kWholeBus, Finding{AdviceKind::kOtherGeneration, &kUnknownIdentifier}, in);
       }
       return;
     }
     if (!anybody && !drives_.empty()) {
-      note(kWholeBus, Finding{AdviceKind::kMultiWithoutMode, &kNobody}, in);
+      note(kWholeBus, Finding{AdviceKind::kMultiWithoutMode, &kNoListener}, in);
       return;
     }
     for (Watched& watched : drives_) {
-      watched.looks = kLooks;
-      if (watched.drive.alive) hear_slot(watched, in);
+      watched.observations_left = kObservations;
+      if (watched.drive.alive) on_slot(watched, in);
     }
   }
 
-  void hear_slot(Watched& watched, const TimedFrame& in) {
+  void on_slot(Watched& watched, const TimedFrame& in) {
     const KnownDrive& drive = watched.drive;
     if (!drive.multi_drive) {
       if (slot_is_empty(in.frame, drive.address)) return;
@@ -305,55 +305,56 @@ class Adviser::Desk {
     if (several == nullptr) return;
     const auto own = protocol::for_drive(drive.address, *several, drive.format);
     const auto* query = std::get_if<protocol::Query>(&own);
-    if (query != nullptr) hear_understood(watched, in, *query);
+    if (query != nullptr) on_decoded_query(watched, in, *query);
   }
 
-  void look_at_wire(const Bus& bus, const BusStats& stats) {
-    disturbances_.look(bus, stats);
+  void observe_wire(const Bus& bus, const BusStats& stats) {
+    disturbances_.observe(bus, stats);
     const bool disturbed = disturbances_.last(bus.time());
-    wire_.look(bus, stats, disturbed);
+    wire_.observe(bus, stats, disturbed);
     Watched* most = nullptr;
     for (Watched& watched : drives_) {
       if (watched.sent > 0 && (most == nullptr || watched.sent > most->sent)) most = &watched;
     }
-    if (most != nullptr) most_ = static_cast<std::size_t>(most - drives_.data());
+    if (most != nullptr) busiest_drive_ = static_cast<std::size_t>(most - drives_.data());
     // On RS-485 a drive does not receive while it replies: TalkWatch handles that.
-    if (const auto busy = busy_.look(stats); busy && most_ && !serial_ && !disturbed) {
-      given_.note(drives_[*most_].drive.id, busy->finding, drives_[*most_].last, busy->times);
+    if (const auto busy = busy_.observe(stats); busy && busiest_drive_ && !serial_ && !disturbed) {
+      advice_.note(drives_[*busiest_drive_].drive.id, busy->finding, drives_[*busiest_drive_].last,
+                   busy->times);
     }
     for (Watched& watched : drives_) watched.sent = 0;
   }
 
-  void hear_understood(Watched& watched, const TimedFrame& in, const protocol::Query& query) {
-    const Heard heard{in.at, query.data, query.command,
-                      motion_of(query.command, watched.drive.address)};
+  void on_decoded_query(Watched& watched, const TimedFrame& in, const protocol::Query& query) {
+    const DecodedQuery decoded{in.at, query.data, query.command,
+                               motion_of(query.command, watched.drive.address)};
     const KnownDrive& drive = watched.drive;
-    note(drive.id, beyond_range(heard, drive), in);
-    note(drive.id, watched.generation.hear(heard, drive), in);
-    note(drive.id, watched.rom.hear(heard, drive), in);
-    note(drive.id, watched.wait.hear(heard, drive), in);
-    note(drive.id, watched.input.hear(heard, drive), in);
-    note(drive.id, watched.hosts.hear(heard), in);
-    note(drive.id, watched.jump.hear(heard, drive), in);
-    note(drive.id, watched.wind_up.hear(heard, drive), in);
-    note(drive.id, watched.speed.hear(heard, drive), in);
-    note(drive.id, watched.clear.hear(heard, drive), in);
-    note(drive.id, watched.first_target.hear(heard, drive), in);
-    note(drive.id, watched.timeout.hear(heard, drive), in);
-    note(drive.id, watched.trouble.hear(heard, {heard_, in.at, in.frame}, drive), in);
+    note(drive.id, beyond_range(decoded, drive), in);
+    note(drive.id, watched.generation.on_query(decoded, drive), in);
+    note(drive.id, watched.rom.on_query(decoded, drive), in);
+    note(drive.id, watched.wait.on_query(decoded, drive), in);
+    note(drive.id, watched.input.on_query(decoded, drive), in);
+    note(drive.id, watched.hosts.on_query(decoded), in);
+    note(drive.id, watched.jump.on_query(decoded, drive), in);
+    note(drive.id, watched.wind_up.on_query(decoded, drive), in);
+    note(drive.id, watched.speed.on_query(decoded, drive), in);
+    note(drive.id, watched.clear.on_query(decoded, drive), in);
+    note(drive.id, watched.first_target.on_query(decoded, drive), in);
+    note(drive.id, watched.timeout.on_query(decoded, drive), in);
+    note(drive.id, watched.trouble.on_query(decoded, {query_count_, in.at, in.frame}, drive), in);
   }
 
   void note(int id, const std::optional<Finding>& finding, const TimedFrame& in) {
-    if (finding) given_.note(id, *finding, {heard_, in.at, in.frame});
+    if (finding) advice_.note(id, *finding, {query_count_, in.at, in.frame});
   }
 
   bool serial_;
   std::vector<Watched> drives_;
   std::array<int, protocol::kMaxId + 1> at_address_{};  // −1: no drive answers there
-  std::uint64_t heard_ = 0;
-  SimTime next_look_{0};
-  std::size_t turn_ = 0;  // drive to look at in turn
-  int foreign_ = 0;       // frames for several drives that no drive here accepts
+  std::uint64_t query_count_ = 0;
+  SimTime next_observation_{0};
+  std::size_t next_drive_ = 0;  // drive to observe in turn
+  int foreign_ = 0;             // frames for several drives that no drive here accepts
   RecentFrames recent_;
   DeadWatch dead_;
   Disturbances disturbances_;
@@ -361,28 +362,29 @@ class Adviser::Desk {
   BusyWatch busy_;
   TalkWatch talk_;
   SumWatch sum_;
-  bool echoes_ = false;              // hosts read what they send
-  std::optional<std::size_t> most_;  // drive with most frames at the last look that had any
-  GivenList given_;
+  bool echoes_ = false;  // hosts read what they send
+  std::optional<std::size_t>
+      busiest_drive_;  // drive with most frames at the last observation that had any
+  AdviceLog advice_;
 };
 
-Adviser::Adviser(const BusConfig& config) : desk_(std::make_unique<Desk>(config)) {}
+Adviser::Adviser(const BusConfig& config) : impl_(std::make_unique<Impl>(config)) {}
 Adviser::Adviser(Adviser&&) noexcept = default;
 Adviser& Adviser::operator=(Adviser&&) noexcept = default;
 Adviser::~Adviser() = default;
 
-void Adviser::hear(const TimedFrame& in) { desk_->hear(in); }
-void Adviser::hear_terminal(const TerminalFlags& flags, const TimedFrame& in) {
-  desk_->hear_terminal(flags, in);
+void Adviser::on_query(const TimedFrame& in) { impl_->on_query(in); }
+void Adviser::on_terminal_flags(const TerminalFlags& flags, const TimedFrame& in) {
+  impl_->on_terminal_flags(flags, in);
 }
-void Adviser::hear_reply(const protocol::Frame& reply) { desk_->hear_reply(reply); }
-void Adviser::note_slip(SimTime now) { desk_->note_slip(now); }
-std::uint64_t Adviser::heard() const { return desk_->heard(); }
-void Adviser::look(const Bus& bus) { desk_->look(bus); }
-const std::vector<Advice>& Adviser::given() const { return desk_->given().all(); }
-std::uint64_t Adviser::left_out() const { return desk_->given().left_out(); }
+void Adviser::on_reply(const protocol::Frame& reply) { impl_->on_reply(reply); }
+void Adviser::note_slip(SimTime now) { impl_->note_slip(now); }
+std::uint64_t Adviser::query_count() const { return impl_->query_count(); }
+void Adviser::observe(const Bus& bus) { impl_->observe(bus); }
+const std::vector<Advice>& Adviser::advice() const { return impl_->advice().all(); }
+std::uint64_t Adviser::left_out() const { return impl_->advice().left_out(); }
 std::string_view Adviser::mark_of(std::uint64_t number) const {
-  return desk_->given().mark_of(number);
+  return impl_->advice().mark_of(number);
 }
 
 }  // namespace lk::emulator

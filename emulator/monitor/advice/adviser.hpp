@@ -25,30 +25,30 @@ class Adviser {
   ~Adviser();
 
   /// Processes a frame that a host puts on the bus at `in.at`.
-  void hear(const TimedFrame& in);
+  void on_query(const TimedFrame& in);
   /// Processes terminal settings `flags` of the host that wrote `in`, the last frame.
-  void hear_terminal(const TerminalFlags& flags, const TimedFrame& in);
+  void on_terminal_flags(const TerminalFlags& flags, const TimedFrame& in);
   /// Processes a reply of a drive on this bus.
-  void hear_reply(const protocol::Frame& reply);
+  void on_reply(const protocol::Frame& reply);
   /// Notes that time has slipped: frames that hosts sent meanwhile come late, and together.
   void note_slip(SimTime now);
   /// Number of the last frame, counted from 1.
-  std::uint64_t heard() const;
-  /// Reads the drives that got frames, at most every kLookStep. Pre: `bus` is settled.
-  void look(const Bus& bus);
-  static constexpr SimTime kLookStep = std::chrono::milliseconds(1);
+  std::uint64_t query_count() const;
+  /// Reads the drives that got frames, at most every kObservePeriod. Pre: `bus` is settled.
+  void observe(const Bus& bus);
+  static constexpr SimTime kObservePeriod = std::chrono::milliseconds(1);
 
   /// In the order in which they were first given.
-  const std::vector<Advice>& given() const;
-  /// Number of mistakes without room in `given`.
+  const std::vector<Advice>& advice() const;
+  /// Number of mistakes without room in `advice`.
   std::uint64_t left_out() const;
   /// Returns the word for the mistake in frame `number`; empty if there is none, none yet, or the
   /// frame is too old.
   std::string_view mark_of(std::uint64_t number) const;
 
  private:
-  class Desk;  // hides the watchers
-  std::unique_ptr<Desk> desk_;
+  class Impl;  // hides the watchers
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace lk::emulator

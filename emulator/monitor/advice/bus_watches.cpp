@@ -20,14 +20,14 @@ constexpr BilingualText kTooMuch{"the drive does not take the query: 16 replies 
 
 }  // namespace
 
-std::optional<Finding> WireWatch::hear() const {
+std::optional<Finding> WireWatch::on_query() const {
   if (!too_fast_) return std::nullopt;
   return Finding{AdviceKind::kFasterThanWire,
                  &kCrowded,
                  {static_cast<double>(waiting_), static_cast<double>(lost_)}};
 }
 
-void Disturbances::look(const Bus& bus, const BusStats& stats) {
+void Disturbances::observe(const Bus& bus, const BusStats& stats) {
   // A babbling drive or a disturbed wire is not the host's fault.
   const std::uint64_t foreign = stats.extra_frames + stats.error_frames;
   if (foreign > std::exchange(foreign_, foreign) || bus.replies_are_held()) extend(bus.time());
@@ -35,7 +35,7 @@ void Disturbances::look(const Bus& bus, const BusStats& stats) {
   if (stalled_until_ > SimTime{0}) extend(stalled_until_);
 }
 
-void WireWatch::look(const Bus& bus, const BusStats& stats, bool disturbed) {
+void WireWatch::observe(const Bus& bus, const BusStats& stats, bool disturbed) {
   const SimTime now = bus.time();
   waiting_ = stats.frames_waiting > kWaiting ? bus.host_frames_ready() : stats.frames_waiting;
   const std::uint64_t lost = stats.count(Drop::kQueueFull);
@@ -48,7 +48,7 @@ void WireWatch::look(const Bus& bus, const BusStats& stats, bool disturbed) {
   too_fast_ = (runs_over && !disturbed) || (crowded_since_ && now - *crowded_since_ >= kLong);
 }
 
-std::optional<BusyWatch::Busy> BusyWatch::look(const BusStats& stats) {
+std::optional<BusyWatch::Busy> BusyWatch::observe(const BusStats& stats) {
   const std::uint64_t busy = stats.count(Drop::kDriveBusy);
   const std::uint64_t times = busy - std::exchange(seen_, busy);
   if (times == 0) return std::nullopt;
@@ -68,10 +68,10 @@ double ms(SimTime time) { return std::chrono::duration<double, std::milli>(time)
 
 }  // namespace
 
-std::optional<Finding> WaitWatch::hear(const Heard& heard, const KnownDrive& drive) {
-  const std::optional<SimTime> before = std::exchange(last_, heard.at);
+std::optional<Finding> WaitWatch::on_query(const DecodedQuery& query, const KnownDrive& drive) {
+  const std::optional<SimTime> before = std::exchange(last_, query.at);
   if (!before) return std::nullopt;
-  const SimTime gap = heard.at - *before;
+  const SimTime gap = query.at - *before;
   // Equal times: the clock stood still or slipped, and the real gap is unknown.
   if (gap == SimTime{0}) return std::nullopt;
   in_a_row_ = gap < drive.shortest_answer ? std::min(in_a_row_ + 1, kInARow) : 0;
@@ -81,10 +81,10 @@ std::optional<Finding> WaitWatch::hear(const Heard& heard, const KnownDrive& dri
                  {double{kInARow}, 1000 * ms(gap), 1000 * ms(drive.shortest_answer)}};
 }
 
-std::optional<Finding> InputWatch::hear(const Heard& heard, const KnownDrive& drive) {
-  const std::optional<SimTime> before = std::exchange(last_, heard.at);
+std::optional<Finding> InputWatch::on_query(const DecodedQuery& query, const KnownDrive& drive) {
+  const std::optional<SimTime> before = std::exchange(last_, query.at);
   if (!before || !drive.input_window) return std::nullopt;
-  const double pause_ms = ms(heard.at - *before);
+  const double pause_ms = ms(query.at - *before);
   const double window_ms = ms(*drive.input_window);
   if (pause_ms < kNear * window_ms || pause_ms > kGone * window_ms) return std::nullopt;
   pauses_ = std::min(pauses_ + 1, kPauses);
@@ -107,24 +107,24 @@ double seconds(SimTime time) { return std::chrono::duration<double>(time).count(
 
 bool JumpWatch::catches_up(double gap_s) {
   if (gap_s > 2 * mean_gap_s_) {
-    behind_s_ = gap_s - mean_gap_s_;
+    delay_s_ = gap_s - mean_gap_s_;
     return false;
   }
-  if (behind_s_ > 0 && kTooFast * gap_s < mean_gap_s_) {
-    behind_s_ -= mean_gap_s_ - gap_s;
+  if (delay_s_ > 0 && kTooFast * gap_s < mean_gap_s_) {
+    delay_s_ -= mean_gap_s_ - gap_s;
     return true;
   }
-  behind_s_ = 0;
+  delay_s_ = 0;
   return false;
 }
 
-std::optional<Finding> JumpWatch::hear(const Heard& heard, const KnownDrive& drive) {
-  if (!heard.motion) return std::nullopt;
-  if (!heard.motion->absolute()) {
+std::optional<Finding> JumpWatch::on_query(const DecodedQuery& query, const KnownDrive& drive) {
+  if (!query.motion) return std::nullopt;
+  if (!query.motion->absolute()) {
     last_.reset();
     return std::nullopt;
   }
-  const Target now{heard.at, heard.motion->value};
+  const Target now{query.at, query.motion->value};
   const std::optional<Target> before = std::exchange(last_, now);
   if (!before || now.at - before->at > kPause) {
     moving_ = 0;
@@ -145,38 +145,38 @@ std::optional<Finding> JumpWatch::hear(const Heard& heard, const KnownDrive& dri
   const double pace_s = std::max(mean_gap_s_, gap_s);
   mean_gap_s_ = mean_gap_s_ == 0 ? gap_s : mean_gap_s_ + (gap_s - mean_gap_s_) / kMoving;
   moving_ = step_deg > 0 ? std::min(moving_ + 1, kMoving) : 0;
-  const double possible_dps = drive.fastest_dps(heard.motion->max_speed_dps);
+  const double possible_dps = drive.fastest_dps(query.motion->max_speed_dps);
   if (!streaming || step_deg < kLeast_deg || step_deg <= kTooFast * possible_dps * pace_s) {
     return std::nullopt;
   }
   return Finding{AdviceKind::kJump, &kTooFar, {step_deg, step_deg / pace_s, possible_dps}};
 }
 
-std::optional<Finding> WindUpWatch::hear(const Heard& heard, const KnownDrive& drive) {
-  if (!heard.motion) {
-    if (heard.is<protocol::Off>() || heard.is<protocol::Stop>() ||
-        heard.is<protocol::ClearAngle>()) {
+std::optional<Finding> WindUpWatch::on_query(const DecodedQuery& query, const KnownDrive& drive) {
+  if (!query.motion) {
+    if (query.is<protocol::Off>() || query.is<protocol::Stop>() ||
+        query.is<protocol::ClearAngle>()) {
       run_.reset();  // the angle may have another zero
     }
     return std::nullopt;
   }
-  const MotionCommand& motion = *heard.motion;
+  const MotionCommand& motion = *query.motion;
   if (!motion.increment() || motion.value == 0) {
     run_.reset();
     return std::nullopt;
   }
   const bool forward = motion.value > 0;
-  if (!run_ || run_->forward != forward || heard.at - run_->last > kStream) {
-    run_ = Run{.from = heard.at, .forward = forward};
+  if (!run_ || run_->forward != forward || query.at - run_->last > kStream) {
+    run_ = Run{.from = query.at, .forward = forward};
   }
-  run_->last = heard.at;
+  run_->last = query.at;
   ++run_->count;
   run_->commanded_deg += motion.value;
   if (run_->count <= kIncrements || !run_->shaft_from_deg) return std::nullopt;
   const double turned_deg = drive.angle_deg - *run_->shaft_from_deg;
   const double behind_deg = (forward ? 1 : -1) * (run_->commanded_deg - turned_deg);
-  const double pace_dps = std::abs(run_->commanded_deg) / seconds(heard.at - run_->from);
-  if (heard.at - run_->from < std::chrono::seconds(1) || behind_deg <= kBehind_s * pace_dps) {
+  const double pace_dps = std::abs(run_->commanded_deg) / seconds(query.at - run_->from);
+  if (query.at - run_->from < std::chrono::seconds(1) || behind_deg <= kBehind_s * pace_dps) {
     return std::nullopt;
   }
   return Finding{AdviceKind::kWindUp,
@@ -184,7 +184,7 @@ std::optional<Finding> WindUpWatch::hear(const Heard& heard, const KnownDrive& d
                  {static_cast<double>(run_->count), behind_deg, behind_deg / pace_dps}};
 }
 
-void WindUpWatch::look(const KnownDrive& drive) {
+void WindUpWatch::observe(const KnownDrive& drive) {
   if (run_ && !run_->shaft_from_deg) run_->shaft_from_deg = drive.angle_deg;
 }
 
@@ -207,24 +207,24 @@ constexpr BilingualText kLeft{"the drive has an error (errorState {1}), and the 
 
 }  // namespace
 
-std::optional<Finding> TroubleWatch::hear(const Heard& heard, const Suspect& suspect,
-                                          const KnownDrive& drive) {
-  if (heard.at - last_.at > kPause) spoken_to_since_ = heard.at;
-  const bool is_steady = heard.at - spoken_to_since_ >= kUnseen;
+std::optional<Finding> TroubleWatch::on_query(const DecodedQuery& query, const Suspect& suspect,
+                                              const KnownDrive& drive) {
+  if (query.at - last_.at > kPause) traffic_since_ = query.at;
+  const bool is_steady = query.at - traffic_since_ >= kUnseen;
   last_ = suspect;
-  if (heard.is<protocol::Off>() || heard.is<protocol::Run>()) off_ = heard.is<protocol::Off>();
-  if (heard.motion) motions_[motion_count_++ % kKept] = {suspect, off_};
+  if (query.is<protocol::Off>() || query.is<protocol::Run>()) off_ = query.is<protocol::Off>();
+  if (query.motion) motions_[motion_count_++ % kKept] = {suspect, off_};
   // Another part of the host may not know this yet.
-  if (heard.is<protocol::Off>()) quiet_until_ = std::max(quiet_until_, heard.at + kReaction);
-  const bool asks = heard.is<protocol::ReadState1>() || heard.is<protocol::ClearErrors>();
-  if (asks) asked_ = heard.at;
+  if (query.is<protocol::Off>()) quiet_until_ = std::max(quiet_until_, query.at + kReaction);
+  const bool asks = query.is<protocol::ReadState1>() || query.is<protocol::ClearErrors>();
+  if (asks) asked_ = query.at;
   if (!error_ || !drive.can_be_asked()) return std::nullopt;
-  if (asks && !error_->asked) error_->asked = heard.at;
-  const bool asks_now_and_then = asked_ && heard.at - *asked_ <= kUnseen;
-  error_->was_spoken_to = error_->was_spoken_to || (is_steady && !asks_now_and_then);
-  if (asks || heard.is<protocol::Off>() || heard.is<protocol::Run>()) error_->cared_for = true;
-  const SimTime age = heard.at - error_->since;
-  if (error_->cared_for || age < kUnseen) return std::nullopt;
+  if (asks && !error_->asked) error_->asked = query.at;
+  const bool asks_now_and_then = asked_ && query.at - *asked_ <= kUnseen;
+  error_->had_steady_traffic = error_->had_steady_traffic || (is_steady && !asks_now_and_then);
+  if (asks || query.is<protocol::Off>() || query.is<protocol::Run>()) error_->is_handled = true;
+  const SimTime age = query.at - error_->since;
+  if (error_->is_handled || age < kUnseen) return std::nullopt;
   error_->queries = std::min(error_->queries + 1, kQueries);
   if (error_->queries < kQueries) return std::nullopt;
   return Finding{AdviceKind::kErrorIgnored,
@@ -232,8 +232,8 @@ std::optional<Finding> TroubleWatch::hear(const Heard& heard, const Suspect& sus
                  {static_cast<double>(drive.errors), std::chrono::duration<double>(age).count()}};
 }
 
-std::optional<TroubleWatch::Seen> TroubleWatch::look(SimTime now, std::uint64_t arrived,
-                                                     const KnownDrive& drive) {
+std::optional<TroubleWatch::Seen> TroubleWatch::observe(SimTime now, std::uint64_t arrived,
+                                                        const KnownDrive& drive) {
   const std::uint64_t times = drive.refused_motion - std::exchange(refused_, drive.refused_motion);
   const std::uint64_t before = std::exchange(arrived_, arrived);
   if (!drive.alive) {  // power-off clears its errors
@@ -241,14 +241,14 @@ std::optional<TroubleWatch::Seen> TroubleWatch::look(SimTime now, std::uint64_t 
     return std::nullopt;
   }
   if (drive.errors != 0 && !error_) {
-    error_ = Error{.since = now, .cared_for = asked_ && now - *asked_ <= kLookedLate};
+    error_ = Error{.since = now, .is_handled = asked_ && now - *asked_ <= kLookedLate};
   }
-  const bool tell = times > 0 && motion_count_ > 0 && drive.can_be_asked() && to_be_told(now);
+  const bool tell = times > 0 && motion_count_ > 0 && drive.can_be_asked() && should_report(now);
   if (drive.errors == 0 && error_) {
     error_.reset();
     quiet_until_ = now + kReaction;
   }
-  if (!tell) return left_alone(now, drive);
+  if (!tell) return check_abandoned(now, drive);
   Finding finding{AdviceKind::kMotionRefused, &kIsOff};
   finding.todo = &kSwitchOn;
   if (drive.errors != 0) {
@@ -259,41 +259,42 @@ std::optional<TroubleWatch::Seen> TroubleWatch::look(SimTime now, std::uint64_t 
   return Seen{finding, first_of(times, before, arrived), times};
 }
 
-std::optional<TroubleWatch::Seen> TroubleWatch::left_alone(SimTime now, const KnownDrive& drive) {
-  const bool is_told = !error_ || error_->queries == kQueries;
-  if (!waits() || is_told || now - last_.at < kSilence || !drive.can_be_asked()) {
+std::optional<TroubleWatch::Seen> TroubleWatch::check_abandoned(SimTime now,
+                                                                const KnownDrive& drive) {
+  const bool is_reported = !error_ || error_->queries == kQueries;
+  if (!waits() || is_reported || now - last_.at < kSilence || !drive.can_be_asked()) {
     return std::nullopt;
   }
-  error_->was_spoken_to = false;
+  error_->had_steady_traffic = false;
   const auto errors = static_cast<double>(drive.errors);
   return Seen{{AdviceKind::kErrorIgnored, &kLeft, {errors}}, last_, 1};
 }
 
-bool TroubleWatch::to_be_told(SimTime now) const {
+bool TroubleWatch::should_report(SimTime now) const {
   if (!error_) return now >= quiet_until_;
   return (error_->asked && now - *error_->asked >= kReaction) || now - error_->since >= kUnseen;
 }
 
 const Suspect& TroubleWatch::first_of(std::uint64_t times, std::uint64_t before,
                                       std::uint64_t arrived) const {
-  const auto back = [this](std::size_t n) -> const Motion& {
+  const auto recent = [this](std::size_t n) -> const Motion& {
     return motions_[(motion_count_ - 1 - n) % kKept];
   };
   const std::size_t kept = std::min(motion_count_, kKept);
   std::size_t newest = 0;
-  while (newest + 1 < kept && back(newest).suspect.number > arrived) ++newest;
+  while (newest + 1 < kept && recent(newest).suspect.number > arrived) ++newest;
   std::size_t oldest = newest;
-  while (oldest + 1 < kept && back(oldest + 1).suspect.number > before) ++oldest;
+  while (oldest + 1 < kept && recent(oldest + 1).suspect.number > before) ++oldest;
   // The first command while off, if that explains all; otherwise an error began among them.
   std::uint64_t off = 0;
   std::size_t first_off = oldest;
   for (std::size_t n = newest; n <= oldest; ++n) {
-    if (!back(n).off) continue;
+    if (!recent(n).off) continue;
     ++off;
     first_off = n;
   }
-  if (off == times) return back(first_off).suspect;
-  return back(std::min<std::size_t>(newest + times - 1, oldest)).suspect;
+  if (off == times) return recent(first_off).suspect;
+  return recent(std::min<std::size_t>(newest + times - 1, oldest)).suspect;
 }
 
 namespace {
@@ -364,7 +365,7 @@ bool TalkWatch::is_queued(const TimedFrame& in) const {
   return in.frame.id == asked_ && end_of(in) <= reply_begins_;
 }
 
-std::optional<Finding> TalkWatch::hear(const TimedFrame& in, bool echoes) {
+std::optional<Finding> TalkWatch::on_query(const TimedFrame& in, bool echoes) {
   if (in.at >= reply_ends_) return std::nullopt;
   const bool has_read_itself = echoes && in.at >= own_end_;
   if (!has_read_itself && is_queued(in)) return std::nullopt;
@@ -396,10 +397,10 @@ void TalkWatch::expect_reply(const TimedFrame& in, const KnownDrive& drive) {
     return;
   }
   reply_ends_ = in.at + drive.shortest_answer + more * drive.byte_time;
-  reply_begins_ = drive.hears_while_replying ? reply_ends_ - reply_time : SimTime{0};
+  reply_begins_ = drive.receives_while_replying ? reply_ends_ - reply_time : SimTime{0};
 }
 
-std::optional<Finding> SumWatch::hear(const protocol::Frame& frame) {
+std::optional<Finding> SumWatch::on_query(const protocol::Frame& frame) {
   const auto bytes = std::span(frame.data).first(frame.dlc);
   if (bytes.size() < protocol::kHeaderBytes || bytes[0] != protocol::kPacketStart) {
     return std::nullopt;

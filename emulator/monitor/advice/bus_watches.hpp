@@ -10,7 +10,7 @@
 #include "emulator/core/bus/bus.hpp"
 #include "emulator/core/terminal_flag.hpp"
 #include "emulator/monitor/advice/advice.hpp"
-#include "emulator/monitor/advice/heard.hpp"
+#include "emulator/monitor/advice/watch_input.hpp"
 
 namespace lk::emulator {
 
@@ -21,7 +21,7 @@ class Disturbances {
   /// Time to send that queue (assumed).
   static constexpr SimTime kAftermath = std::chrono::seconds(1);
 
-  void look(const Bus& bus, const BusStats& stats);
+  void observe(const Bus& bus, const BusStats& stats);
   /// Notes that time slipped at `now`: frames that hosts sent meanwhile come together.
   void note_slip(SimTime now) {
     slip_until_ = now + kAftermath;
@@ -49,8 +49,8 @@ class WireWatch {
   static constexpr SimTime kLong = std::chrono::milliseconds(100);  // assumed
 
   /// Returns a finding for a host's frame if the wire is overloaded.
-  std::optional<Finding> hear() const;
-  void look(const Bus& bus, const BusStats& stats, bool disturbed);
+  std::optional<Finding> on_query() const;
+  void observe(const Bus& bus, const BusStats& stats, bool disturbed);
 
  private:
   std::optional<SimTime> crowded_since_;
@@ -66,7 +66,7 @@ class BusyWatch {
     Finding finding;
     std::uint64_t times;
   };
-  std::optional<Busy> look(const BusStats& stats);
+  std::optional<Busy> observe(const BusStats& stats);
 
  private:
   std::uint64_t seen_ = 0;
@@ -79,7 +79,7 @@ class WaitWatch {
   /// allow: they queue 16 replies (docs/reference/protocol.md §5).
   static constexpr int kInARow = 20;
 
-  std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
+  std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
 
  private:
   std::optional<SimTime> last_;
@@ -93,7 +93,7 @@ class InputWatch {
   static constexpr double kGone = 3;    // multiple of it: the host was absent (assumed)
   static constexpr int kPauses = 3;     // fewer may be accidents (assumed)
 
-  std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
+  std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
 
  private:
   std::optional<SimTime> last_;
@@ -111,7 +111,7 @@ class JumpWatch {
   /// After a longer pause a host starts a new stream with its own rhythm (assumed).
   static constexpr SimTime kPause = std::chrono::seconds(1);
 
-  std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
+  std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
 
  private:
   struct Target {
@@ -124,7 +124,7 @@ class JumpWatch {
 
   int moving_ = 0;
   double mean_gap_s_ = 0;  // 0: unknown
-  double behind_s_ = 0;    // delay of the stream against its rhythm
+  double delay_s_ = 0;     // delay of the stream against its rhythm
 };
 
 /// Detects increments that accumulate because the shaft does not follow.
@@ -134,9 +134,9 @@ class WindUpWatch {
   static constexpr int kIncrements = 10;                              // assumed
   static constexpr double kBehind_s = 1;                              // lag of the shaft (assumed)
 
-  std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
-  /// Call after each look at the drive.
-  void look(const KnownDrive& drive);
+  std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
+  /// Call after each observation of the drive.
+  void observe(const KnownDrive& drive);
 
  private:
   struct Run {
@@ -145,7 +145,7 @@ class WindUpWatch {
     bool forward = true;
     int count = 0;
     double commanded_deg = 0;
-    std::optional<double> shaft_from_deg = std::nullopt;  // at the first look
+    std::optional<double> shaft_from_deg = std::nullopt;  // at the first observation
   };
   std::optional<Run> run_;
 };
@@ -161,32 +161,33 @@ class TroubleWatch {
   /// A host that pauses for longer may return; one that did not, and is silent so long, has left.
   static constexpr SimTime kPause = std::chrono::seconds(1);    // assumed
   static constexpr SimTime kSilence = std::chrono::seconds(5);  // assumed
-  /// An error seen at a look may be in the answer to a query of at most this age.
+  /// An error seen at an observation may be in the answer to a query of at most this age.
   static constexpr SimTime kLookedLate = std::chrono::milliseconds(5);
 
-  std::optional<Finding> hear(const Heard& heard, const Suspect& suspect, const KnownDrive& drive);
+  std::optional<Finding> on_query(const DecodedQuery& query, const Suspect& suspect,
+                                  const KnownDrive& drive);
 
   struct Seen {
     Finding finding;
     Suspect suspect;
     std::uint64_t times;
   };
-  /// Call after each look at the drive, at `now`. `arrived`: number of the last frame that it had
-  /// received. Returns refused commands, or that the host left it in error.
-  std::optional<Seen> look(SimTime now, std::uint64_t arrived, const KnownDrive& drive);
+  /// Call after each observation of the drive, at `now`. `arrived`: number of the last frame that
+  /// it had received. Returns refused commands, or that the host left it in error.
+  std::optional<Seen> observe(SimTime now, std::uint64_t arrived, const KnownDrive& drive);
   /// Returns true if the drive must be looked at without frames for it.
-  bool waits() const { return error_ && error_->was_spoken_to && !error_->cared_for; }
+  bool waits() const { return error_ && error_->had_steady_traffic && !error_->is_handled; }
 
  private:
   struct Error {
     SimTime since{0};
     std::optional<SimTime> asked = std::nullopt;  // by 0x9A or 0x9B
-    bool cared_for = false;                       // by these, or by 0x80 or 0x88
+    bool is_handled = false;                      // by these, or by 0x80 or 0x88
     int queries = 0;                              // since kUnseen has passed
-    bool was_spoken_to = false;                   // for kUnseen, no pause, state not read
+    bool had_steady_traffic = false;              // for kUnseen, no pause, state not read
   };
-  std::optional<Seen> left_alone(SimTime now, const KnownDrive& drive);
-  bool to_be_told(SimTime now) const;
+  std::optional<Seen> check_abandoned(SimTime now, const KnownDrive& drive);
+  bool should_report(SimTime now) const;
   /// Returns the first of the last `times` refused commands, among those with numbers above
   /// `before` and up to `arrived`.
   const Suspect& first_of(std::uint64_t times, std::uint64_t before, std::uint64_t arrived) const;
@@ -194,7 +195,7 @@ class TroubleWatch {
   std::optional<Error> error_;
   std::optional<SimTime> asked_;  // a query of its state, error or not
   Suspect last_;                  // last frame for the drive
-  SimTime spoken_to_since_{0};    // without a pause
+  SimTime traffic_since_{0};      // without a pause
   SimTime quiet_until_{0};
   std::uint64_t refused_ = 0;  // total so far
   std::uint64_t arrived_ = 0;
@@ -220,8 +221,8 @@ class TalkWatch {
   static constexpr int kTimes = 3;
 
   /// Processes a host's packet for any drive. `echoes`: hosts read what they send.
-  std::optional<Finding> hear(const TimedFrame& in, bool echoes);
-  /// Call after `hear` if `drive` answers the packet.
+  std::optional<Finding> on_query(const TimedFrame& in, bool echoes);
+  /// Call after `on_query` if `drive` answers the packet.
   void expect_reply(const TimedFrame& in, const KnownDrive& drive);
 
  private:
@@ -247,7 +248,7 @@ class SumWatch {
   static constexpr int kTimes = 3;
 
   /// Processes bytes that are no valid packet.
-  std::optional<Finding> hear(const protocol::Frame& frame);
+  std::optional<Finding> on_query(const protocol::Frame& frame);
 
  private:
   static constexpr std::size_t kRules = 3;

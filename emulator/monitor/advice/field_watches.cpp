@@ -133,23 +133,23 @@ std::optional<Finding> no_word(const protocol::Field& field, std::int64_t raw) {
 }
 
 /// Fields of a query that concern the drive: its own slot in a query for several drives.
-std::span<const protocol::Field> fields_for(const Heard& heard, const KnownDrive& drive) {
-  const auto fields = protocol::info_of(heard.command, drive.format.dialect.framing).query;
-  if (!protocol::is_multi_drive(heard.command)) return fields;
+std::span<const protocol::Field> fields_for(const DecodedQuery& query, const KnownDrive& drive) {
+  const auto fields = protocol::info_of(query.command, drive.format.dialect.framing).query;
+  if (!protocol::is_multi_drive(query.command)) return fields;
   const auto slot = static_cast<std::size_t>(drive.address - protocol::kMinId);
   return slot < fields.size() ? fields.subspan(slot, 1) : std::span<const protocol::Field>();
 }
 
 }  // namespace
 
-std::optional<Finding> beyond_range(const Heard& heard, const KnownDrive& drive) {
-  if (has_wide_target(heard, drive)) return std::nullopt;  // half of a number: reported there
+std::optional<Finding> beyond_range(const DecodedQuery& query, const KnownDrive& drive) {
+  if (has_wide_target(query, drive)) return std::nullopt;  // half of a number: reported there
   // Last field first: the way to reach a target comes after it, and matters more.
-  const auto fields = fields_for(heard, drive);
+  const auto fields = fields_for(query, drive);
   for (std::size_t n = fields.size(); n-- > 0;) {
     const protocol::Field& field = fields[n];
-    if (!protocol::present(field, heard.data, drive.format)) continue;
-    const std::int64_t raw = protocol::raw(field, heard.data);
+    if (!protocol::present(field, query.data, drive.format)) continue;
+    const std::int64_t raw = protocol::raw(field, query.data);
     if (const auto wrong = no_word(field, raw)) return wrong;
     const auto held = against(field, raw, drive);
     if (held && (held->value < held->min || held->value > held->max)) {
@@ -199,7 +199,8 @@ std::optional<Finding> mixed_up_tables(const protocol::Payload& data) {
   return std::nullopt;
 }
 
-std::vector<Finding> SettingWatch::hear(const protocol::Payload& data, const KnownDrive& drive) {
+std::vector<Finding> SettingWatch::on_query(const protocol::Payload& data,
+                                            const KnownDrive& drive) {
   std::vector<Finding> found;
   if (const auto mixed = mixed_up_tables(data)) found.push_back(*mixed);
   start_ = drive.starts;
@@ -211,7 +212,7 @@ std::vector<Finding> SettingWatch::hear(const protocol::Payload& data, const Kno
   return found;
 }
 
-void SettingWatch::hear_reply(const protocol::Payload& data) {
+void SettingWatch::on_reply(const protocol::Payload& data) {
   if (data[0] == kWriteSetting) {
     pending_ = true;
     pending_start_ = start_;
@@ -231,13 +232,13 @@ constexpr BilingualText kWornOut{
 
 }  // namespace
 
-std::optional<Finding> RomWatch::hear(const Heard& heard, const KnownDrive& drive) {
-  const bool gains = heard.is<protocol::WritePidToRom>();
-  if (!gains && !heard.is<protocol::WriteOffsetToRom>() && !heard.is<protocol::WriteZeroToRom>()) {
+std::optional<Finding> RomWatch::on_query(const DecodedQuery& query, const KnownDrive& drive) {
+  const bool gains = query.is<protocol::WritePidToRom>();
+  if (!gains && !query.is<protocol::WriteOffsetToRom>() && !query.is<protocol::WriteZeroToRom>()) {
     return std::nullopt;
   }
   Writes& writes = gains ? gains_ : offset_;
-  writes.at[writes.count % kWrites] = heard.at;
+  writes.at[writes.count % kWrites] = query.at;
   ++writes.count;
   if (writes.count < kWrites) return std::nullopt;
   const auto parameter = gains ? RomParameter::kGains : RomParameter::kEncoderOffset;
@@ -248,7 +249,7 @@ std::optional<Finding> RomWatch::hear(const Heard& heard, const KnownDrive& driv
   }
   const double left = drive.endurance - written;
   const SimTime oldest = writes.at[writes.count % kWrites];
-  const std::chrono::duration<double> each = (heard.at - oldest) / double{kWrites - 1};
+  const std::chrono::duration<double> each = (query.at - oldest) / double{kWrites - 1};
   const std::chrono::duration<double, std::ratio<3600>> life = each * left;
   if (life >= kLongLife) return std::nullopt;
   return Finding{AdviceKind::kRomWear, &kWearsOut, {count, left, life.count()}, true};
@@ -262,7 +263,7 @@ constexpr BilingualText kLoaded{
 
 }  // namespace
 
-std::optional<Finding> CalibrationWatch::look(const KnownDrive& drive) {
+std::optional<Finding> CalibrationWatch::observe(const KnownDrive& drive) {
   if (drive.calibrating) {
     sum_Nm_ += drive.torque_Nm;
     ++looks_;
@@ -285,30 +286,30 @@ constexpr BilingualText kPath{"speeds that start at the angle of the shaft and c
 
 }  // namespace
 
-std::optional<Finding> SpeedWatch::hear(const Heard& heard, const KnownDrive& drive) {
-  if (heard.is<protocol::ReadMultiTurnAngle>() || heard.is<protocol::ReadSingleTurnAngle>()) {
-    angle_read_ = heard.at;
+std::optional<Finding> SpeedWatch::on_query(const DecodedQuery& query, const KnownDrive& drive) {
+  if (query.is<protocol::ReadMultiTurnAngle>() || query.is<protocol::ReadSingleTurnAngle>()) {
+    angle_read_ = query.at;
   }
-  const bool ends = heard.is<protocol::Off>() || heard.is<protocol::Stop>();
-  if (!heard.motion && !ends) return std::nullopt;
-  if (ends || heard.motion->opcode != protocol::Speed::kOpcode) {
+  const bool ends = query.is<protocol::Off>() || query.is<protocol::Stop>();
+  if (!query.motion && !ends) return std::nullopt;
+  if (ends || query.motion->opcode != protocol::Speed::kOpcode) {
     value_.reset();
     arrivals_ = 0;
     steps_.reset();
     return std::nullopt;
   }
-  const double value = heard.motion->value;
+  const double value = query.motion->value;
   if (!value_) {
-    if (starts_at_shaft(value, heard.at, drive)) steps_ = 0;
+    if (starts_at_shaft(value, query.at, drive)) steps_ = 0;
     value_ = value;
-    since_ = heard.at;
+    since_ = query.at;
     return std::nullopt;
   }
   auto found = follow_path(value);
   if (value != *value_) {
-    if (auto left = leave_target(value, heard.at, drive)) found = left;
+    if (auto left = leave_target(value, query.at, drive)) found = left;
     value_ = value;
-    since_ = heard.at;
+    since_ = query.at;
   }
   return found;
 }

@@ -7,20 +7,20 @@
 #include <vector>
 
 #include "emulator/monitor/advice/advice.hpp"
-#include "emulator/monitor/advice/heard.hpp"
+#include "emulator/monitor/advice/watch_input.hpp"
 
 namespace lk::emulator {
 
 /// Finds a field that the drive clamps or refuses (ranges: docs/reference/protocol.md).
-std::optional<Finding> beyond_range(const Heard& heard, const KnownDrive& drive);
+std::optional<Finding> beyond_range(const DecodedQuery& query, const KnownDrive& drive);
 
 /// Watches settings that are written (0x42), saved (0x44) and in force after a restart (0x07). Uses
 /// only wire traffic, and counts writes that a drive acknowledges.
 class SettingWatch {
  public:
   /// Processes a frame of 8 bytes. The state in `drive` may be older than the frame.
-  std::vector<Finding> hear(const protocol::Payload& data, const KnownDrive& drive);
-  void hear_reply(const protocol::Payload& data);
+  std::vector<Finding> on_query(const protocol::Payload& data, const KnownDrive& drive);
+  void on_reply(const protocol::Payload& data);
 
  private:
   bool pending_ = false;             // acknowledged but not saved
@@ -39,7 +39,7 @@ class RomWatch {
   /// No advice if the memory lasts longer than this at the rate of the ten writes (assumed).
   static constexpr SimTime kLongLife = std::chrono::hours(365 * 24);
 
-  std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
+  std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
 
  private:
   /// Times of the last ten writes of one parameter, in a ring.
@@ -60,7 +60,7 @@ class CalibrationWatch {
 
   /// Returns true if the drive must be looked at every time.
   bool runs() const { return looks_ > 0; }
-  std::optional<Finding> look(const KnownDrive& drive);
+  std::optional<Finding> observe(const KnownDrive& drive);
 
  private:
   double sum_Nm_ = 0;
@@ -81,7 +81,7 @@ class SpeedWatch {
   static constexpr double kStep_dps = 5;     // per step of a path (assumed)
   static constexpr int kSteps = 10;          // assumed
 
-  std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
+  std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
 
  private:
   bool starts_at_shaft(double value, SimTime at, const KnownDrive& drive) const;

@@ -46,15 +46,15 @@ class Spread {
 /// Returns true if both may be consecutive commands of one host, compared with the last step.
 bool HostsWatch::alike(const MotionCommand& one, const MotionCommand& other) const {
   if (one.opcode != other.opcode) return false;
-  if (back(0).motion.opcode != back(1).motion.opcode) return true;  // different kinds suffice
-  const double way = std::abs(back(1).motion.value - back(0).motion.value);
+  if (recent(0).motion.opcode != recent(1).motion.opcode) return true;  // different kinds suffice
+  const double way = std::abs(recent(1).motion.value - recent(0).motion.value);
   return std::abs(one.value - other.value) <= way / 10;
 }
 
 /// Returns true if the last two frames are unlikely to come from one host.
 bool HostsWatch::apart() const {
-  const MotionCommand& now = back(0).motion;
-  const MotionCommand& there = back(1).motion;
+  const MotionCommand& now = recent(0).motion;
+  const MotionCommand& there = recent(1).motion;
   if (now.opcode != there.opcode) return true;
   // Increments do not show which position a host wants.
   return !now.increment() && !is_force(now.opcode) &&
@@ -70,40 +70,41 @@ HostsWatch::Sign HostsWatch::sign() const {
   std::size_t found = 1;
   const std::size_t kept = std::min(count_, kKept);
   for (std::size_t n = 1; n < kept && found < kRhythm; ++n) {
-    all.add(back(n - 1).at - back(n).at);
-    if (!alike(back(n).motion, back(last).motion)) continue;
-    own.add(back(last).at - back(n).at);
+    all.add(recent(n - 1).at - recent(n).at);
+    if (!alike(recent(n).motion, recent(last).motion)) continue;
+    own.add(recent(last).at - recent(n).at);
     if (own.most() > kThereAndBack) return Sign::kNone;
     last = n;
     ++found;
   }
   if (found < kRhythm) return Sign::kNone;
-  const SimTime mean = (back(0).at - back(last).at) / static_cast<std::int64_t>(last);
+  const SimTime mean = (recent(0).at - recent(last).at) / static_cast<std::int64_t>(last);
   if (all.value() * 5 < mean) return Sign::kNone;  // as even as one host, or two in turns
   if (own.value() * 4 > all.value()) return Sign::kOneHost;
   // Delayed frames leave together, and may be of any kind.
   std::size_t before = 2;
-  while (!alike(back(before).motion, back(0).motion)) ++before;
-  const SimTime gap = back(0).at - back(before).at;
-  const SimTime nearest = std::min(back(0).at - back(1).at, back(before - 1).at - back(before).at);
+  while (!alike(recent(before).motion, recent(0).motion)) ++before;
+  const SimTime gap = recent(0).at - recent(before).at;
+  const SimTime nearest =
+      std::min(recent(0).at - recent(1).at, recent(before - 1).at - recent(before).at);
   return nearest * 7 < gap ? Sign::kNone : Sign::kSeveral;
 }
 
-std::optional<Finding> HostsWatch::hear(const Heard& heard) {
-  if (!heard.motion) return std::nullopt;
-  said_[count_++ % kKept] = {heard.at, *heard.motion};
+std::optional<Finding> HostsWatch::on_query(const DecodedQuery& query) {
+  if (!query.motion) return std::nullopt;
+  commands_[count_++ % kKept] = {query.at, *query.motion};
   if (count_ < 2) return std::nullopt;
   const Sign sign = this->sign();
   if (sign == Sign::kOneHost) times_ = std::max(times_ - 1, 0);
   if (sign != Sign::kSeveral) return std::nullopt;
-  times_ = heard.at - last_time_ <= kAgain ? std::min(times_ + 1, kTimes) : 1;
-  last_time_ = heard.at;
+  times_ = query.at - last_time_ <= kAgain ? std::min(times_ + 1, kTimes) : 1;
+  last_time_ = query.at;
   if (times_ < kTimes) return std::nullopt;
-  if (back(0).motion.opcode != back(1).motion.opcode) {
+  if (recent(0).motion.opcode != recent(1).motion.opcode) {
     return Finding{AdviceKind::kSeveralHosts, &kKinds};
   }
   return Finding{
-      AdviceKind::kSeveralHosts, &kBetween, {back(1).motion.value, back(0).motion.value}};
+      AdviceKind::kSeveralHosts, &kBetween, {recent(1).motion.value, recent(0).motion.value}};
 }
 
 namespace {
@@ -189,7 +190,7 @@ int DuplicateWatch::Streak::add(const TimedFrame& in, bool alike) {
   return times;
 }
 
-std::optional<Finding> DuplicateWatch::hear(const TimedFrame& in, const RecentFrames& recent) {
+std::optional<Finding> DuplicateWatch::on_query(const TimedFrame& in, const RecentFrames& recent) {
   const protocol::Payload& data = in.frame.data;
   const auto row = std::ranges::find(kRows, static_cast<Opcode>(data[0]), &Row::command);
   if (row == kRows.end()) return std::nullopt;
@@ -230,7 +231,7 @@ constexpr BilingualText kSeriesLacks{"{command}, {name}: no answer, drives of th
                              "{command} 没有回复：这个系列的驱动器没有这条命令"};
 constexpr BilingualText kOtherSeries{"use a command of this series, or a motor of another one (--motor)",
                              "使用这个系列的命令，或者换用另一系列的电机（--motor）"};
-constexpr BilingualText kNobodyHas{"{command}: no answer, no generation has the command",
+constexpr BilingualText kNoGenerationHas{"{command}: no answer, no generation has the command",
                            "{command} 没有回复：没有哪一代有这条命令"};
 constexpr BilingualText kNoParameter{"{command}, {name}: no answer, there is no parameter {1}",
                              "{command} 没有回复：没有参数 {1}"};
@@ -281,33 +282,34 @@ Finding unknown_command(const protocol::Frame& frame, const KnownDrive& drive) {
   const BilingualText* const look_up =
       framing == protocol::Framing::kCan ? &kLookUp : &kLookUpPackets;
   const protocol::CommandInfo* row = protocol::command_of(frame);
-  if (row == nullptr) return about(kNobodyHas, look_up);
+  if (row == nullptr) return about(kNoGenerationHas, look_up);
   if (!protocol::fits(*row, drive.format.series)) return about(kSeriesLacks, &kOtherSeries);
   if (protocol::knows(drive.format, *row)) return about(kNoParameter, look_up, frame.data[1]);
   if (!some_generation_has(*row, framing)) return about(kNoneHas, &kSetItsQuirk);
   return about(kLacks, &kGiveIt);
 }
 
-bool has_wide_target(const Heard& heard, const KnownDrive& drive) {
+bool has_wide_target(const DecodedQuery& query, const KnownDrive& drive) {
   if (drive.format.dialect.framing != protocol::Framing::kCan) return false;  // RS-485: other bytes
-  if (!heard.is<protocol::Position3>() && !heard.is<protocol::Position4>()) return false;
-  const auto target = get_le<std::uint32_t>(heard.data, 4);
+  if (!query.is<protocol::Position3>() && !query.is<protocol::Position4>()) return false;
+  const auto target = get_le<std::uint32_t>(query.data, 4);
   // The limit is a turn of the output: 36000 times the gear ratio.
   return !drive.format.dialect.wide_single_turn_target && target > 0xFFFF &&
          target < drive.widest_circle_cdeg;
 }
 
-std::optional<Finding> GenerationWatch::hear(const Heard& heard, const KnownDrive& drive) {
-  const protocol::Payload& data = heard.data;
+std::optional<Finding> GenerationWatch::on_query(const DecodedQuery& query,
+                                                 const KnownDrive& drive) {
+  const protocol::Payload& data = query.data;
   const protocol::Dialect& dialect = drive.format.dialect;
   if (dialect.framing != protocol::Framing::kCan) return std::nullopt;  // RS-485: other bytes
-  if (has_wide_target(heard, drive)) {
+  if (has_wide_target(query, drive)) {
     return Finding{
         AdviceKind::kOtherGeneration,
         &kWideTarget,
         {get_le<std::uint32_t>(data, 4) / 100.0, get_le<std::uint16_t>(data, 4) / 100.0}};
   }
-  if (heard.is<protocol::ClearAngle>()) {
+  if (query.is<protocol::ClearAngle>()) {
     const auto angle = get_le<std::int32_t>(data, 4);
     const bool meant = angle != 0 && angle >= -kMaxAngle_cdeg && angle <= kMaxAngle_cdeg;
     if (dialect.clear_angle == protocol::ClearAngleMeaning::kSetsAngle || !meant) {
@@ -315,7 +317,7 @@ std::optional<Finding> GenerationWatch::hear(const Heard& heard, const KnownDriv
     }
     return Finding{AdviceKind::kOtherGeneration, &kSetAngle, {angle / 100.0}};
   }
-  if (heard.is<protocol::Speed>() && !dialect.speed_iq_limit && data[0] == 0xA2) {
+  if (query.is<protocol::Speed>() && !dialect.speed_iq_limit && data[0] == 0xA2) {
     return hear_limit(get_le<std::int16_t>(data, 2), drive);
   }
   return std::nullopt;
@@ -341,40 +343,41 @@ constexpr BilingualText kFar{"the first target after a start, {1}°, is {2}° fr
 
 }  // namespace
 
-std::optional<Finding> ClearWatch::hear(const Heard& heard, const KnownDrive& drive) {
-  if (heard.is<protocol::ReadState1>()) times_ = 0;
-  if (!heard.is<protocol::ClearErrors>() || !drive.clear_reply_before) return std::nullopt;
-  if (drive.errors != 0 || heard.at - first_ > kWithin) times_ = 0;
+std::optional<Finding> ClearWatch::on_query(const DecodedQuery& query, const KnownDrive& drive) {
+  if (query.is<protocol::ReadState1>()) times_ = 0;
+  if (!query.is<protocol::ClearErrors>() || !drive.clear_reply_before) return std::nullopt;
+  if (drive.errors != 0 || query.at - first_ > kWithin) times_ = 0;
   if (times_ == 0) {
-    first_ = heard.at;
+    first_ = query.at;
     times_ = drive.errors != 0 ? 1 : 0;  // without errors the reply misleads nobody
     return std::nullopt;
   }
   if (++times_ < kTimes) return std::nullopt;
   return Finding{AdviceKind::kTrustsClearReply,
                  &kCleared,
-                 {static_cast<double>(times_), in_s(heard.at - first_)}};
+                 {static_cast<double>(times_), in_s(query.at - first_)}};
 }
 
-std::optional<Finding> FirstTargetWatch::hear(const Heard& heard, const KnownDrive& drive) {
+std::optional<Finding> FirstTargetWatch::on_query(const DecodedQuery& query,
+                                                  const KnownDrive& drive) {
   if (drive.starts == known_start_) return std::nullopt;
-  const bool asks = heard.is<protocol::ReadMultiTurnAngle>();
-  const bool sets = heard.is<protocol::ClearAngle>();
-  const bool aims = heard.motion && heard.motion->absolute();
+  const bool asks = query.is<protocol::ReadMultiTurnAngle>();
+  const bool sets = query.is<protocol::ClearAngle>();
+  const bool aims = query.motion && query.motion->absolute();
   if (!asks && !sets && !aims) return std::nullopt;
   known_start_ = drive.starts;
   if (!aims) return std::nullopt;
-  const double target_deg = heard.motion->value;
+  const double target_deg = query.motion->value;
   const double way_deg = std::abs(target_deg - drive.angle_deg);
   // A target with the turn count of before is near the old position of the shaft.
   const bool by_old_count =
       angle_before_deg_ && std::abs(target_deg - *angle_before_deg_) < way_deg;
   if (way_deg < (by_old_count ? kFar_deg : kFar_deg * drive.gear_ratio)) return std::nullopt;
   return Finding{
-      AdviceKind::kFirstTargetFar, &kFar, {heard.motion->value, way_deg, drive.angle_deg}};
+      AdviceKind::kFirstTargetFar, &kFar, {query.motion->value, way_deg, drive.angle_deg}};
 }
 
-void FirstTargetWatch::look(const KnownDrive& drive) {
+void FirstTargetWatch::observe(const KnownDrive& drive) {
   if (!drive.alive) return;
   if (start_ != 0 && drive.starts != start_) angle_before_deg_ = angle_deg_;
   start_ = drive.starts;

@@ -7,7 +7,7 @@
 
 #include "emulator/core/bus_config.hpp"
 #include "emulator/monitor/advice/advice.hpp"
-#include "emulator/monitor/advice/heard.hpp"
+#include "emulator/monitor/advice/watch_input.hpp"
 #include "protocol/wire.hpp"
 
 namespace lk::emulator {
@@ -22,22 +22,24 @@ class HostsWatch {
   static constexpr SimTime kAgain = std::chrono::seconds(1);                // assumed
   static constexpr int kTimes = 8;                                          // assumed
 
-  std::optional<Finding> hear(const Heard& heard);
+  std::optional<Finding> on_query(const DecodedQuery& query);
 
  private:
-  struct Said {
+  struct TimedMotion {
     SimTime at{0};
     MotionCommand motion;
   };
   static constexpr std::size_t kKept = 32;
   static constexpr std::size_t kRhythm = 7;  // frames needed for a rhythm (assumed)
-  const Said& back(std::size_t n) const { return said_[(count_ - 1 - n) % kKept]; }  // 0: the last
+  const TimedMotion& recent(std::size_t n) const {
+    return commands_[(count_ - 1 - n) % kKept];
+  }  // 0: the last
   bool apart() const;
   bool alike(const MotionCommand& one, const MotionCommand& other) const;
   enum class Sign : std::uint8_t { kNone, kOneHost, kSeveral };
   Sign sign() const;
 
-  std::array<Said, kKept> said_{};  // a ring
+  std::array<TimedMotion, kKept> commands_{};  // a ring
   std::size_t count_ = 0;
   int times_ = 0;  // signs of several hosts minus signs of one
   SimTime last_time_{0};
@@ -70,7 +72,7 @@ class DuplicateWatch {
   static constexpr int kSteady_C = 2;  // stray bytes vary more (assumed)
 
   /// Pre: `in` has 8 bytes and is for this drive.
-  std::optional<Finding> hear(const TimedFrame& in, const RecentFrames& recent);
+  std::optional<Finding> on_query(const TimedFrame& in, const RecentFrames& recent);
 
  private:
   /// Consecutive frames that may be replies.
@@ -93,7 +95,7 @@ class DuplicateWatch {
 Finding unknown_command(const protocol::Frame& frame, const KnownDrive& drive);
 
 /// Returns true for a 32-bit target to a drive that reads only 16 bits.
-bool has_wide_target(const Heard& heard, const KnownDrive& drive);
+bool has_wide_target(const DecodedQuery& query, const KnownDrive& drive);
 
 /// Detects fields that have a meaning only for drives of another generation.
 class GenerationWatch {
@@ -101,7 +103,7 @@ class GenerationWatch {
   /// Unused bytes may hold anything; one plausible limit, repeated so often, is meant (assumed).
   static constexpr int kSameLimit = 10;
 
-  std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
+  std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
 
  private:
   std::optional<Finding> hear_limit(std::int16_t limit_lsb, const KnownDrive& drive);
@@ -116,7 +118,7 @@ class ClearWatch {
   static constexpr SimTime kWithin = std::chrono::seconds(5);
   static constexpr int kTimes = 3;
 
-  std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
+  std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
 
  private:
   SimTime first_{0};
@@ -128,14 +130,14 @@ class FirstTargetWatch {
  public:
   static constexpr double kFar_deg = 180;
 
-  std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
-  /// Call after each look at the drive.
-  void look(const KnownDrive& drive);
+  std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
+  /// Call after each observation of the drive.
+  void observe(const KnownDrive& drive);
 
  private:
   std::uint32_t known_start_ = 0;  // start since which the host knows the position or has moved
-  std::uint32_t start_ = 0;        // start count at the last look
-  double angle_deg_ = 0;           // at the last look
+  std::uint32_t start_ = 0;        // start count at the last observation
+  double angle_deg_ = 0;           // at the last observation
   std::optional<double> angle_before_deg_;  // last angle before this start
 };
 

@@ -134,7 +134,7 @@ void FrameFiles::commit() {
 namespace {
 
 /// Time between two looks of the advisers, which need the drives' state at each frame.
-constexpr SimTime kChunk = Adviser::kLookStep;
+constexpr SimTime kChunk = Adviser::kObservePeriod;
 
 /// Writes rows of signals at equal steps.
 class CsvOutput {
@@ -213,19 +213,19 @@ class Advisers {
     for (const Traffic& one : traffic) {
       Adviser& adviser = advisers_[one.bus].adviser;
       if (one.from_host) {
-        adviser.hear(one.frame);
+        adviser.on_query(one.frame);
       } else if (!one.frame.echo) {
-        adviser.hear_reply(one.frame.frame);
+        adviser.on_reply(one.frame.frame);
       }
     }
   }
   void look(const ScenarioRun& run) {
-    for (std::size_t n = 0; n < advisers_.size(); ++n) advisers_[n].adviser.look(run.bus(n));
+    for (std::size_t n = 0; n < advisers_.size(); ++n) advisers_[n].adviser.observe(run.bus(n));
   }
   std::vector<GivenAdvice> given() const {
     std::vector<GivenAdvice> all;
     for (const auto& [bus, adviser] : advisers_) {
-      for (const Advice& advice : adviser.given()) all.push_back({bus, advice});
+      for (const Advice& advice : adviser.advice()) all.push_back({bus, advice});
     }
     return all;
   }

@@ -37,7 +37,7 @@ class Rivals {
       std::vector<TimedFrame> replies;
       here.bus.take_replies(replies);
       for (const TimedFrame& reply : replies) {
-        here.adviser.hear_reply(reply.frame);
+        here.adviser.on_reply(reply.frame);
         there_.receive({there_.time(), reply.frame});
       }
       replies.clear();
@@ -141,7 +141,7 @@ TEST(DuplicateId, IsTheOnlyAdviceOnceItIsCertain) {
   Rivals rivals(other_drive());
   rivals.say(query(ReadState2{}));
   rivals.wait(500ms);
-  EXPECT_EQ(rivals.here.adviser.given().size(), 1U) << rivals.here.all();
+  EXPECT_EQ(rivals.here.adviser.advice().size(), 1U) << rivals.here.all();
 }
 
 /// Their IDs in ROM are equal, or were set equal by 0x42 (docs/reference/protocol.md §10.9).
@@ -181,7 +181,7 @@ class Hosts : public testing::Test {
   protocol::Payload replies() {
     std::vector<TimedFrame> taken;
     here.bus.take_replies(taken);
-    for (const TimedFrame& reply : taken) here.adviser.hear_reply(reply.frame);
+    for (const TimedFrame& reply : taken) here.adviser.on_reply(reply.frame);
     return taken.empty() ? protocol::Payload{} : taken.back().frame.data;
   }
   void expect_nothing() const {

@@ -29,7 +29,7 @@ class Merged {
   bool are_several() {
     std::ranges::stable_sort(frames_, {}, &TimedFrame::at);
     AdvisedHost host(test::servo_config(1));
-    for (const TimedFrame& frame : frames_) host.adviser.hear(frame);
+    for (const TimedFrame& frame : frames_) host.adviser.on_query(frame);
     return host.count(AdviceKind::kSeveralHosts) > 0;
   }
 
@@ -84,7 +84,7 @@ TEST(AdviceHosts, IsOneThatGoesThereAndBack) {
   for (int n = 0; n < 20'000; ++n) {  // noise of +-2 A at 1 kHz, for 20 s
     random = random * 1664525 + 1013904223;
     const double noise_A = 4.0 * (random >> 8U) / (1U << 24U) - 2;
-    host.adviser.hear({host.bus.time() + n * 1ms, query(protocol::Torque{noise_A})});
+    host.adviser.on_query({host.bus.time() + n * 1ms, query(protocol::Torque{noise_A})});
   }
   EXPECT_EQ(host.count(AdviceKind::kSeveralHosts), 0U) << host.all();
 }
@@ -150,7 +150,7 @@ TEST(AdviceHosts, AreNeverSeenWhereThereIsOne) {
   for (unsigned seed = 1; seed <= 1000; ++seed) {
     const LoneHost lone(seed);
     AdvisedHost host(test::servo_config(1), 0);
-    for (const TimedFrame& frame : lone.frames) host.adviser.hear(frame);
+    for (const TimedFrame& frame : lone.frames) host.adviser.on_query(frame);
     EXPECT_EQ(host.count(AdviceKind::kSeveralHosts), 0U) << "seed " << seed << '\n' << host.all();
   }
 }

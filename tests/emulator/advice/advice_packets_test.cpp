@@ -52,7 +52,7 @@ TEST(AdvicePackets, UnknownCommandsAreThoseOfTheWire) {
   host.write(1, 5ms, "3E 91 01 02 D2 00 00 00");
   host.write(1, 5ms, "3E 89 01 00 C8");
   host.write(1, 5ms, "3E EE 01 00 2D");
-  const auto& given = host.adviser.given();
+  const auto& advice = host.adviser.advice();
   ASSERT_EQ(given.size(), 4U) << host.all();
   EXPECT_EQ(what_text(given[0], Language::kEnglish),
             "0x42, write setting to RAM: no answer, this drive does not have the command; it is "
@@ -138,7 +138,7 @@ TEST(AdvicePackets, PayloadsOfCan) {
 TEST(AdvicePackets, WhoSendsBeforeTheReplyIsOver) {
   const char* const torque = "3E A1 01 02 E2 64 00 64";
   BusConfig not_while_replying = Wired::two_drives(Generation::kV236);
-  not_while_replying.serial->hears_while_replying = false;
+  not_while_replying.serial->receives_while_replying = false;
   Wired host;
   host.write(1, 300us, torque);
   host.write(1, 20ms, "3E A1 02 02 E3 64 00 64");  // another drive on the same line
@@ -253,13 +253,13 @@ TEST(AdvicePackets, WhatIsWrittenToRamNeedsNoSaving) {
 TEST(AdvicePackets, ATerminalThatIsNotRaw) {
   Wired host;
   const TimedFrame in{host.bus.time(), test::packet("3E 9C 01 00 DB")};
-  host.adviser.hear(in);
-  host.adviser.hear_terminal({TerminalFlag::kIcrnl, TerminalFlag::kIxon}, in);
+  host.adviser.on_query(in);
+  host.adviser.on_terminal_flags({TerminalFlag::kIcrnl, TerminalFlag::kIxon}, in);
   EXPECT_EQ(host.count(AdviceKind::kTtyNotRaw, kWholeBus), 2U);
   EXPECT_EQ(what_text(host.get(AdviceKind::kTtyNotRaw, kWholeBus), Language::kEnglish),
             "ICRNL is set: a 0x0D in a reply arrives as 0x0A, and its sum is wrong");
   Wired raw;
-  raw.adviser.hear_terminal({}, in);
+  raw.adviser.on_terminal_flags({}, in);
   EXPECT_EQ(raw.all(), "");
 }
 

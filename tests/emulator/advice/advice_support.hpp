@@ -25,23 +25,23 @@ inline protocol::Frame query(const protocol::Command& command, int id = 1,
 class AdvisedHost {
  public:
   explicit AdvisedHost(const BusConfig& config) : bus(config), adviser(config) {
-    adviser.look(bus);
+    adviser.observe(bus);
   }
   explicit AdvisedHost(const ServoConfig& servo, std::int64_t bitrate = 1'000'000)
       : AdvisedHost(with(servo, bitrate)) {}
 
   void send(const protocol::Frame& frame) {
     const TimedFrame in{bus.time(), frame};
-    adviser.hear(in);
+    adviser.on_query(in);
     bus.receive(in);
   }
   void send(std::string_view frame) { send(test::frame(frame)); }
   void wait(SimTime duration) {
     const SimTime end = bus.time() + duration;
     while (bus.time() < end) {
-      bus.advance_to(std::min(end, bus.time() + Adviser::kLookStep));
+      bus.advance_to(std::min(end, bus.time() + Adviser::kObservePeriod));
       if (adviser_receives_replies) hear_replies();
-      adviser.look(bus);
+      adviser.observe(bus);
     }
   }
   /// Sends the frame `times` times, with a wait of `gap` after each.
@@ -55,14 +55,14 @@ class AdvisedHost {
   /// Returns the count over all causes.
   std::uint64_t count(AdviceKind kind, int id = 1) const {
     std::uint64_t sum = 0;
-    for (const Advice& advice : adviser.given()) {
+    for (const Advice& advice : adviser.advice()) {
       if (advice.found.kind == kind && advice.id == id) sum += advice.count;
     }
     return sum;
   }
   /// Returns the first advice of the kind. Pre: there is one.
   Advice get(AdviceKind kind, int id = 1) const {
-    for (const Advice& advice : adviser.given()) {
+    for (const Advice& advice : adviser.advice()) {
       if (advice.found.kind == kind && advice.id == id) return advice;
     }
     throw std::logic_error("no such advice");
@@ -70,7 +70,7 @@ class AdvisedHost {
   /// Returns all kinds of advice, for a message.
   std::string all() const {
     std::string text;
-    for (const Advice& advice : adviser.given()) {
+    for (const Advice& advice : adviser.advice()) {
       text += advice_line("bus", advice, Language::kEnglish) + '\n';
     }
     return text;
@@ -84,7 +84,7 @@ class AdvisedHost {
   void hear_replies() {
     std::vector<TimedFrame> replies;
     bus.take_replies(replies);
-    for (const TimedFrame& reply : replies) adviser.hear_reply(reply.frame);
+    for (const TimedFrame& reply : replies) adviser.on_reply(reply.frame);
   }
   static BusConfig with(const ServoConfig& servo, std::int64_t bitrate) {
     BusConfig config = test::bus_config({}, bitrate);

@@ -111,7 +111,7 @@ hears_while_replying = false
   wanted.as_tty = false;
   wanted.enforces_rate = false;
   wanted.has_921600 = false;
-  wanted.hears_while_replying = false;
+  wanted.receives_while_replying = false;
   EXPECT_EQ(bus.serial, wanted);
   EXPECT_EQ(bus.servos[0].reply_time, 200us);
   EXPECT_EQ(bus.servos[0].reply_spread, 10us);

@@ -446,7 +446,7 @@ TEST(ControlApi, SaysWhatAHostSays) {
   EXPECT_EQ(sent.body["frames"], Json::array({"141#A400000028230000", "142#A400000028230000"}));
   EXPECT_EQ(t.post("/frames", R"({"frame": "141#9C00000000000000"})").status, 200);
   EXPECT_EQ(line.bus().stats().frames, 3U);
-  EXPECT_EQ(line.adviser().heard(), 3U) << "as any host's";
+  EXPECT_EQ(line.adviser().query_count(), 3U) << "as any host's";
   EXPECT_EQ(where(t.post("/frames", R"({"command": "torque"})")), "iq_A");
   EXPECT_EQ(where(t.post("/frames", R"({"command": "0x31", "id": 1})")), "angle_kp");
   EXPECT_EQ(where(t.post("/frames", R"({"command": "off", "every_s": 1})")), "every_s");

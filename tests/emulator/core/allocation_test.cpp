@@ -71,7 +71,7 @@ std::size_t allocations_of_advice(Adviser& adviser, int frames) {
     const auto& known = protocol::commands()[(next() >> 16U) % protocol::commands().size()];
     for (std::size_t k = 0; k < 8; ++k) frame.data[k] = static_cast<std::uint8_t>(next() >> 24U);
     if (n % 2 == 0) frame.data[0] = static_cast<std::uint8_t>(known.opcode);
-    adviser.hear({adviser.heard() * 100us, frame});
+    adviser.on_query({adviser.query_count() * 100us, frame});
   }
   return allocations - before;
 }
@@ -80,7 +80,7 @@ TEST(Allocation, NoneOfAnAdviserThatHasGivenItsAdvice) {
   Adviser adviser(test::bus_config({1, 2}, 1'000'000));
   EXPECT_GT(allocations_of_advice(adviser, 200'000), 0U) << "each advice is kept";
   EXPECT_EQ(allocations_of_advice(adviser, 200'000), 0U);
-  EXPECT_LE(adviser.given().size(), 3 * kAdviceKinds);
+  EXPECT_LE(adviser.advice().size(), 3 * kAdviceKinds);
 }
 
 }  // namespace

@@ -121,7 +121,7 @@ TEST(SerialWire, APacketThatEndsBeforeTheReplyBeginsIsAnsweredBehindIt) {
 
 TEST(SerialWire, ADriveThatDoesNotHearWhileReplyingLosesThatPacket) {
   BusConfig config = serial_bus({serial_drive(Generation::kV235)}, 4'000'000);
-  config.serial->hears_while_replying = false;
+  config.serial->receives_while_replying = false;
   SerialHost host(config);
   const auto replies = ask_back_to_back(host);
   ASSERT_EQ(replies.size(), 1U);

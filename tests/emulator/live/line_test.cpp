@@ -88,8 +88,8 @@ TEST(Line, PacketsThatWaitedWhileTimeSlippedAreHeardOneByOne) {
   EXPECT_EQ(line.bus().servo(1).stats().replies, 41U);
   EXPECT_EQ(line.bus().stats().replies, 41U);
   EXPECT_EQ(line.backlog(), 0U);
-  EXPECT_TRUE(line.adviser().given().empty())
-      << advice_line("", line.adviser().given().front(), Language::kEnglish);
+  EXPECT_TRUE(line.adviser().advice().empty())
+      << advice_line("", line.adviser().advice().front(), Language::kEnglish);
 }
 
 /// Returns the longest frame of bytes without a packet, marked by a number.

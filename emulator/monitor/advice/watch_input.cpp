@@ -1,4 +1,4 @@
-#include "emulator/monitor/advice/heard.hpp"
+#include "emulator/monitor/advice/watch_input.hpp"
 
 #include <algorithm>
 #include <numbers>
@@ -113,7 +113,7 @@ KnownDrive::KnownDrive(const ServoConfig& config, const BusConfig& bus)
       shortest_answer(emulator::shortest_answer(config, bus.bitrate)),
       byte_time(bus.serial && bus.bitrate > 0 ? bits_duration(kSerialBitsPerByte, bus.bitrate)
                                               : SimTime{0}),
-      hears_while_replying(bus.serial && bus.serial->hears_while_replying),
+      receives_while_replying(bus.serial && bus.serial->receives_while_replying),
       adapter_worst(bus.adapter != nullptr ? bus.adapter->times.worst_round_trip() : SimTime{0}),
       endurance(config.flash.endurance),
       gear_ratio(config.profile.drive.mechanics.gear_ratio),
@@ -125,7 +125,7 @@ KnownDrive::KnownDrive(const ServoConfig& config, const BusConfig& bus)
   look_at(config.rom);
 }
 
-void KnownDrive::look(const Bus& bus) {
+void KnownDrive::observe(const Bus& bus) {
   const Servo& servo = bus.servo(id);
   const model::Telemetry telemetry = bus.telemetry(id);
   address = servo.address();
@@ -188,7 +188,7 @@ bool is_reply(const protocol::Frame& frame) {
 
 }  // namespace
 
-std::optional<Finding> DeadWatch::hear(const TimedFrame& in, int id) {
+std::optional<Finding> DeadWatch::on_query(const TimedFrame& in, int id) {
   Polled& polled = polled_[static_cast<std::size_t>(id)];
   polled.elsewhere = polled.elsewhere || is_reply(in.frame);
   const bool alone = std::exchange(asked_last_, id) == id;
@@ -203,11 +203,11 @@ std::optional<Finding> DeadWatch::hear(const TimedFrame& in, int id) {
   return Finding{AdviceKind::kPollsDead, &kNoAnswer, {double{kInARow}, in_s(in.at - polled.since)}};
 }
 
-void DeadWatch::hear_reply(int id) { polled_[static_cast<std::size_t>(id)].in_a_row = 0; }
+void DeadWatch::on_reply(int id) { polled_[static_cast<std::size_t>(id)].in_a_row = 0; }
 
-std::optional<Finding> TimeoutWatch::hear(const Heard& heard, const KnownDrive& drive) {
+std::optional<Finding> TimeoutWatch::on_query(const DecodedQuery& query, const KnownDrive& drive) {
   if (drive.adapter_worst == SimTime{0}) return std::nullopt;
-  const SimTime gap = heard.at - std::exchange(last_, heard.at);
+  const SimTime gap = query.at - std::exchange(last_, query.at);
   const SimTime worst = drive.shortest_answer + drive.adapter_worst;
   if (gap > worst) waiting_ = 0;  // the previous reply is lost
   // Faster than the wire can answer means no waiting at all, which is another mistake.
@@ -220,7 +220,7 @@ std::optional<Finding> TimeoutWatch::hear(const Heard& heard, const KnownDrive& 
                  {static_cast<double>(times_), 1000 * in_s(gap), 1000 * in_s(worst)}};
 }
 
-void TimeoutWatch::hear_reply() {
+void TimeoutWatch::on_reply() {
   waiting_ = std::max(waiting_ - 1, 0);
   if (early_ && waiting_ > 0) times_ = std::min(times_ + 1, kTimes);
   early_ = false;

@@ -19,7 +19,7 @@ inline double in_s(SimTime time) { return std::chrono::duration<double>(time).co
 struct KnownDrive {
   KnownDrive(const ServoConfig& config, const BusConfig& bus);
   /// Pre: `bus` is settled.
-  void look(const Bus& bus);
+  void observe(const Bus& bus);
 
   // Fixed properties.
   int id;
@@ -27,16 +27,16 @@ struct KnownDrive {
   std::uint32_t circle_cdeg;         // upper limit of single-turn targets, exclusive
   std::uint32_t widest_circle_cdeg;  // that limit in a newer generation
   std::uint16_t max_offset_counts;
-  double no_load_dps;         // of the rotor, at the configured supply
-  SimTime shortest_answer;    // from a query's start to the last bit of its reply; 0: no wire
-  SimTime byte_time;          // on RS-485; 0: no wire
-  bool hears_while_replying;  // on RS-485 (SerialConfig)
-  SimTime adapter_worst;      // longest delay that the hosts' adapter adds; 0: no adapter
-  std::uint32_t endurance;    // writes of one parameter
+  double no_load_dps;            // of the rotor, at the configured supply
+  SimTime shortest_answer;       // from a query's start to the last bit of its reply; 0: no wire
+  SimTime byte_time;             // on RS-485; 0: no wire
+  bool receives_while_replying;  // on RS-485 (SerialConfig)
+  SimTime adapter_worst;         // longest delay that the hosts' adapter adds; 0: no adapter
+  std::uint32_t endurance;       // writes of one parameter
   double gear_ratio;
   double rated_Nm;  // at the output; 0: not specified
 
-  // State at the last look.
+  // State at the last observation.
   int address = 0;     // ID at which it answers
   bool on_bus = true;  // it receives the bus it is wired to, at that bit rate
   bool alive = true;
@@ -80,7 +80,7 @@ struct MotionCommand {
 std::optional<MotionCommand> motion_of(const protocol::Command& command, int id);
 
 /// A frame that the drive has understood, or will understand when it arrives.
-struct Heard {
+struct DecodedQuery {
   SimTime at;
   const protocol::Payload& data;  // for a byte of 0x288: a command and zeros
   const protocol::Command& command;
@@ -101,8 +101,8 @@ class DeadWatch {
       std::chrono::milliseconds(500);  // a host that waits longer backs off (assumed)
 
   /// Processes a host's frame for the drive `id`.
-  std::optional<Finding> hear(const TimedFrame& in, int id);
-  void hear_reply(int id);
+  std::optional<Finding> on_query(const TimedFrame& in, int id);
+  void on_reply(int id);
 
  private:
   struct Polled {
@@ -120,8 +120,8 @@ class TimeoutWatch {
  public:
   static constexpr int kTimes = 10;
 
-  std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
-  void hear_reply();
+  std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
+  void on_reply();
 
  private:
   SimTime last_{0};
