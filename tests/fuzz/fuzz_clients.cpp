@@ -30,7 +30,7 @@ void check_frame(const Frame& frame) {
 }
 
 struct Said {
-  FromClient heard;
+  ParsedInput parsed;
   std::vector<Frame> jobs;
   std::string shown;
 };
@@ -39,14 +39,14 @@ Said say(ClientProtocol& client, std::span<const std::uint8_t> bytes, std::size_
   Said said;
   while (!bytes.empty()) {
     const std::size_t size = std::min(slice, bytes.size());
-    client.take(bytes.first(size), kNow, said.heard);
+    client.parse(bytes.first(size), kNow, said.parsed);
     bytes = bytes.subspan(size);
   }
   // After the input, so that its settings are in effect.
   Frame frame{.id = 0x141, .dlc = 8};
   for (const FrameKind kind : {FrameKind::kData, FrameKind::kRemote, FrameKind::kError}) {
     frame.kind = kind;
-    client.show(frame, kNow, said.shown);
+    client.encode(frame, kNow, said.shown);
   }
   if (const auto due = client.next_due()) {
     require(*due >= kNow);
@@ -63,26 +63,26 @@ void check_protocol(std::span<const std::uint8_t> bytes, std::size_t slice, Make
   const std::unique_ptr<ClientProtocol> other = make();
   const Said at_once = say(*one, bytes, std::max<std::size_t>(bytes.size(), 1));
   const Said in_slices = say(*other, bytes, slice);
-  require(at_once.heard.frames == in_slices.heard.frames);
-  require(at_once.heard.answer == in_slices.heard.answer);
-  require(at_once.heard.malformed == in_slices.heard.malformed);
+  require(at_once.parsed.frames == in_slices.parsed.frames);
+  require(at_once.parsed.response == in_slices.parsed.response);
+  require(at_once.parsed.malformed == in_slices.parsed.malformed);
   require(at_once.jobs == in_slices.jobs);
   require(at_once.shown == in_slices.shown);
   // A byte ends at most one line, and a line has one answer.
-  require(at_once.heard.frames.size() <= bytes.size());
-  require(at_once.heard.answer.size() <= 32 * bytes.size());
-  for (const Frame& frame : at_once.heard.frames) check_frame(frame);
+  require(at_once.parsed.frames.size() <= bytes.size());
+  require(at_once.parsed.response.size() <= 32 * bytes.size());
+  for (const Frame& frame : at_once.parsed.frames) check_frame(frame);
   for (const Frame& frame : at_once.jobs) check_frame(frame);
 }
 
 void check_slcan(std::span<const std::uint8_t> bytes, std::size_t slice, std::int64_t bitrate) {
   check_protocol(bytes, slice, [&] { return std::make_unique<Slcan>(bitrate); });
   Slcan open(0);
-  FromClient heard;
+  ParsedInput parsed;
   const std::uint8_t opens[] = {'\r', 'O', '\r'};
-  open.take(opens, kNow, heard);
-  open.take(bytes, kNow, heard);
-  for (const Frame& frame : heard.frames) {
+  open.parse(opens, kNow, parsed);
+  open.parse(bytes, kNow, parsed);
+  for (const Frame& frame : parsed.frames) {
     require(parse_slcan_frame(slcan_frame(frame)) == frame);
   }
 }
@@ -97,13 +97,13 @@ void check_datagram(std::span<const std::uint8_t> bytes) {
 /// RS-485 bytes arrive unchanged in any slices.
 void check_serial(std::span<const std::uint8_t> bytes, std::size_t slice) {
   SerialBytes client;
-  FromClient heard;
+  ParsedInput parsed;
   for (auto rest = bytes; !rest.empty(); rest = rest.subspan(std::min(slice, rest.size()))) {
-    client.take(rest.first(std::min(slice, rest.size())), kNow, heard);
+    client.parse(rest.first(std::min(slice, rest.size())), kNow, parsed);
   }
-  require(heard.answer.empty() && heard.malformed == 0);
+  require(parsed.response.empty() && parsed.malformed == 0);
   std::string arrived;
-  for (const Frame& frame : heard.frames) client.show(frame, kNow, arrived);
+  for (const Frame& frame : parsed.frames) client.encode(frame, kNow, arrived);
   require(
       std::ranges::equal(arrived, bytes, {}, [](char c) { return static_cast<std::uint8_t>(c); }));
 }

@@ -25,7 +25,7 @@ class AnsweredIds {
   void start(const Line& line);
   /// Updates locks after an address change. If another program uses the ID, both answer.
   void follow(const Line& line);
-  void hang_up() const { locks_.hang_up(); }
+  void drain_queue() const { locks_.drain_queue(); }
 
  private:
   enum class Taken : std::uint8_t { kOrFail, kOrWarn };

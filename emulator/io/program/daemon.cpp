@@ -363,7 +363,7 @@ void Daemon::wait_to_end() {
 
 void Daemon::follow_links() {
   for (auto& line : world_.lines()) line->port()->check_link();
-  answered_ids_.hang_up();
+  answered_ids_.drain_queue();
   say_ready_once();
 }
 

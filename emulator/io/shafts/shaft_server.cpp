@@ -103,7 +103,7 @@ void ShaftServer::meet(int fd) {
     return;
   }
   simulator_.emplace(loop_, fd, static_cast<std::uint32_t>(shafts_.size()), ++simulators_);
-  simulator_->is_told = told_.may_tell("shafts");
+  simulator_->is_told = told_.may_log("shafts");
   world_.serve_all();  // up to now
   std::vector<lk_shafts_offer> offers;
   for (const Shaft& shaft : shafts_) {

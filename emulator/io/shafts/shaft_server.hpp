@@ -107,7 +107,7 @@ class ShaftServer {
   bool step_is_due_ = false;       // while the clock is still advancing
   SimTime step_{std::chrono::milliseconds(1)};
   unsigned simulators_ = 0;
-  TellLimit told_;        // limits messages about simulators
+  LogLimit told_;         // limits messages about simulators
   bool refused_ = false;  // a second simulator; logged
 };
 

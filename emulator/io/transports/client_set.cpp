@@ -48,7 +48,7 @@ constexpr std::size_t kBytesOfAll = 2 * kClientBytes;
 constexpr std::size_t kMaxEvents = 64;
 // Event tags; values between them are client numbers.
 constexpr std::uint64_t kWatched = 0;
-constexpr std::uint64_t kAlarm = UINT64_MAX;
+constexpr std::uint64_t kTimer = UINT64_MAX;
 
 /// Acknowledges at once: otherwise the client's kernel may hold back its next bytes (RFC 896).
 /// Bytes from a client on this machine arrive before this returns.
@@ -62,10 +62,10 @@ void acknowledge(const Descriptor& socket) {
 ClientSet::ClientSet(std::string name)
     : name_(std::move(name)),
       epoll_(::epoll_create1(EPOLL_CLOEXEC)),
-      alarm_(::timerfd_create(CLOCK_REALTIME, TFD_NONBLOCK | TFD_CLOEXEC)),
+      timer_(::timerfd_create(CLOCK_REALTIME, TFD_NONBLOCK | TFD_CLOEXEC)),
       bytes_(kClientBytes) {
-  epoll_event event{.events = EPOLLIN, .data = {.u64 = kAlarm}};
-  if (!epoll_ || !alarm_ || ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, alarm_.get(), &event) != 0) {
+  epoll_event event{.events = EPOLLIN, .data = {.u64 = kTimer}};
+  if (!epoll_ || !timer_ || ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, timer_.get(), &event) != 0) {
     throw StartError(name_ + ": " + errno_text(errno));
   }
 }
@@ -77,19 +77,19 @@ void ClientSet::watch(int fd) {
 
 void ClientSet::ignore(int fd) { ::epoll_ctl(epoll_.get(), EPOLL_CTL_DEL, fd, nullptr); }
 
-void ClientSet::add(Descriptor fd, std::string who, std::unique_ptr<ClientProtocol> protocol) {
+void ClientSet::add(Descriptor fd, std::string peer, std::unique_ptr<ClientProtocol> protocol) {
   Client client;
   client.fd = fd.get();
   client.own = std::move(fd);
-  client.who = std::move(who);
+  client.peer = std::move(peer);
   client.protocol = std::move(protocol);
   add(std::move(client));
 }
 
-void ClientSet::add_lent(int fd, std::string who, std::unique_ptr<ClientProtocol> protocol) {
+void ClientSet::add_lent(int fd, std::string peer, std::unique_ptr<ClientProtocol> protocol) {
   Client client;
   client.fd = fd;
-  client.who = std::move(who);
+  client.peer = std::move(peer);
   client.protocol = std::move(protocol);
   add(std::move(client));
 }
@@ -98,46 +98,46 @@ void ClientSet::add(Client client) {
   client.number = ++last_number_;
   epoll_event event{.events = EPOLLIN, .data = {.u64 = client.number}};
   if (::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, client.fd, &event) != 0) {
-    spdlog::warn("{}: {}: {}", name_, client.who, errno_text(errno));
+    spdlog::warn("{}: {}: {}", name_, client.peer, errno_text(errno));
     return;
   }
-  spdlog::debug("{}: {} has come", name_, client.who);
+  spdlog::debug("{}: {} has come", name_, client.peer);
   client.unsent = client.protocol->greeting();
   Client& there = clients_.emplace(client.number, std::move(client)).first->second;
   if (!flush(there)) clients_.erase(there.number);
 }
 
 ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out,
-                                        std::chrono::milliseconds patience) {
+                                        std::chrono::milliseconds timeout) {
   std::array<epoll_event, kMaxEvents> events{};
   const int count =
-      ::epoll_wait(epoll_.get(), events.data(), kMaxEvents, static_cast<int>(patience.count()));
+      ::epoll_wait(epoll_.get(), events.data(), kMaxEvents, static_cast<int>(timeout.count()));
   Collected collected;
   collected.more = count == static_cast<int>(kMaxEvents);
   for (int n = 0; n < count; ++n) {
     const epoll_event& event = events[static_cast<std::size_t>(n)];
     collected.watched = collected.watched || event.data.u64 == kWatched;
-    if (event.data.u64 == kAlarm) take_alarm(out);
+    if (event.data.u64 == kTimer) on_timer(out);
     const auto found = clients_.find(static_cast<std::uint32_t>(event.data.u64));
     if (event.data.u64 > UINT32_MAX || found == clients_.end()) continue;
     Client& client = found->second;
     const bool speaks = client.own && (event.events & ~EPOLLOUT) != 0;  // others: see below
     const bool there = ((event.events & EPOLLOUT) == 0 || flush(client)) &&
-                       (!speaks || listen_to(client, out, collected.more));
+                       (!speaks || read_from(client, out, collected.more));
     if (there) continue;
-    spdlog::debug("{}: {} has left", name_, client.who);
+    spdlog::debug("{}: {} has left", name_, client.peer);
     clients_.erase(found);
   }
   // Bytes written to a terminal may not have arrived yet. A read fetches them; epoll does not (the
   // kernel's n_tty_read).
   for (auto& [number, client] : clients_) {
-    if (!client.own) listen_to(client, out, collected.more);
+    if (!client.own) read_from(client, out, collected.more);
   }
-  set_alarm();
+  arm_timer();
   return collected;
 }
 
-bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool& more) {
+bool ClientSet::read_from(Client& client, std::vector<ReceivedFrame>& out, bool& more) {
   if (client.leaves_at) return false;  // sending side already closed: the event is a reset
   const std::size_t share = std::min(kClientBytes, kBytesOfAll / clients_.size());
   const ssize_t size = ::read(client.fd, bytes_.data(), share);
@@ -148,24 +148,24 @@ bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool&
     return true;
   }
   more = more || static_cast<std::size_t>(size) == share;
-  client.unheard = true;
+  client.ack_pending = true;
   const auto now = wall_now();
-  heard_ = {};
-  client.protocol->take({bytes_.data(), static_cast<std::size_t>(size)}, now, heard_);
-  for (const protocol::Frame& frame : heard_.frames) out.push_back({now, frame, client.number});
-  stats_.malformed += heard_.malformed;
-  const bool troubles = !heard_.trouble.empty() && !std::exchange(client.troubled, true);
-  if (troubles && trouble_.may_tell(name_)) {
-    spdlog::warn("{}: {} {}", name_, client.who, heard_.trouble);
+  parsed_ = {};
+  client.protocol->parse({bytes_.data(), static_cast<std::size_t>(size)}, now, parsed_);
+  for (const protocol::Frame& frame : parsed_.frames) out.push_back({now, frame, client.number});
+  stats_.malformed += parsed_.malformed;
+  const bool warns = !parsed_.warning.empty() && !std::exchange(client.warned, true);
+  if (warns && log_limit_.may_log(name_)) {
+    spdlog::warn("{}: {} {}", name_, client.peer, parsed_.warning);
   }
-  put(client, heard_.answer, kMaxUnsent + kMaxAnswers);
+  put(client, parsed_.response, kMaxUnsent + kMaxAnswers);
   return true;
 }
 
-void ClientSet::take_alarm(std::vector<ReceivedFrame>& out) {
+void ClientSet::on_timer(std::vector<ReceivedFrame>& out) {
   std::uint64_t times = 0;
-  if (::read(alarm_.get(), &times, sizeof times) < 0) return;  // the timer was reset
-  alarm_at_.reset();
+  if (::read(timer_.get(), &times, sizeof times) < 0) return;  // the timer was reset
+  timer_at_.reset();
   for (auto& [number, client] : clients_) take_due(client, out);
   std::erase_if(clients_, [now = wall_now()](const auto& entry) {
     return entry.second.leaves_at && *entry.second.leaves_at <= now;
@@ -178,46 +178,46 @@ void ClientSet::drop_finished() {
 
 void ClientSet::take_due(Client& client, std::vector<ReceivedFrame>& out) {
   const auto now = wall_now();
-  heard_.frames.clear();
-  client.protocol->take_due(now, heard_.frames);
-  for (const protocol::Frame& frame : heard_.frames) out.push_back({now, frame, client.number});
+  parsed_.frames.clear();
+  client.protocol->take_due(now, parsed_.frames);
+  for (const protocol::Frame& frame : parsed_.frames) out.push_back({now, frame, client.number});
 }
 
-void ClientSet::set_alarm() {
+void ClientSet::arm_timer() {
   std::optional<ClientProtocol::Time> first;
   for (const auto& [number, client] : clients_) {
     for (const auto& due : {client.protocol->next_due(), client.leaves_at}) {
       if (due && (!first || *due < *first)) first = due;
     }
   }
-  if (first == std::exchange(alarm_at_, first)) return;
+  if (first == std::exchange(timer_at_, first)) return;
   itimerspec when{};
   if (first) {
     const auto seconds = std::chrono::floor<std::chrono::seconds>(*first);
     when.it_value = {.tv_sec = seconds.count(), .tv_nsec = (*first - seconds).count()};
   }
-  ::timerfd_settime(alarm_.get(), TFD_TIMER_ABSTIME, &when, nullptr);
+  ::timerfd_settime(timer_.get(), TFD_TIMER_ABSTIME, &when, nullptr);
 }
 
 void ClientSet::flush() {
   for (auto& [number, client] : clients_) {
-    if (!client.unsent.empty() && !client.waits) flush(client);
-    if (std::exchange(client.unheard, false)) acknowledge(client.own);
+    if (!client.unsent.empty() && !client.wants_write) flush(client);
+    if (std::exchange(client.ack_pending, false)) acknowledge(client.own);
   }
 }
 
-void ClientSet::tell(std::span<const protocol::Frame> frames, std::uint32_t except) {
+void ClientSet::queue_frames(std::span<const protocol::Frame> frames, std::uint32_t except) {
   for (auto& [number, client] : clients_) {
-    if (number != except) show(client, frames);
+    if (number != except) queue_frames(client, frames);
   }
 }
 
-void ClientSet::show(Client& client, std::span<const protocol::Frame> frames) {
+void ClientSet::queue_frames(Client& client, std::span<const protocol::Frame> frames) {
   const auto now = wall_now();
   for (const protocol::Frame& frame : frames) {
-    shown_.clear();
-    client.protocol->show(frame, now, shown_);
-    put(client, shown_, kMaxUnsent);
+    encoded_.clear();
+    client.protocol->encode(frame, now, encoded_);
+    put(client, encoded_, kMaxUnsent);
   }
 }
 
@@ -225,15 +225,15 @@ void ClientSet::show(Client& client, std::span<const protocol::Frame> frames) {
 void ClientSet::put(Client& client, std::string_view bytes, std::size_t most) {
   if (bytes.empty()) return;
   // The next read detects a client that has gone.
-  if (client.unsent.size() + bytes.size() > most && !client.waits) flush(client);
+  if (client.unsent.size() + bytes.size() > most && !client.wants_write) flush(client);
   if (client.unsent.size() + bytes.size() <= most) {
     client.unsent += bytes;
     return;
   }
   ++stats_.lost_unread;
   client.protocol->note_loss();
-  if (!std::exchange(client.loses, true) && trouble_.may_tell(name_)) {
-    spdlog::warn("{}: {} does not read: frames for it are lost", name_, client.who);
+  if (!std::exchange(client.is_losing, true) && log_limit_.may_log(name_)) {
+    spdlog::warn("{}: {} does not read: frames for it are lost", name_, client.peer);
   }
 }
 
@@ -245,20 +245,20 @@ bool ClientSet::flush(Client& client) {
     if (size < 0 && errno != EAGAIN) return false;
     if (size < 0) break;
     left.remove_prefix(static_cast<std::size_t>(size));
-    client.unheard = false;  // the acknowledgement goes with these bytes
+    client.ack_pending = false;  // the acknowledgement goes with these bytes
     if (client.leaves_at) client.leaves_at = wall_now() + kLastReply;
   }
   client.unsent.erase(0, client.unsent.size() - left.size());
   wait_for_room(client, !client.unsent.empty());
-  const bool reads = client.unsent.empty() && std::exchange(client.loses, false);
-  if (reads && trouble_.may_tell(name_)) {
-    spdlog::info("{}: {} reads again", name_, client.who);
+  const bool reads = client.unsent.empty() && std::exchange(client.is_losing, false);
+  if (reads && log_limit_.may_log(name_)) {
+    spdlog::info("{}: {} reads again", name_, client.peer);
   }
   return true;
 }
 
-void ClientSet::wait_for_room(Client& client, bool waits) {
-  if (std::exchange(client.waits, waits) == waits) return;
+void ClientSet::wait_for_room(Client& client, bool wants_write) {
+  if (std::exchange(client.wants_write, wants_write) == wants_write) return;
   set_interest(client);
 }
 
@@ -266,7 +266,7 @@ void ClientSet::wait_for_room(Client& client, bool waits) {
 void ClientSet::set_interest(const Client& client) {
   std::uint32_t interest = 0;
   if (!client.leaves_at) interest |= EPOLLIN;
-  if (client.waits) interest |= EPOLLOUT;
+  if (client.wants_write) interest |= EPOLLOUT;
   epoll_event event{.events = interest, .data = {.u64 = client.number}};
   ::epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, client.fd, &event);
 }

@@ -20,10 +20,10 @@
 namespace lk::emulator {
 
 /// Result of a client's bytes.
-struct FromClient {
+struct ParsedInput {
   std::vector<protocol::Frame> frames;  // for the bus
-  std::string answer;                   // for the client
-  std::string trouble;                  // warning for the log; empty: none
+  std::string response;                 // for the client
+  std::string warning;                  // warning for the log; empty: none
   std::uint64_t malformed = 0;          // malformed lines
 };
 
@@ -38,10 +38,10 @@ class ClientProtocol {
 
   /// Returns the first bytes sent to a new client.
   virtual std::string greeting() const { return ""; }
-  /// Parses bytes received at `now`, in pieces of any size; appends to `heard`.
-  virtual void take(std::span<const std::uint8_t> bytes, Time now, FromClient& heard) = 0;
+  /// Parses bytes received at `now`, in pieces of any size; appends to `parsed`.
+  virtual void parse(std::span<const std::uint8_t> bytes, Time now, ParsedInput& parsed) = 0;
   /// Appends the client's bytes for a frame on the bus. `now` is a reading of the wall clock.
-  virtual void show(const protocol::Frame& frame, Time now, std::string& out) = 0;
+  virtual void encode(const protocol::Frame& frame, Time now, std::string& out) = 0;
   /// Records that data for the client was lost.
   virtual void note_loss() {}
   /// Returns when the next frame that the client has scheduled is due.
@@ -59,7 +59,7 @@ class LineBuffer {
   /// Calls `on_line(std::string_view)` for each line, and `on_too_long()` at the end of each line
   /// over the limit, which is discarded.
   template <class OnLine, class OnTooLong>
-  void take(std::span<const std::uint8_t> bytes, OnLine on_line, OnTooLong on_too_long) {
+  void split(std::span<const std::uint8_t> bytes, OnLine on_line, OnTooLong on_too_long) {
     for (const std::uint8_t byte : bytes) {
       const char c = static_cast<char>(byte);
       if (c != end_) {
@@ -113,9 +113,9 @@ class ClientSet {
   void ignore(int fd);
 
   /// Adds a client; `fd` is closed with it.
-  void add(Descriptor fd, std::string who, std::unique_ptr<ClientProtocol> protocol);
+  void add(Descriptor fd, std::string peer, std::unique_ptr<ClientProtocol> protocol);
   /// Adds a client whose descriptor is closed by its owner.
-  void add_lent(int fd, std::string who, std::unique_ptr<ClientProtocol> protocol);
+  void add_lent(int fd, std::string peer, std::unique_ptr<ClientProtocol> protocol);
   std::size_t size() const { return clients_.size(); }
   /// Removes the clients that have closed their sending side.
   void drop_finished();
@@ -124,12 +124,12 @@ class ClientSet {
     bool watched = false;  // a watched descriptor is readable
     bool more = false;     // clients may have more data
   };
-  /// Appends frames from clients to `out`; waits at most `patience` for data.
+  /// Appends frames from clients to `out`; waits at most `timeout` for data.
   Collected collect(std::vector<ReceivedFrame>& out,
-                    std::chrono::milliseconds patience = std::chrono::milliseconds(0));
+                    std::chrono::milliseconds timeout = std::chrono::milliseconds(0));
   /// Queues frames for all clients except number `except` (0: for all). `flush` sends them, so that
   /// one system call serves many frames.
-  void tell(std::span<const protocol::Frame> frames, std::uint32_t except);
+  void queue_frames(std::span<const protocol::Frame> frames, std::uint32_t except);
 
   /// Sends queued bytes and acknowledges received ones.
   void flush();
@@ -142,13 +142,13 @@ class ClientSet {
     std::uint32_t number = 0;
     Descriptor own;
     int fd = -1;
-    std::string who;
+    std::string peer;
     std::unique_ptr<ClientProtocol> protocol;
     std::string unsent;
-    bool unheard = false;   // received bytes are not yet acknowledged (TCP)
-    bool waits = false;     // for room in the kernel's send buffer
-    bool loses = false;     // frames; the warning is logged
-    bool troubled = false;  // the warning of its protocol is logged
+    bool ack_pending = false;  // received bytes are not yet acknowledged (TCP)
+    bool wants_write = false;  // for room in the kernel's send buffer
+    bool is_losing = false;    // frames; the warning is logged
+    bool warned = false;       // the warning of its protocol is logged
     // Removal time: set when the client closes its sending side, postponed by each write to it.
     std::optional<ClientProtocol::Time> leaves_at = std::nullopt;
   };
@@ -156,29 +156,29 @@ class ClientSet {
 
   void add(Client client);
   /// Returns false if the client has gone.
-  bool listen_to(Client& client, std::vector<ReceivedFrame>& out, bool& more);
+  bool read_from(Client& client, std::vector<ReceivedFrame>& out, bool& more);
   /// Timer callback: collects frames that are due, and removes clients whose time is over.
-  void take_alarm(std::vector<ReceivedFrame>& out);
+  void on_timer(std::vector<ReceivedFrame>& out);
   void take_due(Client& client, std::vector<ReceivedFrame>& out);
-  void show(Client& client, std::span<const protocol::Frame> frames);
+  void queue_frames(Client& client, std::span<const protocol::Frame> frames);
   void put(Client& client, std::string_view bytes, std::size_t most);
   /// Sends as much as the kernel takes; returns false if the client has gone.
   bool flush(Client& client);
-  void wait_for_room(Client& client, bool waits);
+  void wait_for_room(Client& client, bool wants_write);
   void set_interest(const Client& client);
-  void set_alarm();
+  void arm_timer();
 
   std::string name_;
-  TellLimit trouble_;
+  LogLimit log_limit_;
   Descriptor epoll_;
-  Descriptor alarm_;  // timer: due frames, removals
-  std::optional<ClientProtocol::Time> alarm_at_;
+  Descriptor timer_;  // timer: due frames, removals
+  std::optional<ClientProtocol::Time> timer_at_;
   Clients clients_;  // by number, which is `sender` in frames
   std::uint32_t last_number_ = 0;
   PortStats stats_;
   std::vector<std::uint8_t> bytes_;
-  std::string shown_;
-  FromClient heard_;
+  std::string encoded_;
+  ParsedInput parsed_;
 };
 
 }  // namespace lk::emulator

@@ -15,7 +15,7 @@
 namespace lk::emulator {
 namespace {
 
-/// Queue length: programs that can ask for the holder between two calls of `hang_up`.
+/// Queue length: programs that can ask for the holder between two calls of `drain_queue`.
 constexpr int kBacklog = 64;
 
 /// Name of a lock in the abstract socket namespace, which has no files.
@@ -112,7 +112,7 @@ bool IdLocks::holds(const std::string& interface, int id) const {
       held_, [&](const Held& held) { return held.interface == interface && held.id == id; });
 }
 
-void IdLocks::hang_up() const {
+void IdLocks::drain_queue() const {
   for (const Held& held : held_) {
     int refused = 0;
     while (refused < kBacklog &&

@@ -23,7 +23,7 @@ class IdLocks {
   void release(const std::string& interface, int id);
   bool holds(const std::string& interface, int id) const;
   /// Closes connections of programs that asked for the holder. Call regularly.
-  void hang_up() const;
+  void drain_queue() const;
 
  private:
   struct Held {

@@ -137,7 +137,7 @@ MulticastPort::MulticastPort(boost::asio::io_context& loop, std::string name, co
       socket_(loop),
       on_frames_(std::move(on_frames)),
       bytes_(kLongestCanMsgpack + 1),  // longer datagrams are truncated to this
-      from_afar_(group.ttl > 0),
+      accepts_remote_(group.ttl > 0),
       sender_(loop),
       own_addresses_(addresses_of_this_machine()) {
   boost::system::error_code error;
@@ -156,7 +156,7 @@ MulticastPort::MulticastPort(boost::asio::io_context& loop, std::string name, co
     throw StartError(name_ + ": cannot join the group: " + problem.code().message());
   }
   sender_port_ = sender_.local_endpoint().port();
-  if (from_afar_) {
+  if (accepts_remote_) {
     spdlog::warn("{}: whoever is on a network of this machine can command these drives", name_);
   }
   socket_.non_blocking(true);
@@ -167,7 +167,7 @@ MulticastPort::MulticastPort(boost::asio::io_context& loop, std::string name, co
 void MulticastPort::join(const ip::address& group) {
   socket_.open(group_.protocol());
   socket_.set_option(udp::socket::reuse_address(true));  // other hosts bind it too
-  if (!from_afar_ && !strip_datagrams_of_others(socket_.native_handle())) {
+  if (!accepts_remote_ && !strip_datagrams_of_others(socket_.native_handle())) {
     spdlog::warn("{}: no socket filter here: other machines can forge frames of this one", name_);
   }
   socket_.bind(group_);  // not any address: other groups of this port are other buses
@@ -196,18 +196,18 @@ Port::Batch MulticastPort::next_batch(Wait /*wait*/) {
 
 void MulticastPort::check_link() { own_addresses_ = addresses_of_this_machine(); }
 
-bool MulticastPort::counts(const udp::endpoint& sender) {
+bool MulticastPort::accepts(const udp::endpoint& sender) {
   const bool near = own_addresses_.contains(without_scope(sender.address()));
   if (near) return sender.port() != sender_port_;
-  if (!from_afar_ && stats_.foreign++ == 0) {
+  if (!accepts_remote_ && stats_.foreign++ == 0) {
     spdlog::warn("{}: {} is another machine: its frames are dropped (?ttl=1 lets it in)", name_,
                  sender.address().to_string());
   }
-  return from_afar_;
+  return accepts_remote_;
 }
 
 void MulticastPort::take(std::span<const std::uint8_t> datagram, const Endpoint& from) {
-  if (!counts(from)) return;
+  if (!accepts(from)) return;
   if (const auto frame = parse_can_msgpack(datagram)) {
     received_.push_back({wall_now(), *frame});
   } else {

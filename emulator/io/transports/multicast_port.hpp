@@ -54,8 +54,8 @@ class MulticastPort final : public Port {
   void wait_readable();
   /// Appends the frame in `datagram` to `received_`, or counts it as malformed.
   void take(std::span<const std::uint8_t> datagram, const Endpoint& from);
-  /// Returns whether to accept `sender`: not this port; another machine only if `from_afar_`.
-  bool counts(const Endpoint& sender);
+  /// Returns whether to accept `sender`: not this port; another machine only if `accepts_remote_`.
+  bool accepts(const Endpoint& sender);
 
   std::string name_;
   boost::asio::ip::udp::socket socket_;
@@ -64,7 +64,7 @@ class MulticastPort final : public Port {
   int descriptor_ = -1;
   std::vector<std::uint8_t> bytes_;
   std::vector<ReceivedFrame> received_;
-  bool from_afar_;  // accepts datagrams of other machines
+  bool accepts_remote_;  // accepts datagrams of other machines
   Endpoint group_;
   boost::asio::ip::udp::socket sender_;  // has its own port number, which marks our datagrams
   std::uint16_t sender_port_ = 0;

@@ -26,7 +26,7 @@
 namespace lk::emulator {
 namespace {
 
-constexpr auto kNowAndThen = std::chrono::seconds(1);
+constexpr auto kPollPeriod = std::chrono::seconds(1);
 
 [[noreturn]] void throw_errno(int error, const std::string& what) {
   throw std::system_error(error, std::generic_category(), what);
@@ -209,10 +209,10 @@ int open_link_socket() {
   return fd;
 }
 
-LinkMonitor::LinkMonitor(boost::asio::io_context& loop, std::function<void()> on_look, int socket)
-    : socket_(loop, socket), now_and_then_(loop), on_look_(std::move(on_look)) {
+LinkMonitor::LinkMonitor(boost::asio::io_context& loop, std::function<void()> on_change, int socket)
+    : socket_(loop, socket), poll_timer_(loop), on_change_(std::move(on_change)) {
   wait();
-  look_now_and_then();
+  poll();
 }
 
 void LinkMonitor::wait() {
@@ -220,7 +220,7 @@ void LinkMonitor::wait() {
                      [this](const boost::system::error_code& error) {
                        if (error == boost::asio::error::operation_aborted) return;
                        const int broken = error ? error.value() : drain();
-                       on_look_();
+                       on_change_();
                        if (broken == 0) {
                          wait();
                          return;
@@ -231,12 +231,12 @@ void LinkMonitor::wait() {
                      });
 }
 
-void LinkMonitor::look_now_and_then() {
-  now_and_then_.expires_after(kNowAndThen);
-  now_and_then_.async_wait([this](const boost::system::error_code& error) {
+void LinkMonitor::poll() {
+  poll_timer_.expires_after(kPollPeriod);
+  poll_timer_.async_wait([this](const boost::system::error_code& error) {
     if (error) return;
-    on_look_();
-    look_now_and_then();
+    on_change_();
+    poll();
   });
 }
 

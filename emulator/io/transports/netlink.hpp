@@ -41,18 +41,18 @@ int open_link_socket();
 class LinkMonitor {
  public:
   /// Takes ownership of `socket`.
-  LinkMonitor(boost::asio::io_context& loop, std::function<void()> on_look,
+  LinkMonitor(boost::asio::io_context& loop, std::function<void()> on_change,
               int socket = open_link_socket());
 
  private:
   void wait();
-  void look_now_and_then();
+  void poll();
   /// Returns 0, or errno if the socket is unusable.
   int drain();
 
   boost::asio::posix::stream_descriptor socket_;
-  boost::asio::steady_timer now_and_then_;
-  std::function<void()> on_look_;
+  boost::asio::steady_timer poll_timer_;
+  std::function<void()> on_change_;
 };
 
 }  // namespace lk::emulator

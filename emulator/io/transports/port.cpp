@@ -7,11 +7,11 @@
 
 namespace lk::emulator {
 
-bool wait_for_frames(std::span<pollfd> sockets, std::chrono::nanoseconds patience) {
-  patience = std::max(patience, std::chrono::nanoseconds(0));
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(patience);
+bool wait_for_frames(std::span<pollfd> sockets, std::chrono::nanoseconds timeout) {
+  timeout = std::max(timeout, std::chrono::nanoseconds(0));
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(timeout);
   const timespec timeout{static_cast<time_t>(seconds.count()),
-                         static_cast<long>((patience - seconds).count())};
+                         static_cast<long>((timeout - seconds).count())};
   return ::ppoll(sockets.data(), sockets.size(), &timeout, nullptr) > 0;
 }
 

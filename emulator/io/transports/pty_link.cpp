@@ -93,7 +93,7 @@ void PtyLink::wait_for_hosts() {
   events_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
                      [this](const boost::system::error_code& error) {
                        if (error) return;
-                       follow_hosts();
+                       handle_host_events();
                        wait_for_hosts();
                      });
 }
@@ -117,7 +117,7 @@ bool PtyLink::host_has_it_open() {
   return has_host;
 }
 
-void PtyLink::follow_hosts() {
+void PtyLink::handle_host_events() {
   if (!events_.is_open()) return;
   bool is_closed = false;
   bool is_closed_last = false;

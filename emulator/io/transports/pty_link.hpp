@@ -29,7 +29,7 @@ class PtyLink {
   int descriptor() const { return master_.get(); }
   /// Discards unread bytes if a first host has opened the terminal or the last one has closed it.
   /// Call it after reading and before replying: replies to a host that was just read then stay.
-  void follow_hosts();
+  void handle_host_events();
 
  private:
   void wait_for_hosts();

@@ -17,11 +17,11 @@
 
 namespace lk::emulator {
 
-void SerialBytes::take(std::span<const std::uint8_t> bytes, Time /*now*/, FromClient& heard) {
-  protocol::append_frames(bytes, heard.frames);
+void SerialBytes::parse(std::span<const std::uint8_t> bytes, Time /*now*/, ParsedInput& parsed) {
+  protocol::append_frames(bytes, parsed.frames);
 }
 
-void SerialBytes::show(const protocol::Frame& frame, Time /*now*/, std::string& out) {
+void SerialBytes::encode(const protocol::Frame& frame, Time /*now*/, std::string& out) {
   const protocol::WireBytes wire = protocol::wire_bytes(frame);
   out.append(wire.view().begin(), wire.view().end());
 }
@@ -77,10 +77,10 @@ void SerialPort::check_link() {
   try {
     open_device();
     watch();
-    told_missing_ = false;
+    missing_logged_ = false;
     spdlog::info("{} is up: continuing", name_);
   } catch (const StartError& problem) {
-    if (!std::exchange(told_missing_, true)) spdlog::warn("{}", problem.what());
+    if (!std::exchange(missing_logged_, true)) spdlog::warn("{}", problem.what());
   }
 }
 
@@ -122,7 +122,7 @@ bool SerialPort::is_understood() {
 Port::Batch SerialPort::next_batch(Wait /*wait*/) {
   const ssize_t size = ::read(descriptor(), bytes_.data(), bytes_.size());
   const int error = size < 0 ? errno : EIO;
-  if (pty_) pty_->follow_hosts();
+  if (pty_) pty_->handle_host_events();
   if (size <= 0) return {{}, false, error == EAGAIN || error == EINTR ? 0 : error};
   std::span<std::uint8_t> bytes(bytes_.data(), static_cast<std::size_t>(size));
   if (pty_) host_flags_ = flags_of(descriptor());

@@ -19,8 +19,8 @@ namespace lk::emulator {
 /// RS-485 over TCP: bytes of packets in both directions, unchanged.
 class SerialBytes final : public ClientProtocol {
  public:
-  void take(std::span<const std::uint8_t> bytes, Time now, FromClient& heard) override;
-  void show(const protocol::Frame& frame, Time now, std::string& out) override;
+  void parse(std::span<const std::uint8_t> bytes, Time now, ParsedInput& parsed) override;
+  void encode(const protocol::Frame& frame, Time now, std::string& out) override;
 };
 
 /// Settings of a serial port (docs/reference/rs485.md).
@@ -68,7 +68,7 @@ class SerialPort final : public Port {
   boost::asio::posix::stream_descriptor readiness_;
   TerminalFlags host_flags_;
   std::string mismatch_;  // of host and drives, for the log; empty: none
-  bool told_missing_ = false;
+  bool missing_logged_ = false;
   PortStats stats_;
   std::vector<std::uint8_t> bytes_;
   std::vector<protocol::Frame> frames_;

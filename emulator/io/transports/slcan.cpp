@@ -70,16 +70,16 @@ std::string slcan_frame(const Frame& frame) {
   return line;
 }
 
-void Slcan::take(std::span<const std::uint8_t> bytes, Time /*now*/, FromClient& heard) {
+void Slcan::parse(std::span<const std::uint8_t> bytes, Time /*now*/, ParsedInput& parsed) {
   const auto refuse = [&] {
-    ++heard.malformed;
-    if (acknowledges_) heard.answer += kBell;
+    ++parsed.malformed;
+    if (acknowledges_) parsed.response += kBell;
   };
-  lines_.take(
+  lines_.split(
       bytes,
       [&](std::string_view line) {
-        if (const auto said = answer(line, heard)) {
-          if (acknowledges_ || said->size() > kLongestAck) heard.answer += *said;
+        if (const auto text = answer(line, parsed)) {
+          if (acknowledges_ || text->size() > kLongestAck) parsed.response += *text;
         } else {
           refuse();
         }
@@ -87,7 +87,7 @@ void Slcan::take(std::span<const std::uint8_t> bytes, Time /*now*/, FromClient& 
       refuse);
 }
 
-std::optional<std::string> Slcan::answer(std::string_view line, FromClient& heard) {
+std::optional<std::string> Slcan::answer(std::string_view line, ParsedInput& parsed) {
   while (line.starts_with('\n')) line.remove_prefix(1);  // sent by terminals
   if (line.empty()) return kOk;
   switch (line.front()) {
@@ -95,7 +95,7 @@ std::optional<std::string> Slcan::answer(std::string_view line, FromClient& hear
     case 'T':
     case 'r':
     case 'R':
-      return send(line, heard);
+      return send(line, parsed);
     case 'O':
     case 'L':
       return open(line);
@@ -103,7 +103,7 @@ std::optional<std::string> Slcan::answer(std::string_view line, FromClient& hear
     case 'Z':
     case 'M':
     case 'm':
-      return set_up(line, heard);
+      return set_up(line, parsed);
     default:
       break;
   }
@@ -120,10 +120,10 @@ std::optional<std::string> Slcan::answer(std::string_view line, FromClient& hear
   return std::nullopt;
 }
 
-std::optional<std::string> Slcan::send(std::string_view line, FromClient& heard) {
+std::optional<std::string> Slcan::send(std::string_view line, ParsedInput& parsed) {
   const auto frame = parse_slcan_frame(line);
   if (!frame || !open_ || listens_only_) return std::nullopt;
-  if (!wrong_rate()) heard.frames.push_back(*frame);
+  if (!wrong_rate()) parsed.frames.push_back(*frame);
   return frame->extended ? "Z\r" : "z\r";
 }
 
@@ -136,10 +136,10 @@ std::optional<std::string> Slcan::open(std::string_view line) {
 }
 
 /// Handles commands that are allowed only while the channel is closed.
-std::optional<std::string> Slcan::set_up(std::string_view line, FromClient& heard) {
+std::optional<std::string> Slcan::set_up(std::string_view line, ParsedInput& parsed) {
   if (open_) return std::nullopt;
   const std::string_view rest = line.substr(1);
-  if (line.front() == 'S') return set_rate(rest, heard);
+  if (line.front() == 'S') return set_rate(rest, parsed);
   if (line.front() == 'Z') {
     if (rest != "0" && rest != "1") return std::nullopt;
     stamps_ = rest == "1";
@@ -151,11 +151,11 @@ std::optional<std::string> Slcan::set_up(std::string_view line, FromClient& hear
   return kOk;
 }
 
-std::optional<std::string> Slcan::set_rate(std::string_view digit, FromClient& heard) {
+std::optional<std::string> Slcan::set_rate(std::string_view digit, ParsedInput& parsed) {
   if (digit.size() != 1 || digit.front() < '0' || digit.front() > '8') return std::nullopt;
   rate_ = kRates[static_cast<std::size_t>(digit.front() - '0')];
   if (wrong_rate()) {
-    heard.trouble = fmt::format(
+    parsed.warning = fmt::format(
         "is at {} bit/s and the drives are at {}: neither understands the other", *rate_, bitrate_);
   }
   return kOk;
@@ -174,15 +174,15 @@ bool Slcan::accepts(const Frame& frame) const {
   return passes(16) || passes(0);
 }
 
-void Slcan::show(const Frame& frame, Time now, std::string& out) {
+void Slcan::encode(const Frame& frame, Time now, std::string& out) {
   if (frame.kind == FrameKind::kError) flags_ |= kBusError;
   const bool can = frame.kind == FrameKind::kData || frame.kind == FrameKind::kRemote;
   if (!open_ || !can || wrong_rate() || !accepts(frame)) return;
   out += slcan_frame(frame);
-  constexpr int kStampsBeginAnew = 60'000;  // ms
+  constexpr int kStampPeriod_ms = 60'000;
   if (stamps_) {
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
-    out += fmt::format("{:04X}", ms % kStampsBeginAnew);
+    out += fmt::format("{:04X}", ms % kStampPeriod_ms);
   }
   out += '\r';
 }

@@ -24,8 +24,8 @@ class Slcan final : public ClientProtocol {
   explicit Slcan(std::int64_t bitrate, bool acknowledges = true)
       : bitrate_(bitrate), acknowledges_(acknowledges) {}
 
-  void take(std::span<const std::uint8_t> bytes, Time now, FromClient& heard) override;
-  void show(const protocol::Frame& frame, Time now, std::string& out) override;
+  void parse(std::span<const std::uint8_t> bytes, Time now, ParsedInput& parsed) override;
+  void encode(const protocol::Frame& frame, Time now, std::string& out) override;
   void note_loss() override { flags_ |= kOverrun; }
 
  private:
@@ -35,10 +35,10 @@ class Slcan final : public ClientProtocol {
   static constexpr std::size_t kLongestLine = 26;  // T, an identifier, a length, eight bytes
 
   /// Returns the answer to a line; nullopt if it is malformed or not allowed now.
-  std::optional<std::string> answer(std::string_view line, FromClient& heard);
-  std::optional<std::string> send(std::string_view line, FromClient& heard);
-  std::optional<std::string> set_rate(std::string_view digit, FromClient& heard);
-  std::optional<std::string> set_up(std::string_view line, FromClient& heard);
+  std::optional<std::string> answer(std::string_view line, ParsedInput& parsed);
+  std::optional<std::string> send(std::string_view line, ParsedInput& parsed);
+  std::optional<std::string> set_rate(std::string_view digit, ParsedInput& parsed);
+  std::optional<std::string> set_up(std::string_view line, ParsedInput& parsed);
   std::optional<std::string> open(std::string_view line);
   bool accepts(const protocol::Frame& frame) const;
   /// Bit rates differ: neither side understands the other.

@@ -48,17 +48,17 @@ ip::address without_scope(const ip::address& address) {
   return address.is_v6() ? ip::address(ip::address_v6(address.to_v6().to_bytes())) : address;
 }
 
-bool TellLimit::may_tell(const std::string& whom) {
+bool LogLimit::may_log(const std::string& whom) {
   constexpr unsigned kMax = 20;
-  constexpr auto kAnew = std::chrono::seconds(10);
+  constexpr auto kWindow = std::chrono::seconds(10);
   const auto now = std::chrono::steady_clock::now();
-  if (told_ == 0 || now - since_ > kAnew) {
+  if (logged_ == 0 || now - since_ > kWindow) {
     since_ = now;
-    told_ = 0;
+    logged_ = 0;
   }
-  ++told_;
-  if (told_ == kMax + 1) spdlog::warn("{}: no more of this is told for a while", whom);
-  return told_ <= kMax;
+  ++logged_;
+  if (logged_ == kMax + 1) spdlog::warn("{}: no more of this is told for a while", whom);
+  return logged_ <= kMax;
 }
 
 namespace {

@@ -23,15 +23,15 @@ boost::asio::ip::address without_scope(const boost::asio::ip::address& address);
 
 /// Limits log messages caused by others to twenty in ten seconds. Otherwise they could fill a disk,
 /// or a log pipe that is not read, which would stop the program.
-class TellLimit {
+class LogLimit {
  public:
   /// Returns whether one more message may be logged. The first refusal is logged in the name of
   /// `whom`.
-  bool may_tell(const std::string& whom);
+  bool may_log(const std::string& whom);
 
  private:
   std::chrono::steady_clock::time_point since_;
-  unsigned told_ = 0;
+  unsigned logged_ = 0;
 };
 
 /// Listens at a Unix socket or a TCP port and passes connections to a callback. Without free

@@ -102,8 +102,8 @@ void configure(int fd, Reception reception) {
   set_option(fd, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, on, "CAN_RAW_FD_FRAMES");  // to count them
   set_option(fd, SOL_SOCKET, SO_TIMESTAMPNS, on, "SO_TIMESTAMPNS");
   set_option(fd, SOL_SOCKET, SO_RXQ_OVFL, on, "SO_RXQ_OVFL");
-  const timeval patience{0, CanSocket::kPatience.count()};
-  set_option(fd, SOL_SOCKET, SO_RCVTIMEO, patience, "SO_RCVTIMEO");
+  const timeval timeout{0, CanSocket::kReceiveTimeout.count()};
+  set_option(fd, SOL_SOCKET, SO_RCVTIMEO, timeout, "SO_RCVTIMEO");
 }
 
 }  // namespace

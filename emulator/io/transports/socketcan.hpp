@@ -50,12 +50,12 @@ class CanSocket {
   };
   enum class Wait : std::uint8_t { kNot, kForOne };
   /// Returns waiting frames, up to a few dozen. With `kForOne`, waits for a first frame: about
-  /// `kPatience`, rounded up to the kernel's tick of 1 to 10 ms.
+  /// `kReceiveTimeout`, rounded up to the kernel's tick of 1 to 10 ms.
   Batch receive(Wait wait = Wait::kNot);
   /// Restores blocking mode, which an event loop may have changed; `kForOne` needs it. Throws
   /// std::system_error.
   void set_blocking();
-  static constexpr std::chrono::microseconds kPatience{1000};
+  static constexpr std::chrono::microseconds kReceiveTimeout{1000};
 
   struct Sent {
     std::size_t count;  // frames sent, from the first on
@@ -83,6 +83,6 @@ std::string can_problem();
 
 /// Waits until a socket is readable; −1 never is. Returns false on a time-out. `sockets[n].revents`
 /// tells which sockets are readable.
-bool wait_for_frames(std::span<pollfd> sockets, std::chrono::nanoseconds patience);
+bool wait_for_frames(std::span<pollfd> sockets, std::chrono::nanoseconds timeout);
 
 }  // namespace lk::emulator

@@ -27,18 +27,18 @@ SocketCanPort::SocketCanPort(boost::asio::io_context& loop, std::string interfac
 
 void SocketCanPort::check_link() {
   try {
-    follow_link();
-    if (socket_) told_of_trouble_ = false;
+    update_link();
+    if (socket_) open_error_logged_ = false;
   } catch (const std::system_error& problem) {
     // No descriptors are left, or the interface vanished: the next check tries again.
-    if (!std::exchange(told_of_trouble_, true)) {
+    if (!std::exchange(open_error_logged_, true)) {
       spdlog::warn("{}: cannot open: {}", interface_, problem.what());
     }
     if (!socket_ && link_ != Link::kMissing) enter(Link::kClosed);
   }
 }
 
-void SocketCanPort::follow_link() {
+void SocketCanPort::update_link() {
   const LinkState link = link_state(interface_);
   if (link.index == 0 || !link.is_can) {
     close();
@@ -98,7 +98,7 @@ void SocketCanPort::enter(Link link) {
       spdlog::warn("{} is down: waiting for it (sudo ip link set {} up)", interface_, interface_);
       break;
     case Link::kMissing:
-      say_missing();
+      log_missing();
       break;
     case Link::kNotAllowed:
       spdlog::warn(
@@ -114,7 +114,7 @@ void SocketCanPort::enter(Link link) {
 }
 
 /// A renamed interface is another one: the user does not expect drives under the new name.
-void SocketCanPort::say_missing() const {
+void SocketCanPort::log_missing() const {
   const std::string name = index_ != 0 ? link_name(index_) : "";
   if (name.empty() || name == interface_) {
     spdlog::warn("{} is gone: waiting until it is made again", interface_);

@@ -41,11 +41,11 @@ class SocketCanPort final : public Port {
  private:
   enum class Link : std::uint8_t { kUnknown, kMissing, kNotAllowed, kClosed, kDown, kUp };
 
-  void follow_link();
+  void update_link();
   void open(int index);
   void close();
   void enter(Link link);
-  void say_missing() const;
+  void log_missing() const;
   Batch next_batch(Wait wait) override;
   void note_error(int error) override;
   void wait_readable();
@@ -68,7 +68,7 @@ class SocketCanPort final : public Port {
   unsigned generation_ = 0;  // of the socket; callbacks of earlier sockets are ignored
   Link link_ = Link::kUnknown;
   int index_ = 0;  // of the socket's current or last interface
-  bool told_of_trouble_ = false;
+  bool open_error_logged_ = false;
   PortStats stats_;
 };
 

@@ -34,7 +34,7 @@ Beacon::Beacon(boost::asio::io_context& loop, const address_v4& address, std::ui
   socket_.non_blocking(true, error);
 }
 
-void Beacon::look() {
+void Beacon::send_if_due() {
   const auto now = std::chrono::steady_clock::now();
   if (now < next_) return;
   next_ = now + kPause;
@@ -103,37 +103,37 @@ std::string id_text(const Frame& frame) {
 
 }  // namespace
 
-void Socketcand::take(std::span<const std::uint8_t> bytes, Time now, FromClient& heard) {
+void Socketcand::parse(std::span<const std::uint8_t> bytes, Time now, ParsedInput& parsed) {
   const auto refuse = [&] {
-    ++heard.malformed;
-    heard.answer += kUnknown;
+    ++parsed.malformed;
+    parsed.response += kUnknown;
   };
-  messages_.take(
+  messages_.split(
       bytes,
       [&](std::string_view message) {
         const std::size_t begin = message.find('<');  // bytes before it are ignored
-        if (begin == std::string_view::npos || !obey(message.substr(begin + 1), now, heard))
+        if (begin == std::string_view::npos || !obey(message.substr(begin + 1), now, parsed))
           refuse();
       },
       refuse);
 }
 
-bool Socketcand::obey(std::string_view text, Time now, FromClient& heard) {
+bool Socketcand::obey(std::string_view text, Time now, ParsedInput& parsed) {
   const Words words = words_of(text);
   if (words.empty() || words.size() > kMaxWords) return false;
   const std::string_view word = words.front();
   if (word == "echo" && words.size() == 1) {
-    heard.answer += "< echo >";
+    parsed.response += "< echo >";
     return true;
   }
   if (mode_ == Mode::kNoBus) {
     if (word != "open" || words.size() != 2) return false;
     mode_ = Mode::kBroadcastManager;
-    heard.answer += kDone;
+    parsed.response += kDone;
     return true;
   }
-  if (words.size() == 1) return change_mode(word, heard);
-  if (word == "send" || word == "sendrtr") return send(words, heard);
+  if (words.size() == 1) return change_mode(word, parsed);
+  if (word == "send" || word == "sendrtr") return send(words, parsed);
   if (mode_ == Mode::kRaw) return false;
   if (word == "add") return add_job(words, now);
   if (word == "update") return change_job(words);
@@ -142,19 +142,19 @@ bool Socketcand::obey(std::string_view text, Time now, FromClient& heard) {
   return false;
 }
 
-bool Socketcand::change_mode(std::string_view word, FromClient& heard) {
+bool Socketcand::change_mode(std::string_view word, ParsedInput& parsed) {
   if (word != "rawmode" && word != "bcmmode") return false;
   mode_ = word == "rawmode" ? Mode::kRaw : Mode::kBroadcastManager;
   jobs_.clear();  // a change of mode ends them
   subscriptions_.clear();
-  heard.answer += kDone;
+  parsed.response += kDone;
   return true;
 }
 
-bool Socketcand::send(const Words& words, FromClient& heard) {
+bool Socketcand::send(const Words& words, ParsedInput& parsed) {
   if (words.front() == "send") {
     const auto frame = read_frame(std::span(words).subspan(1));
-    if (frame) heard.frames.push_back(*frame);
+    if (frame) parsed.frames.push_back(*frame);
     return frame.has_value();
   }
   auto frame = words.size() == 3 && mode_ == Mode::kRaw ? read_id(words[1]) : std::nullopt;
@@ -162,7 +162,7 @@ bool Socketcand::send(const Words& words, FromClient& heard) {
   if (!length) return false;
   frame->kind = FrameKind::kRemote;
   frame->dlc = static_cast<std::uint8_t>(*length);
-  heard.frames.push_back(*frame);
+  parsed.frames.push_back(*frame);
   return true;
 }
 
@@ -232,7 +232,7 @@ bool Socketcand::wants(const Frame& frame, Time now) {
   return true;
 }
 
-void Socketcand::show(const Frame& frame, Time now, std::string& out) {
+void Socketcand::encode(const Frame& frame, Time now, std::string& out) {
   const auto us = std::chrono::duration_cast<std::chrono::microseconds>(now).count();
   const std::string stamp = fmt::format("{}.{:06}", us / 1'000'000, us % 1'000'000);
   const bool raw = mode_ == Mode::kRaw;

@@ -29,7 +29,7 @@ class Beacon {
   Beacon(boost::asio::io_context& loop, const boost::asio::ip::address_v4& address,
          std::uint16_t port);
   /// Sends the beacon if it is due. Call regularly.
-  void look();
+  void send_if_due();
 
  private:
   boost::asio::ip::udp::socket socket_;
@@ -48,8 +48,8 @@ class Socketcand final : public ClientProtocol {
   static constexpr Time kShortestCycle = std::chrono::milliseconds(1);
 
   std::string greeting() const override { return "< hi >"; }
-  void take(std::span<const std::uint8_t> bytes, Time now, FromClient& heard) override;
-  void show(const protocol::Frame& frame, Time now, std::string& out) override;
+  void parse(std::span<const std::uint8_t> bytes, Time now, ParsedInput& parsed) override;
+  void encode(const protocol::Frame& frame, Time now, std::string& out) override;
   std::optional<Time> next_due() const override;
   void take_due(Time now, std::vector<protocol::Frame>& out) override;
 
@@ -78,9 +78,9 @@ class Socketcand final : public ClientProtocol {
   using Words = std::vector<std::string_view>;
 
   /// Executes the text between the brackets. Returns false if it is not understood.
-  bool obey(std::string_view text, Time now, FromClient& heard);
-  bool change_mode(std::string_view word, FromClient& heard);
-  bool send(const Words& words, FromClient& heard);
+  bool obey(std::string_view text, Time now, ParsedInput& parsed);
+  bool change_mode(std::string_view word, ParsedInput& parsed);
+  bool send(const Words& words, ParsedInput& parsed);
   bool add_job(const Words& words, Time now);
   bool change_job(const Words& words);
   bool remove(const Words& words);

@@ -21,7 +21,7 @@ StreamPort::StreamPort(boost::asio::io_context& loop, const std::string& name, S
       readiness_(loop) {
   if (setup_.place.scheme->place == BusPlace::kPath) {
     pty_.emplace(loop, name_, setup_.place.path, true);
-    clients_.add_lent(pty_->descriptor(), setup_.place.path, setup_.meet());
+    clients_.add_lent(pty_->descriptor(), setup_.place.path, setup_.make_protocol());
   } else {
     listen(loop);
   }
@@ -61,7 +61,7 @@ void StreamPort::listen(boost::asio::io_context& loop) {
 }
 
 /// Accepts waiting clients; at most 64 per call, the others wait for the next batch.
-void StreamPort::let_in() {
+void StreamPort::accept_clients() {
   constexpr int kMaxAtOnce = 64;
   for (int n = 0; n < kMaxAtOnce; ++n) {
     boost::system::error_code error;
@@ -84,14 +84,14 @@ void StreamPort::let_in() {
     }
     socket.set_option(tcp::no_delay(true), error);
     socket.native_non_blocking(true, error);
-    const std::string who = from.address().to_string() + " port " + std::to_string(from.port());
-    clients_.add(Descriptor(socket.release()), who, setup_.meet());
+    const std::string peer = from.address().to_string() + " port " + std::to_string(from.port());
+    clients_.add(Descriptor(socket.release()), peer, setup_.make_protocol());
   }
 }
 
 void StreamPort::check_link() {
   if (acceptor_.is_open()) clients_.watch(acceptor_.native_handle());
-  if (beacon_) beacon_->look();
+  if (beacon_) beacon_->send_if_due();
 }
 
 void StreamPort::wait_readable() {
@@ -106,20 +106,21 @@ void StreamPort::wait_readable() {
 Port::Batch StreamPort::next_batch(Wait wait) {
   received_.clear();
   const ClientSet::Collected collected = clients_.collect(
-      received_, std::chrono::ceil<std::chrono::milliseconds>(
-                     wait == Wait::kForOne ? CanSocket::kPatience : CanSocket::kPatience.zero()));
-  if (pty_) pty_->follow_hosts();
-  if (collected.watched) let_in();  // their first bytes may be there already
+      received_,
+      std::chrono::ceil<std::chrono::milliseconds>(
+          wait == Wait::kForOne ? CanSocket::kReceiveTimeout : CanSocket::kReceiveTimeout.zero()));
+  if (pty_) pty_->handle_host_events();
+  if (collected.watched) accept_clients();  // their first bytes may be there already
   return {received_, collected.more || collected.watched, 0};
 }
 
 void StreamPort::send(std::span<const protocol::Frame> frames) {
   sent_ += frames.size();
-  clients_.tell(frames, 0);
+  clients_.queue_frames(frames, 0);
 }
 
 void StreamPort::pass_on(const protocol::Frame& frame, std::uint32_t sender) {
-  clients_.tell({&frame, 1}, sender);
+  clients_.queue_frames({&frame, 1}, sender);
 }
 
 PortStats StreamPort::stats() const {

@@ -21,12 +21,12 @@ namespace lk::emulator {
 class StreamPort final : public Port {
  public:
   /// Creates the protocol of a new client.
-  using Meet = std::function<std::unique_ptr<ClientProtocol>()>;
+  using MakeProtocol = std::function<std::unique_ptr<ClientProtocol>()>;
   struct Setup {
     BusName place;
     std::size_t most_clients;
     std::string refusal;  // sent to a client when the port is full
-    Meet meet;
+    MakeProtocol make_protocol;
     bool beacon = false;
   };
 
@@ -53,7 +53,7 @@ class StreamPort final : public Port {
   Batch next_batch(Wait wait) override;
   void note_error(int /*error*/) override {}
   void listen(boost::asio::io_context& loop);
-  void let_in();
+  void accept_clients();
   void wait_readable();
 
   std::string name_;

@@ -54,7 +54,7 @@ class AClient : public ::testing::Test {
   }
   void reply(std::size_t times) {
     const Frame frame = *parse_slcan_frame(kReply.substr(0, kReply.size() - 1));
-    for (std::size_t n = 0; n < times; ++n) clients_.tell({&frame, 1}, 0);
+    for (std::size_t n = 0; n < times; ++n) clients_.queue_frames({&frame, 1}, 0);
   }
 
   ClientSet clients_{"slcan-tcp:29536"};

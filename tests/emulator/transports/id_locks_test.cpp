@@ -119,7 +119,7 @@ TEST(IdLocks, EveryRefusedProgramIsToldAsLongAsTheHolderHangsUp) {
   Other other([&] {
     IdLocks locks;
     for (int n = 0; n < 1000; ++n) {
-      holder.hang_up();
+      holder.drain_queue();
       try {
         locks.take(here, {}, 3);
         ::_exit(1);

@@ -24,7 +24,7 @@ class Pty : public testing::Test {
   /// Opens the terminal as a host, and updates the link.
   Descriptor come() {
     Descriptor host = open();
-    link_.follow_hosts();
+    link_.handle_host_events();
     return host;
   }
   void reply(std::string_view bytes) {
@@ -48,10 +48,10 @@ class Pty : public testing::Test {
 TEST_F(Pty, KeepsUnreadBytesWhileOneOfTwoHostsStays) {
   const Descriptor stays = open();
   Descriptor leaves = open();  // inotify merges both opens into one event
-  link_.follow_hosts();
+  link_.handle_host_events();
   reply("reply");
   leaves = Descriptor();
-  link_.follow_hosts();
+  link_.handle_host_events();
   EXPECT_EQ(read(stays), "reply");
 }
 
@@ -61,7 +61,7 @@ TEST_F(Pty, DiscardsUnreadBytesWhenTwoHostsCloseItAtOnce) {
   reply("old");
   first = Descriptor();
   second = Descriptor();  // inotify merges both closes into one event
-  link_.follow_hosts();
+  link_.handle_host_events();
   const Descriptor next = come();
   EXPECT_EQ(read(next), "");
   reply("new");
@@ -71,7 +71,7 @@ TEST_F(Pty, DiscardsUnreadBytesWhenTwoHostsCloseItAtOnce) {
 TEST_F(Pty, DiscardsBytesThatCameWhileNoHostHadItOpen) {
   Descriptor host = come();
   host = Descriptor();
-  link_.follow_hosts();
+  link_.handle_host_events();
   reply("late");
   host = come();
   EXPECT_EQ(read(host), "");
@@ -82,7 +82,7 @@ TEST_F(Pty, DiscardsUnreadBytesOfAHostThatOpensItAgainAtOnce) {
   reply("old");
   host = Descriptor();
   host = open();
-  link_.follow_hosts();
+  link_.handle_host_events();
   EXPECT_EQ(read(host), "");
 }
 
@@ -90,7 +90,7 @@ TEST_F(Pty, KeepsWhatAHostWroteBeforeItClosedIt) {
   Descriptor host = come();
   ASSERT_EQ(::write(host.get(), "query", 5), 5);
   host = Descriptor();
-  link_.follow_hosts();
+  link_.handle_host_events();
   char bytes[16];
   EXPECT_EQ(::read(link_.descriptor(), bytes, sizeof bytes), 5);
 }

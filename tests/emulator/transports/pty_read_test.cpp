@@ -74,7 +74,7 @@ TEST_F(HostBeforeRead, GetsTheAnswerOfAnSlcanAdapter) {
                   {.place = bus_name(name),
                    .most_clients = 1,
                    .refusal = "",
-                   .meet = [] { return std::make_unique<Slcan>(0); }},
+                   .make_protocol = [] { return std::make_unique<Slcan>(0); }},
                   [] {});
   expect_reply(port, "V\r", [&] { port.end_turn(); });
 }

@@ -20,11 +20,11 @@ const std::string kAsk = "3E 9C 01 00 DB";
 
 std::vector<Frame> taken(const std::string& digits) {
   SerialBytes port;
-  FromClient heard;
-  port.take(bytes(digits), kNow, heard);
-  EXPECT_EQ(heard.answer, "");
-  EXPECT_EQ(heard.malformed, 0U);
-  return heard.frames;
+  ParsedInput parsed;
+  port.parse(bytes(digits), kNow, parsed);
+  EXPECT_EQ(parsed.response, "");
+  EXPECT_EQ(parsed.malformed, 0U);
+  return parsed.frames;
 }
 
 std::string data(const std::vector<Frame>& frames) {
@@ -48,7 +48,7 @@ TEST(SerialBytes, BytesAreDataInBothDirections) {
     EXPECT_EQ(data(frames), digits);
     SerialBytes port;
     std::string out;
-    for (const Frame& frame : frames) port.show(frame, kNow, out);
+    for (const Frame& frame : frames) port.encode(frame, kNow, out);
     EXPECT_EQ(hex(std::vector<std::uint8_t>(out.begin(), out.end())), digits);
   }
 }

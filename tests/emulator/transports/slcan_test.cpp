@@ -15,16 +15,16 @@ using protocol::FrameKind;
 using test::frame;
 using namespace std::chrono_literals;
 
-FromClient say(Slcan& slcan, std::string_view line) {
-  FromClient heard;
+ParsedInput say(Slcan& slcan, std::string_view line) {
+  ParsedInput parsed;
   const auto* const bytes = reinterpret_cast<const std::uint8_t*>(line.data());
-  slcan.take({bytes, line.size()}, 0s, heard);
-  return heard;
+  slcan.parse({bytes, line.size()}, 0s, parsed);
+  return parsed;
 }
 
 std::string shown(Slcan& slcan, const Frame& what, ClientProtocol::Time now = 0s) {
   std::string out;
-  slcan.show(what, now, out);
+  slcan.encode(what, now, out);
   return out;
 }
 
@@ -53,74 +53,74 @@ TEST(Slcan, WhatIsNoFrame) {
 /// python-can 4 does this at start and end. The adapter refuses it; no line is malformed.
 TEST(Slcan, ClosingTwiceAndOpeningTwiceMakesSense) {
   Slcan slcan(1'000'000);
-  const FromClient heard = say(slcan, "C\rS8\rO\rO\rC\r");
-  EXPECT_EQ(heard.answer, "\a\r\r\a\r");
-  EXPECT_EQ(heard.malformed, 0U);
+  const ParsedInput parsed = say(slcan, "C\rS8\rO\rO\rC\r");
+  EXPECT_EQ(parsed.response, "\a\r\r\a\r");
+  EXPECT_EQ(parsed.malformed, 0U);
   EXPECT_EQ(say(slcan, "Cx\rOx\r").malformed, 2U);
 }
 
 /// python-can 4.1 takes some acknowledgements for frames.
 TEST(Slcan, WithoutAcknowledgementsOnlyQuestionsAreAnswered) {
   Slcan slcan(1'000'000, false);
-  const FromClient heard = say(slcan, "C\rS8\rO\rt1410\rT000001410\rt9\r");
-  EXPECT_EQ(heard.answer, "");
-  EXPECT_EQ(heard.frames.size(), 2U);
-  EXPECT_EQ(heard.malformed, 1U);  // the line without a frame
-  EXPECT_EQ(say(slcan, "V\rv\rN\rF\r").answer, "V1013\rv0101\rNLKEM\rF00\r");
+  const ParsedInput parsed = say(slcan, "C\rS8\rO\rt1410\rT000001410\rt9\r");
+  EXPECT_EQ(parsed.response, "");
+  EXPECT_EQ(parsed.frames.size(), 2U);
+  EXPECT_EQ(parsed.malformed, 1U);  // the line without a frame
+  EXPECT_EQ(say(slcan, "V\rv\rN\rF\r").response, "V1013\rv0101\rNLKEM\rF00\r");
   EXPECT_EQ(shown(slcan, frame("141#00")), "t141100\r");
 }
 
 TEST(Slcan, NothingGoesBeforeItIsOpen) {
   Slcan slcan(1'000'000);
-  EXPECT_EQ(say(slcan, "t1410\r").answer, "\a");
+  EXPECT_EQ(say(slcan, "t1410\r").response, "\a");
   EXPECT_EQ(shown(slcan, frame("141#00")), "");
-  EXPECT_EQ(say(slcan, "S8\rO\r").answer, "\r\r");
-  const FromClient heard = say(slcan, "t1410\rT000001410\r");
-  EXPECT_EQ(heard.answer, "z\rZ\r");
-  EXPECT_EQ(heard.frames.size(), 2U);
+  EXPECT_EQ(say(slcan, "S8\rO\r").response, "\r\r");
+  const ParsedInput parsed = say(slcan, "t1410\rT000001410\r");
+  EXPECT_EQ(parsed.response, "z\rZ\r");
+  EXPECT_EQ(parsed.frames.size(), 2U);
   EXPECT_EQ(shown(slcan, frame("141#00")), "t141100\r");
-  EXPECT_EQ(say(slcan, "C\r").answer, "\r");
+  EXPECT_EQ(say(slcan, "C\r").response, "\r");
   EXPECT_EQ(shown(slcan, frame("141#00")), "");
 }
 
 TEST(Slcan, LinesMayComeInPieces) {
   Slcan slcan(0);
   say(slcan, "O\r");
-  EXPECT_EQ(say(slcan, "t141").answer, "");
+  EXPECT_EQ(say(slcan, "t141").response, "");
   EXPECT_EQ(say(slcan, "19").frames.size(), 0U);
-  const FromClient heard = say(slcan, "A\rt1");
-  ASSERT_EQ(heard.frames.size(), 1U);
-  EXPECT_EQ(heard.frames[0], frame("141#9A"));
+  const ParsedInput parsed = say(slcan, "A\rt1");
+  ASSERT_EQ(parsed.frames.size(), 1U);
+  EXPECT_EQ(parsed.frames[0], frame("141#9A"));
 }
 
 TEST(Slcan, WhatIsTooLongIsOneMistake) {
   Slcan slcan(0);
   say(slcan, "O\r");
-  EXPECT_EQ(say(slcan, std::string(100'000, 't')).answer, "");
-  const FromClient heard = say(slcan, "\rt1410\r");
-  EXPECT_EQ(heard.answer, "\az\r");
-  EXPECT_EQ(heard.malformed, 1U);
+  EXPECT_EQ(say(slcan, std::string(100'000, 't')).response, "");
+  const ParsedInput parsed = say(slcan, "\rt1410\r");
+  EXPECT_EQ(parsed.response, "\az\r");
+  EXPECT_EQ(parsed.malformed, 1U);
 }
 
 TEST(Slcan, WhoListensSendsNothing) {
   Slcan slcan(0);
-  EXPECT_EQ(say(slcan, "L\r").answer, "\r");
-  EXPECT_EQ(say(slcan, "t1410\r").answer, "\a");
+  EXPECT_EQ(say(slcan, "L\r").response, "\r");
+  EXPECT_EQ(say(slcan, "t1410\r").response, "\a");
   EXPECT_EQ(shown(slcan, frame("141#00")), "t141100\r");
 }
 
 TEST(Slcan, AnotherRateIsSilenceBothWays) {
   Slcan slcan(1'000'000);
-  const FromClient set = say(slcan, "S6\r");
-  EXPECT_EQ(set.answer, "\r");
-  EXPECT_NE(set.trouble.find("is at 500000 bit/s and the drives are at 1000000"),
+  const ParsedInput set = say(slcan, "S6\r");
+  EXPECT_EQ(set.response, "\r");
+  EXPECT_NE(set.warning.find("is at 500000 bit/s and the drives are at 1000000"),
             std::string::npos);
   say(slcan, "O\r");
-  const FromClient heard = say(slcan, "t1410\r");
-  EXPECT_EQ(heard.answer, "z\r");
-  EXPECT_TRUE(heard.frames.empty());
+  const ParsedInput parsed = say(slcan, "t1410\r");
+  EXPECT_EQ(parsed.response, "z\r");
+  EXPECT_TRUE(parsed.frames.empty());
   EXPECT_EQ(shown(slcan, frame("141#00")), "");
-  EXPECT_EQ(say(slcan, "F\r").answer, "F80\r");
+  EXPECT_EQ(say(slcan, "F\r").response, "F80\r");
   Slcan without_wire(0);
   EXPECT_EQ(say(without_wire, "S0\rO\rt1410\r").frames.size(), 1U);
 }
@@ -129,17 +129,17 @@ TEST(Slcan, LossesAndErrorsAreFlagsUntilTheyAreRead) {
   Slcan slcan(0);
   say(slcan, "O\r");
   slcan.note_loss();
-  EXPECT_EQ(say(slcan, "F\rF\r").answer, "F08\rF00\r");
+  EXPECT_EQ(say(slcan, "F\rF\r").response, "F08\rF00\r");
   EXPECT_EQ(shown(slcan, {.kind = FrameKind::kError}), "");
-  EXPECT_EQ(say(slcan, "F\r").answer, "F80\r");
+  EXPECT_EQ(say(slcan, "F\r").response, "F80\r");
 }
 
 TEST(Slcan, StampsAreMillisecondsOfAMinute) {
   Slcan slcan(0);
-  EXPECT_EQ(say(slcan, "Z1\rO\r").answer, "\r\r");
+  EXPECT_EQ(say(slcan, "Z1\rO\r").response, "\r\r");
   EXPECT_EQ(shown(slcan, frame("141#9A"), 59'999ms), "t14119AEA5F\r");
   EXPECT_EQ(shown(slcan, frame("141#9A"), 60'000ms), "t14119A0000\r");
-  EXPECT_EQ(say(slcan, "Z0\r").answer, "\a");  // only while closed
+  EXPECT_EQ(say(slcan, "Z0\r").response, "\a");  // only while closed
 }
 
 /// SJA1000, two filters: identifier and RTR in the upper 12 bits of each half; a mask bit 1 means
@@ -147,12 +147,12 @@ TEST(Slcan, StampsAreMillisecondsOfAMinute) {
 TEST(Slcan, FiltersChooseIdentifiers) {
   Slcan slcan(0);
   // 0x141 << 5 = 0x2820; 0x142 << 5 = 0x2840; RTR don't care.
-  EXPECT_EQ(say(slcan, "M28202840\rm001F001F\rO\r").answer, "\r\r\r");
+  EXPECT_EQ(say(slcan, "M28202840\rm001F001F\rO\r").response, "\r\r\r");
   EXPECT_NE(shown(slcan, frame("141#00")), "");
   EXPECT_NE(shown(slcan, frame("142#00")), "");
   EXPECT_EQ(shown(slcan, frame("143#00")), "");
   EXPECT_EQ(shown(slcan, frame("7FF#00")), "");
-  EXPECT_EQ(say(slcan, "M2820284\r").answer, "\a");
+  EXPECT_EQ(say(slcan, "M2820284\r").response, "\a");
 }
 
 }  // namespace slcan_test

@@ -14,47 +14,47 @@ using protocol::FrameKind;
 using test::frame;
 using namespace std::chrono_literals;
 
-FromClient say(Socketcand& daemon, std::string_view text, ClientProtocol::Time now = 0s) {
-  FromClient heard;
+ParsedInput say(Socketcand& daemon, std::string_view text, ClientProtocol::Time now = 0s) {
+  ParsedInput parsed;
   const auto* const bytes = reinterpret_cast<const std::uint8_t*>(text.data());
-  daemon.take({bytes, text.size()}, now, heard);
-  return heard;
+  daemon.parse({bytes, text.size()}, now, parsed);
+  return parsed;
 }
 
 std::string shown(Socketcand& daemon, const Frame& what, ClientProtocol::Time now = 1500ms) {
   std::string out;
-  daemon.show(what, now, out);
+  daemon.encode(what, now, out);
   return out;
 }
 
 void open(Socketcand& daemon, std::string_view mode = "") {
-  EXPECT_EQ(say(daemon, "< open can0 >").answer, "< ok >");
+  EXPECT_EQ(say(daemon, "< open can0 >").response, "< ok >");
   if (!mode.empty()) {
-    EXPECT_EQ(say(daemon, mode).answer, "< ok >");
+    EXPECT_EQ(say(daemon, mode).response, "< ok >");
   }
 }
 
 TEST(Socketcand, GreetsAndOpens) {
   Socketcand daemon;
   EXPECT_EQ(daemon.greeting(), "< hi >");
-  EXPECT_EQ(say(daemon, "< send 141 0 >").answer, "< error unknown command >");
-  EXPECT_EQ(say(daemon, "< echo >").answer, "< echo >");
+  EXPECT_EQ(say(daemon, "< send 141 0 >").response, "< error unknown command >");
+  EXPECT_EQ(say(daemon, "< echo >").response, "< echo >");
   EXPECT_EQ(shown(daemon, frame("141#9A")), "");
   open(daemon, "< rawmode >");
-  EXPECT_EQ(say(daemon, "< open can0 >").answer, "< error unknown command >");
+  EXPECT_EQ(say(daemon, "< open can0 >").response, "< error unknown command >");
 }
 
 TEST(Socketcand, SendsWhatIsAFrame) {
   Socketcand daemon;
   open(daemon, "< rawmode >");
-  const FromClient heard =
+  const ParsedInput parsed =
       say(daemon, "< send 141 8 9A 0 0 0 0 0 0 f ><send 00000141 0>\n< sendrtr 142 3 >");
-  ASSERT_EQ(heard.frames.size(), 3U);
-  EXPECT_EQ(heard.answer, "");
-  EXPECT_EQ(heard.frames[0], frame("141#9A0000000000000F"));
-  EXPECT_TRUE(heard.frames[1].extended);
-  EXPECT_EQ(heard.frames[2].kind, FrameKind::kRemote);
-  EXPECT_EQ(heard.frames[2].dlc, 3);
+  ASSERT_EQ(parsed.frames.size(), 3U);
+  EXPECT_EQ(parsed.response, "");
+  EXPECT_EQ(parsed.frames[0], frame("141#9A0000000000000F"));
+  EXPECT_TRUE(parsed.frames[1].extended);
+  EXPECT_EQ(parsed.frames[2].kind, FrameKind::kRemote);
+  EXPECT_EQ(parsed.frames[2].dlc, 3);
   // Above the standard identifiers, as python-can sends it.
   EXPECT_TRUE(say(daemon, "< send 800 0 >").frames.at(0).extended);
 }
@@ -67,12 +67,12 @@ TEST(Socketcand, WhatIsNoneIsAnswered) {
         "< send 141 1 100 >", "< send 141 1 0 0 >", "< send 141 1 G >", "< send 20000000 0 >",
         "< send -1 0 >", "< send 141 8 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 >", "< controlmode >",
         "< add 1 0 141 0 >", "< sendrtr 141 9 >"}) {
-    const FromClient heard = say(daemon, text);
-    EXPECT_EQ(heard.answer, "< error unknown command >") << text;
-    EXPECT_EQ(heard.malformed, 1U) << text;
-    EXPECT_TRUE(heard.frames.empty()) << text;
+    const ParsedInput parsed = say(daemon, text);
+    EXPECT_EQ(parsed.response, "< error unknown command >") << text;
+    EXPECT_EQ(parsed.malformed, 1U) << text;
+    EXPECT_TRUE(parsed.frames.empty()) << text;
   }
-  EXPECT_EQ(say(daemon, std::string(100'000, '<') + ">").answer, "< error unknown command >");
+  EXPECT_EQ(say(daemon, std::string(100'000, '<') + ">").response, "< error unknown command >");
   EXPECT_EQ(say(daemon, "< send 141 0 >").frames.size(), 1U);
 }
 
@@ -92,10 +92,10 @@ TEST(Socketcand, SubscribersGetWhatTheyWant) {
   Socketcand daemon;
   open(daemon);
   EXPECT_EQ(shown(daemon, frame("141#9A")), "");
-  EXPECT_EQ(say(daemon, "< subscribe 0 0 141 >").answer, "");
+  EXPECT_EQ(say(daemon, "< subscribe 0 0 141 >").response, "");
   EXPECT_EQ(shown(daemon, frame("141#9A01")), "< frame 141 1.500000 9A 01  >");
   EXPECT_EQ(shown(daemon, frame("142#9A")), "");
-  EXPECT_EQ(say(daemon, "< unsubscribe 141 >").answer, "");
+  EXPECT_EQ(say(daemon, "< unsubscribe 141 >").response, "");
   EXPECT_EQ(shown(daemon, frame("141#9A")), "");
   say(daemon, "< subscribe 0 10000 141 >");
   EXPECT_NE(shown(daemon, frame("141#9A"), 0ms), "");
@@ -116,7 +116,7 @@ TEST(Socketcand, JobsAreSentInCycles) {
   Socketcand daemon;
   open(daemon);
   EXPECT_EQ(daemon.next_due(), std::nullopt);
-  EXPECT_EQ(say(daemon, "< add 0 20000 141 1 9A >", 1s).answer, "");
+  EXPECT_EQ(say(daemon, "< add 0 20000 141 1 9A >", 1s).response, "");
   EXPECT_EQ(daemon.next_due(), 1020ms);
   std::vector<Frame> sent;
   daemon.take_due(1019ms, sent);
@@ -127,7 +127,7 @@ TEST(Socketcand, JobsAreSentInCycles) {
   EXPECT_EQ(sent, (std::vector{frame("141#9A"), frame("141#9C")}));
   say(daemon, "< delete 141 >");
   EXPECT_EQ(daemon.next_due(), std::nullopt);
-  EXPECT_EQ(say(daemon, "< add 0 999 141 0 >").answer, "< error unknown command >");
+  EXPECT_EQ(say(daemon, "< add 0 999 141 0 >").response, "< error unknown command >");
 }
 
 TEST(Socketcand, JobsAreBounded) {
