@@ -26,22 +26,22 @@ namespace {
 namespace http = boost::beast::http;
 using fuzz::require;
 
-std::shared_ptr<Entrance> entrance_of(bool tcp) {
-  auto entrance = std::make_shared<Entrance>();
-  if (tcp) entrance->access = {true, "correct-horse-battery"};
-  return entrance;
+std::shared_ptr<HttpEndpoint> endpoint_of(bool tcp) {
+  auto endpoint = std::make_shared<HttpEndpoint>();
+  if (tcp) endpoint->access = {true, "correct-horse-battery"};
+  return endpoint;
 }
 
 class Connection {
  public:
-  explicit Connection(bool tcp) : entrance_(entrance_of(tcp)) {
+  explicit Connection(bool tcp) : endpoint_(endpoint_of(tcp)) {
     int ends[2];
     require(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0);
     client_ = ends[0];
     ::fcntl(client_, F_SETFL, O_NONBLOCK);
     boost::asio::local::stream_protocol::socket socket(
         t_.loop, boost::asio::local::stream_protocol(), ends[1]);
-    serve_http(HttpSocket(std::move(socket)), shared_, entrance_);
+    serve_http(HttpSocket(std::move(socket)), shared_, endpoint_);
     settle();
   }
   Connection(const Connection&) = delete;
@@ -49,7 +49,7 @@ class Connection {
   ~Connection() {  // a throw here is a finding
     if (client_ >= 0) ::close(client_);
     settle();
-    require(entrance_->connections == 0 && entrance_->idle.empty());
+    require(endpoint_->connections == 0 && endpoint_->idle.empty());
     require(shared_->telemetry_values == 0 && shared_->frame_streams == 0);
   }
 
@@ -63,8 +63,8 @@ class Connection {
       text.remove_prefix(static_cast<std::size_t>(sent));
     }
     Line& line = *t_.world.lines().front();  // so that telemetry has samples
-    line.bring_to(line.bus().time() + std::chrono::milliseconds(2), MonoTime::max(),
-                  Line::Patience::kNone);
+    line.advance_to(line.bus().time() + std::chrono::milliseconds(2), MonoTime::max(),
+                    Line::WaitPolicy::kNone);
     settle();
   }
   void shut_down_writing() {
@@ -128,7 +128,7 @@ class Connection {
 
   TestWorld t_;
   std::shared_ptr<HttpShared> shared_ = std::make_shared<HttpShared>(t_.world);
-  std::shared_ptr<Entrance> entrance_;
+  std::shared_ptr<HttpEndpoint> endpoint_;
   int client_ = -1;
   std::string sent_;
   std::string answers_;

@@ -58,8 +58,8 @@ class Clients {
     t_.loop.poll();
     require(answers == 1 && status != 500);
     require(status == 200 || line_().bus().faults().size() == faults);
-    line_().bring_to(line_().bus().time() + std::chrono::milliseconds(1), MonoTime::max(),
-                     Line::Patience::kNone);
+    line_().advance_to(line_().bus().time() + std::chrono::milliseconds(1), MonoTime::max(),
+                       Line::WaitPolicy::kNone);
   }
 
  private:

@@ -66,7 +66,7 @@ void run_live(const std::string& text, const ScenarioFiles& files) {
   Line line(kRunning.front());
   LiveScenario live(
       scenario, {&line}, [] {}, [] { return std::nullopt; });
-  line.bring_to(std::min(scenario.duration, kRun), MonoTime::max(), Line::Patience::kNone);
+  line.advance_to(std::min(scenario.duration, kRun), MonoTime::max(), Line::WaitPolicy::kNone);
   live.finish();
   require(live.report().verdict.expectations.size() == scenario.expectations.size());
 }

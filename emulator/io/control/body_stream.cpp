@@ -71,12 +71,12 @@ void append(std::string& text, std::span<const double> values, bool first) {
 
 }  // namespace
 
-const DrawableBody* looks_of(const World& world) {
+const DrawableBody* drawable_body(const World& world) {
   return dynamic_cast<const DrawableBody*>(world.body());
 }
 
 Json body_json(const World& world) {
-  const DrawableBody& body = *looks_of(world);
+  const DrawableBody& body = *drawable_body(world);
   const BodyShape shape = body.shape();
   const auto names = world.body()->joints();
   Json bodies = Json::array();
@@ -114,8 +114,8 @@ Json body_json(const World& world) {
           {"shape_changes", body.shape_changes()}};
 }
 
-std::string body_now_text(const World& world) {
-  const DrawableBody& body = *looks_of(world);
+std::string body_state_text(const World& world) {
+  const DrawableBody& body = *drawable_body(world);
   std::string text = fmt::format(R"({{"time_s":{},"shape_changes":{},"poses":[)",
                                  seconds(world.time()), body.shape_changes());
   bool first = true;
@@ -143,8 +143,8 @@ constexpr auto kPeriod = std::chrono::microseconds(16'667);
 class BodyStream : public StreamClient {
  public:
   BodyStream(HttpStream stream, std::shared_ptr<HttpShared> shared,
-             std::shared_ptr<Entrance> entrance)
-      : StreamClient(std::move(stream), std::move(shared), std::move(entrance)) {
+             std::shared_ptr<HttpEndpoint> endpoint)
+      : StreamClient(std::move(stream), std::move(shared), std::move(endpoint)) {
     ++this->shared().body_streams;
   }
   BodyStream(const BodyStream&) = delete;
@@ -154,28 +154,28 @@ class BodyStream : public StreamClient {
  private:
   void begin() override {
     due_ = monotonic_now();
-    tell();
+    send_pose();
   }
 
   /// Scheduled by the period, not by the last message. Sends only if time has advanced.
-  void tell() {
+  void send_pose() {
     const World& world = shared().api.world();
-    if (!writing_ && told_at_ != world.time()) {
-      told_at_ = world.time();
-      text_ = body_now_text(world);
+    if (!writing_ && sent_at_ != world.time()) {
+      sent_at_ = world.time();
+      text_ = body_state_text(world);
       writing_ = true;
       write(text_);
     }
     const MonoTime now = monotonic_now();
     due_ = std::max(due_ + kPeriod, now);
-    do_after(due_ - now, [this] { tell(); });
+    do_after(due_ - now, [this] { send_pose(); });
   }
 
   void on_written() override { writing_ = false; }
   void end() override {}
 
   std::string text_;  // being sent
-  std::optional<SimTime> told_at_;
+  std::optional<SimTime> sent_at_;
   MonoTime due_{0};
   bool writing_ = false;
 };
@@ -183,8 +183,8 @@ class BodyStream : public StreamClient {
 }  // namespace
 
 void stream_body(HttpStream stream, HttpUpgrade upgrade, std::shared_ptr<HttpShared> shared,
-                 std::shared_ptr<Entrance> entrance) {
-  std::make_shared<BodyStream>(std::move(stream), std::move(shared), std::move(entrance))
+                 std::shared_ptr<HttpEndpoint> endpoint) {
+  std::make_shared<BodyStream>(std::move(stream), std::move(shared), std::move(endpoint))
       ->start(std::move(upgrade));
 }
 

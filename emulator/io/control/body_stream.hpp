@@ -11,14 +11,14 @@
 namespace lk::emulator {
 
 /// Returns the body of `world`; null if it has none that can be drawn.
-const DrawableBody* looks_of(const World& world);
+const DrawableBody* drawable_body(const World& world);
 
 /// Returns shape and present poses of the body, with the drives of its joints. Pre:
-/// `looks_of(world)` is not null.
+/// `drawable_body(world)` is not null.
 Json body_json(const World& world);
 
 /// Returns {"time_s", "poses", "contacts"} of now, as text: it is sent 60 times a second.
-std::string body_now_text(const World& world);
+std::string body_state_text(const World& world);
 
 /// Limit over all clients.
 inline constexpr int kMaxBodyStreams = 8;
@@ -26,6 +26,6 @@ inline constexpr int kMaxBodyStreams = 8;
 /// Answers the upgrade and sends poses 60 times a second (wall clock) while time advances, until
 /// the client has gone; keeps itself alive. A slow client gets fewer.
 void stream_body(HttpStream stream, HttpUpgrade upgrade, std::shared_ptr<HttpShared> shared,
-                 std::shared_ptr<Entrance> entrance);
+                 std::shared_ptr<HttpEndpoint> endpoint);
 
 }  // namespace lk::emulator

@@ -60,7 +60,7 @@ void check_may_write(const ApiRequest& request) {
   if (request.from_page) {
     throw ApiError(403, "Origin", "a page may only look: start lk-emu with --http-write");
   }
-  if (request.from_anybody) {
+  if (request.is_public) {
     throw ApiError(403, "method",
                    "without a token one may only look: start lk-emu with --http-write, or with a "
                    "--http-token FILE");
@@ -69,7 +69,7 @@ void check_may_write(const ApiRequest& request) {
 
 /// Recording creates a directory wherever the program may. A client without a token may be anyone.
 void check_may_record(const ApiRequest& request) {
-  if (request.same_user || request.showed_token) return;
+  if (request.same_user || request.has_token) return;
   throw ApiError(403, "recording",
                  "writes files: begin it over the Unix socket (lk-emu ctl record), or start lk-emu "
                  "with a --http-token FILE or --record");
@@ -82,7 +82,7 @@ void check_query(const ApiRequest& request, std::string_view route) {
 }
 
 void check_clock_is_free(const World& world) {
-  if (!world.clock_is_held_by.empty()) throw ApiError(409, "clock", world.clock_is_held_by);
+  if (!world.clock_owner.empty()) throw ApiError(409, "clock", world.clock_owner);
 }
 
 /// Reads the mode at the required `key`.
@@ -185,11 +185,11 @@ Line& ControlApi::line_of(const std::string* bus) {
   return *world_.lines().front();
 }
 
-Line& ControlApi::line_said(Json& said) {
-  if (!said.contains("bus")) return line_of(nullptr);
-  if (!said["bus"].is_string()) throw ApiError(400, "bus", "must be a string");
-  const auto bus = said["bus"].get<std::string>();
-  said.erase("bus");
+Line& ControlApi::take_bus(Json& body) {
+  if (!body.contains("bus")) return line_of(nullptr);
+  if (!body["bus"].is_string()) throw ApiError(400, "bus", "must be a string");
+  const auto bus = body["bus"].get<std::string>();
+  body.erase("bus");
   return line_of(&bus);
 }
 
@@ -211,7 +211,7 @@ void ControlApi::get_status(const ApiRequest& request, const Parts& /*parts*/, c
           {"pid", ::getpid()},
           {"clock", clock_json()},
           {"buses", buses},
-          {"body", looks_of(world_) != nullptr},
+          {"body", drawable_body(world_) != nullptr},
           {"recording", recording.state ? recording.state() : Json(nullptr)},
           {"scenario", scenario.state ? scenario.state() : Json(nullptr)},
           {"pages_may_write", request.pages_may_write}},
@@ -282,9 +282,9 @@ void ControlApi::get_signals(const ApiRequest& /*request*/, const Parts& /*parts
 
 void ControlApi::post_directives(const ApiRequest& request, const Parts& /*parts*/,
                                  const Reply& reply) {
-  Json said = body_of(request);
-  if (said.contains("clock")) {  // the only directive without a bus
-    const toml::table table = to_table(said);
+  Json body = body_of(request);
+  if (body.contains("clock")) {  // the only directive without a bus
+    const toml::table table = to_table(body);
     TableReader reader(table, "request", "");
     const ClockMode mode = read_clock(reader, "clock");
     reader.finish();
@@ -292,18 +292,18 @@ void ControlApi::post_directives(const ApiRequest& request, const Parts& /*parts
     world_.set_clock(mode);
     return reply({200, {{"time_s", seconds(world_.time())}, {"faults", Json::array()}}, ""});
   }
-  Line& line = line_said(said);
+  Line& line = take_bus(body);
   catch_up();
-  const auto names = request_all(said, line);
+  const auto names = request_all(body, line);
   reply({200, {{"time_s", seconds(line.bus().time())}, {"faults", names}}, ""});
 }
 
 void ControlApi::post_frames(const ApiRequest& request, const Parts& /*parts*/,
                              const Reply& reply) {
-  Json said = body_of(request);
-  Line& line = line_said(said);
+  Json body = body_of(request);
+  Line& line = take_bus(body);
   catch_up();
-  reply({200, send_frames(said, line), ""});
+  reply({200, send_frames(body, line), ""});
 }
 
 void ControlApi::delete_directives(const ApiRequest& /*request*/, const Parts& /*parts*/,
@@ -345,13 +345,13 @@ void ControlApi::post_advance(const ApiRequest& request, const Parts& /*parts*/,
                        "); it is moved by hand when the clock is stepped");
   }
   if (world_.advancing()) throw ApiError(409, "clock", "time is being moved already");
-  const SimTime now = world_.clock().stands_at();
+  const SimTime now = world_.clock().stepped_time();
   const SimTime target = std::chrono::round<std::chrono::microseconds>(by ? now + *by : *to);
   if (target < now) reader.fail("to_s", "is past; it is " + std::to_string(seconds(now)) + " s");
   world_.advance(target, [this, reply](World::Advanced how) {
     const Json time_s = seconds(world_.time());
     switch (how) {
-      case World::Advanced::kThere:
+      case World::Advanced::kReached:
         return reply({200, {{"time_s", time_s}}, ""});
       case World::Advanced::kCancelled:
         return reply(error_response(409, "clock", "cancelled at " + time_s.dump() + " s"));

@@ -24,8 +24,8 @@ struct ApiRequest {
   bool from_page = false;        // sent by a browser page
   bool pages_may_write = false;  // setting of its entrance
   bool same_user = true;         // only this user can connect there
-  bool showed_token = false;     // the client has shown the required token
-  bool from_anybody = false;     // no token is required: --http-token none
+  bool has_token = false;        // the client has shown the required token
+  bool is_public = false;        // no token is required: --http-token none
 };
 
 struct ApiResponse {
@@ -118,8 +118,8 @@ class ControlApi {
   Json clock_json() const;
   /// Returns the named bus; null: the only one.
   Line& line_of(const std::string* bus);
-  /// Returns the bus that a request names, and removes the name from `said`.
-  Line& line_said(Json& said);
+  /// Returns the bus that a request names, and removes the name from `body`.
+  Line& take_bus(Json& body);
   /// Processes frames that have arrived, so that the answer is current.
   void catch_up() { world_.serve_all(); }
 

@@ -15,7 +15,7 @@ namespace lk::emulator {
 namespace {
 
 /// Configuration with the present RAM settings, which hold where a request gives no value.
-BusConfig as_it_is(const Line& line) {
+BusConfig current_config(const Line& line) {
   BusConfig now = line.config();
   for (ServoConfig& servo : now.servos) servo.rom = line.bus().servo(servo.id).ram();
   return now;
@@ -98,10 +98,10 @@ void check_places(const std::vector<TimedDirective>& directives, const Line& lin
 }
 
 /// Reads and checks only.
-std::vector<TimedDirective> read_request(const Json& said, const Line& line) {
-  const toml::table table = to_table(said);
+std::vector<TimedDirective> read_request(const Json& request, const Line& line) {
+  const toml::table table = to_table(request);
   TableReader reader(table, "request", "");
-  auto directives = read_directives(reader, as_it_is(line), Timing::kOptional);
+  auto directives = read_directives(reader, current_config(line), Timing::kOptional);
   for (const TimedDirective& directive : directives) {
     const auto& what = directive.directive.what;
     if (const auto* set = std::get_if<SetFault>(&what)) {
@@ -129,14 +129,14 @@ std::vector<std::string> perform_all(const std::vector<TimedDirective>& directiv
 
 }  // namespace
 
-std::vector<std::string> request_all(const Json& said, Line& line) {
-  const auto directives = read_request(said, line);
-  line.announce(said.dump());
+std::vector<std::string> request_all(const Json& request, Line& line) {
+  const auto directives = read_request(request, line);
+  line.announce(request.dump());
   return perform_all(directives, line);
 }
 
-Json send_frames(const Json& said, Line& line) {
-  const toml::table table = to_table(said);
+Json send_frames(const Json& request, Line& line) {
+  const toml::table table = to_table(request);
   TableReader reader(table, "request", "");
   const auto frames = read_frames(reader, line.config());
   reader.finish();
@@ -147,7 +147,7 @@ Json send_frames(const Json& said, Line& line) {
   }
   Json texts = Json::array();
   for (const protocol::Frame& frame : frames) {
-    line.take_in({bus.time(), frame});
+    line.accept({bus.time(), frame});
     texts.push_back(frame_text(frame));
   }
   return {{"time_s", seconds(bus.time())}, {"frames", texts}};

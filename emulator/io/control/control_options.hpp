@@ -14,7 +14,7 @@ struct HttpAddress {
 };
 
 /// Time-outs for clients.
-struct Patience {
+struct Timeouts {
   std::chrono::milliseconds request = std::chrono::seconds(10);  // for a whole request
   std::chrono::milliseconds idle = std::chrono::seconds(60);     // between requests
 };
@@ -27,7 +27,7 @@ struct ControlOptions {
   std::string page_language;         // "en" or "zh"; empty: language of the browser
   std::filesystem::path token_file;  // token required over TCP; empty: none
   bool open_to_others = false;       // no token required on any address (--http-token none)
-  Patience patience;
+  Timeouts timeouts;
 };
 
 }  // namespace lk::emulator

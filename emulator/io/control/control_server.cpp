@@ -63,7 +63,7 @@ std::string read_token(const std::filesystem::path& file) {
 
 ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
                              const ControlOptions& options)
-    : loop_(loop), shared_(std::make_shared<HttpShared>(world)), patience_(options.patience) {
+    : loop_(loop), shared_(std::make_shared<HttpShared>(world)), timeouts_(options.timeouts) {
   // TCP first: it may be refused, and leaves no file behind.
   if (options.http) listen_at(*options.http, options);
   if (options.socket.empty()) {
@@ -82,10 +82,10 @@ ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
 }
 
 void ControlServer::listen_at(const std::filesystem::path& path) {
-  const auto entrance = std::make_shared<Entrance>();
-  entrance->patience = patience_;
-  entrance->same_user = true;
-  unix_.emplace(loop_, path, serving(entrance));
+  const auto endpoint = std::make_shared<HttpEndpoint>();
+  endpoint->timeouts = timeouts_;
+  endpoint->same_user = true;
+  unix_.emplace(loop_, path, serving(endpoint));
   spdlog::debug("control: {}", path.string());
 }
 
@@ -96,19 +96,19 @@ void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& opt
     throw StartError("--http: \"" + http.address +
                      "\" is not an IP address, like 127.0.0.1 or ::1");
   }
-  const auto entrance = std::make_shared<Entrance>();
-  entrance->patience = patience_;
-  Access& access = entrance->access;
+  const auto endpoint = std::make_shared<HttpEndpoint>();
+  endpoint->timeouts = timeouts_;
+  Access& access = endpoint->access;
   access.open_to_others = options.open_to_others;
   access.pages_may_write = options.pages_may_write;
-  entrance->page_language = options.page_language;
+  endpoint->page_language = options.page_language;
   if (!options.token_file.empty()) access.token = read_token(options.token_file);
   if (!address.is_loopback() && access.token.empty() && !options.open_to_others) {
     throw StartError("--http: others can reach " + http.address +
                      ": give a --http-token FILE, or none");
   }
   access.own_pages_only = address.is_loopback() || access.token.empty();
-  tcp_.emplace(loop_, address, http.port, serving(entrance));
+  tcp_.emplace(loop_, address, http.port, serving(endpoint));
   const std::string host = url_host(address);
   if (!address.is_loopback() && access.token.empty()) {
     spdlog::warn("--http: whoever reaches {} can look at these drives{}{}", host,
@@ -119,21 +119,21 @@ void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& opt
 }
 
 /// A new connection replaces the one that has been idle longest.
-bool ControlServer::has_room(Entrance& entrance) {
-  if (entrance.connections < kMaxConnections) return true;
-  if (entrance.idle.empty()) {
-    tell_of_refusal(entrance, "connection",
+bool ControlServer::has_room(HttpEndpoint& endpoint) {
+  if (endpoint.connections < kMaxConnections) return true;
+  if (endpoint.idle.empty()) {
+    log_refusal(endpoint, "connection",
                     "connection: there are " + std::to_string(kMaxConnections) + " already");
     return false;
   }
-  const auto close = entrance.idle.front();  // removes itself from `idle`
+  const auto close = endpoint.idle.front();  // removes itself from `idle`
   close();
   return true;
 }
 
-SocketListener::OnConnect ControlServer::serving(std::shared_ptr<Entrance> entrance) {
-  return [shared = shared_, entrance = std::move(entrance)](HttpSocket socket) {
-    if (has_room(*entrance)) serve_http(std::move(socket), shared, entrance);
+SocketListener::OnConnect ControlServer::serving(std::shared_ptr<HttpEndpoint> endpoint) {
+  return [shared = shared_, endpoint = std::move(endpoint)](HttpSocket socket) {
+    if (has_room(*endpoint)) serve_http(std::move(socket), shared, endpoint);
   };
 }
 

@@ -31,12 +31,12 @@ class ControlServer {
  private:
   void listen_at(const std::filesystem::path& path);
   void listen_at(const HttpAddress& http, const ControlOptions& options);
-  static bool has_room(Entrance& entrance);
-  SocketListener::OnConnect serving(std::shared_ptr<Entrance> entrance);
+  static bool has_room(HttpEndpoint& endpoint);
+  SocketListener::OnConnect serving(std::shared_ptr<HttpEndpoint> endpoint);
 
   boost::asio::io_context& loop_;
   std::shared_ptr<HttpShared> shared_;
-  Patience patience_;
+  Timeouts timeouts_;
   std::optional<SocketListener> unix_;
   std::optional<SocketListener> tcp_;
 };

@@ -16,8 +16,8 @@ constexpr auto kGather = std::chrono::milliseconds(20);
 class FrameStream : public StreamClient {
  public:
   FrameStream(HttpStream stream, Line& line, std::shared_ptr<HttpShared> shared,
-              std::shared_ptr<Entrance> entrance)
-      : StreamClient(std::move(stream), std::move(shared), std::move(entrance)),
+              std::shared_ptr<HttpEndpoint> endpoint)
+      : StreamClient(std::move(stream), std::move(shared), std::move(endpoint)),
         line_(line),
         reader_(line.config()) {
     ++this->shared().frame_streams;
@@ -29,17 +29,17 @@ class FrameStream : public StreamClient {
  private:
   void begin() override {
     // Does not own this stream, which may end earlier.
-    const auto hear = [this, weak = weak_from_this()](Direction direction) {
+    const auto make_callback = [this, weak = weak_from_this()](Direction direction) {
       return [this, weak, direction](const TimedFrame& frame) {
         if (const auto self = weak.lock()) gather(frame, direction);
       };
     };
     Listener listener;
-    listener.query = hear(Direction::kQuery);
-    listener.reply = hear(Direction::kReply);
+    listener.query = make_callback(Direction::kQuery);
+    listener.reply = make_callback(Direction::kReply);
     listener_ = line_.add_listener(std::move(listener));
     const Json introduction = {{"bus", line_.name()}};
-    tell(introduction.dump());
+    send(introduction.dump());
   }
 
   enum class Direction : std::uint8_t { kQuery, kReply };
@@ -51,20 +51,20 @@ class FrameStream : public StreamClient {
     }
     const bool query = direction == Direction::kQuery;
     gathered_.push_back({frame, direction, query ? line_.adviser().query_count() : 0});
-    if (gathered_.size() == 1 && !writing_) tell_soon();
+    if (gathered_.size() == 1 && !writing_) schedule_send();
   }
 
-  void tell_soon() {
-    do_after(kGather, [this] { tell_gathered(); });
+  void schedule_send() {
+    do_after(kGather, [this] { send_gathered(); });
   }
 
-  void tell_gathered() {
+  void send_gathered() {
     Json frames = Json::array();
     for (const Gathered& one : gathered_) frames.push_back(row(one));
     gathered_.clear();
     Json message = {{"frames", std::move(frames)}};
     if (lost_ > 0) message["lost"] = lost_;
-    tell(message.dump(-1, ' ', false, Json::error_handler_t::replace));
+    send(message.dump(-1, ' ', false, Json::error_handler_t::replace));
   }
 
   struct Gathered {
@@ -76,7 +76,7 @@ class FrameStream : public StreamClient {
   Json row(const Gathered& gathered) {
     const TimedFrame& timed = gathered.frame;
     const bool query = gathered.direction == Direction::kQuery;
-    if (std::exchange(moves_, line_.bus().address_changes()) != line_.bus().address_changes())
+    if (std::exchange(address_changes_, line_.bus().address_changes()) != line_.bus().address_changes())
       reader_.follow(line_.bus());
     const FrameWords words = query ? reader_.query(timed.frame) : reader_.reply(timed.frame);
     Json json = {{"time_s", seconds(timed.at)},
@@ -100,7 +100,7 @@ class FrameStream : public StreamClient {
     return json;
   }
 
-  void tell(std::string text) {
+  void send(std::string text) {
     writing_ = true;
     text_ = std::move(text);
     write(text_);
@@ -108,7 +108,7 @@ class FrameStream : public StreamClient {
 
   void on_written() override {
     writing_ = false;
-    if (!gathered_.empty()) tell_soon();
+    if (!gathered_.empty()) schedule_send();
   }
 
   void end() override {
@@ -118,7 +118,7 @@ class FrameStream : public StreamClient {
 
   Line& line_;
   FrameReader reader_;
-  std::uint64_t moves_ = 0;  // address changes of the bus that the reader has applied
+  std::uint64_t address_changes_ = 0;  // address changes of the bus that the reader has applied
   std::optional<Line::ListenerKey> listener_;
   std::vector<Gathered> gathered_;
   std::string text_;  // being sent
@@ -129,8 +129,8 @@ class FrameStream : public StreamClient {
 }  // namespace
 
 void stream_frames(HttpStream stream, HttpUpgrade upgrade, Line& line,
-                   std::shared_ptr<HttpShared> shared, std::shared_ptr<Entrance> entrance) {
-  std::make_shared<FrameStream>(std::move(stream), line, std::move(shared), std::move(entrance))
+                   std::shared_ptr<HttpShared> shared, std::shared_ptr<HttpEndpoint> endpoint) {
+  std::make_shared<FrameStream>(std::move(stream), line, std::move(shared), std::move(endpoint))
       ->start(std::move(upgrade));
 }
 

@@ -15,6 +15,6 @@ inline constexpr std::size_t kMaxGathered = 1024;
 /// Answers the upgrade and sends every frame of `line`, decoded, until the client has gone; keeps
 /// itself alive. A client that reads too slowly misses frames.
 void stream_frames(HttpStream stream, HttpUpgrade upgrade, Line& line,
-                   std::shared_ptr<HttpShared> shared, std::shared_ptr<Entrance> entrance);
+                   std::shared_ptr<HttpShared> shared, std::shared_ptr<HttpEndpoint> endpoint);
 
 }  // namespace lk::emulator

@@ -123,9 +123,9 @@ bool offers_protocol(std::string_view offered) {
 
 std::string authorization_of(std::string_view offered) {
   constexpr std::string_view kPrefix = "bearer.";
-  std::string said;
+  std::string authorization;
   each_word(offered, [&](std::string_view word) {
-    if (!said.empty() || !word.starts_with(kPrefix)) return;
+    if (!authorization.empty() || !word.starts_with(kPrefix)) return;
     word.remove_prefix(kPrefix.size());
     std::string token;
     for (; word.size() >= 2; word.remove_prefix(2)) {
@@ -134,9 +134,9 @@ std::string authorization_of(std::string_view offered) {
       if (error != std::errc() || end != word.data() + 2) return;
       token += static_cast<char>(byte);
     }
-    if (word.empty()) said = "Bearer " + token;
+    if (word.empty()) authorization = "Bearer " + token;
   });
-  return said;
+  return authorization;
 }
 
 /// Protects against pages in a browser on this machine. Origin reveals a foreign page; Host reveals

@@ -30,8 +30,8 @@ using boost::system::error_code;
 
 constexpr std::size_t kReadAtOnce = 4096;
 constexpr std::size_t kLongestBuffer = 16'384;  // includes requests sent ahead
-constexpr auto kGoodbye = std::chrono::seconds(1);
-constexpr int kMostGoodbyeReads = 256;
+constexpr auto kLingerTimeout = std::chrono::seconds(1);
+constexpr int kMostLingerReads = 256;
 /// The dashboard loads only its own files, and no other page can frame it.
 constexpr const char* kPagePolicy =
     "default-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'; base-uri 'none'; "
@@ -65,15 +65,15 @@ std::string kind_of(int status, std::string_view where) {
 class HttpSession : public std::enable_shared_from_this<HttpSession> {
  public:
   HttpSession(HttpSocket socket, std::shared_ptr<HttpShared> shared,
-              std::shared_ptr<Entrance> entrance)
-      : stream_(std::move(socket)), shared_(std::move(shared)), entrance_(std::move(entrance)) {
-    ++entrance_->connections;
+              std::shared_ptr<HttpEndpoint> endpoint)
+      : stream_(std::move(socket)), shared_(std::move(shared)), endpoint_(std::move(endpoint)) {
+    ++endpoint_->connections;
   }
   HttpSession(const HttpSession&) = delete;
   HttpSession& operator=(const HttpSession&) = delete;
   ~HttpSession() {
     no_longer_idle();
-    --entrance_->connections;
+    --endpoint_->connections;
   }
 
   /// Waits for the next request or the end. Requests sent ahead wait in buffer and socket.
@@ -82,8 +82,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       read_header();
       return;
     }
-    stream_.expires_after(entrance_->patience.idle);
-    idle_ = entrance_->idle.insert(entrance_->idle.end(), [this] {
+    stream_.expires_after(endpoint_->timeouts.idle);
+    idle_ = endpoint_->idle.insert(endpoint_->idle.end(), [this] {
       no_longer_idle();
       stream_.close();
     });
@@ -101,19 +101,19 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     parser_.emplace();
     parser_->header_limit(kLongestHeader);
     parser_->body_limit(kLongestBody);
-    stream_.expires_after(entrance_->patience.request);  // for the whole request
+    stream_.expires_after(endpoint_->timeouts.request);  // for the whole request
     http::async_read_header(
         stream_, buffer_, *parser_,
         [self = shared_from_this()](const error_code& error, std::size_t /*size*/) {
           if (error) {
             self->refuse_unreadable(error);
           } else {
-            self->look_at_header();
+            self->check_header();
           }
         });
   }
 
-  void look_at_header() {
+  void check_header() {
     const auto& header = parser_->get();
     for (const auto field : {http::field::host, http::field::origin, http::field::authorization}) {
       if (header.count(field) < 2) continue;
@@ -131,8 +131,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     const EmbeddedFile* const file = find_web_file(target);
     // Files of the dashboard are public: a browser has no token before it has loaded them.
     const auto refused = file != nullptr
-                             ? refusal({.own_pages_only = entrance_->access.own_pages_only}, shown)
-                             : refusal(entrance_->access, shown);
+                             ? refusal({.own_pages_only = endpoint_->access.own_pages_only}, shown)
+                             : refusal(endpoint_->access, shown);
     if (refused) {
       refuse(refused->status, refused->where, refused->reason);
       return;
@@ -141,10 +141,10 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     request_.method = head() ? "GET" : std::string(view(header.method_string()));
     request_.content_type = std::string(view(header[http::field::content_type]));
     request_.from_page = shown.origin.has_value();
-    request_.pages_may_write = entrance_->access.pages_may_write;
-    request_.same_user = entrance_->same_user;
-    request_.showed_token = !entrance_->access.token.empty();  // otherwise it was refused
-    request_.from_anybody = entrance_->access.open_to_others;
+    request_.pages_may_write = endpoint_->access.pages_may_write;
+    request_.same_user = endpoint_->same_user;
+    request_.has_token = !endpoint_->access.token.empty();  // otherwise it was refused
+    request_.is_public = endpoint_->access.open_to_others;
     if (file != nullptr) {
       send_file(*file, view(header[http::field::if_none_match]));
       return;
@@ -176,12 +176,12 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   void dispatch() {
     request_.body = std::move(parser_->get().body());
     keep_alive_ = parser_->get().keep_alive();
-    if (request_.method == "GET" && has_left()) return;
+    if (request_.method == "GET" && is_disconnected()) return;
     const unsigned mine = ++requests_;
     waiting_ = true;
     shared_->api.handle(request_, [self = shared_from_this()](const ApiResponse& response) {
       self->waiting_ = false;
-      self->tell_if_refused("API", response);
+      self->log_if_refused("API", response);
       self->write(response);
     });
     if (waiting_ && mine == requests_) watch_for_hang_up(mine);
@@ -213,7 +213,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   }
 
   /// Detects a disconnect also behind bytes sent ahead.
-  bool has_left() {
+  bool is_disconnected() {
     pollfd socket{stream_.socket().native_handle(), POLLRDHUP, 0};
     return ::poll(&socket, 1, 0) > 0;
   }
@@ -223,7 +223,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   }
 
   void no_longer_idle() {
-    if (idle_) entrance_->idle.erase(*idle_);
+    if (idle_) endpoint_->idle.erase(*idle_);
     idle_.reset();
   }
 
@@ -241,7 +241,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   }
 
   void upgrade() {
-    if (entrance_->streams >= kMaxStreams) {
+    if (endpoint_->streams >= kMaxStreams) {
       throw ApiError(429, "WebSocket", "there are " + std::to_string(kMaxStreams) + " already");
     }
     if (request_.path == ControlApi::kFramesPath) {
@@ -251,7 +251,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
         throw ApiError(429, "frames", "others listen already, as many as may");
       }
       stream_.expires_never();
-      stream_frames(std::move(stream_), parser_->release(), line, shared_, entrance_);
+      stream_frames(std::move(stream_), parser_->release(), line, shared_, endpoint_);
       return;
     }
     if (request_.path == ControlApi::kBodyPath) {
@@ -261,7 +261,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
         throw ApiError(429, "body", "others listen already, as many as may");
       }
       stream_.expires_never();
-      stream_body(std::move(stream_), parser_->release(), shared_, entrance_);
+      stream_body(std::move(stream_), parser_->release(), shared_, endpoint_);
       return;
     }
     if (request_.path != ControlApi::kTelemetryPath) {
@@ -274,12 +274,12 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       throw ApiError(429, "rate_Hz", "all clients together ask for too many values per second");
     }
     stream_.expires_never();
-    stream_telemetry(std::move(stream_), parser_->release(), wanted, shared_, entrance_);
+    stream_telemetry(std::move(stream_), parser_->release(), wanted, shared_, endpoint_);
   }
 
   void refuse_unreadable(const error_code& error) {
     if (error == beast::error::timeout) {
-      tell_of_refusal(*entrance_, "slow request", "request: took too long to arrive");
+      log_refusal(*endpoint_, "slow request", "request: took too long to arrive");
     }
     if (error.category() != http::make_error_code(http::error::end_of_stream).category() ||
         error == http::error::end_of_stream || error == http::error::partial_message) {
@@ -292,7 +292,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   void refuse(int status, const std::string& where, const std::string& reason) {
     keep_alive_ = false;
     const ApiResponse response = error_response(status, where, reason);
-    tell_if_refused("HTTP", response);
+    log_if_refused("HTTP", response);
     write(response);
   }
 
@@ -302,13 +302,13 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     if (request_.method != "GET") {
       ApiResponse response = error_response(405, "method", "this can be asked for by GET, HEAD");
       response.allow = "GET, HEAD";
-      tell_if_refused("HTTP", response);
+      log_if_refused("HTTP", response);
       write(response);
       return;
     }
     std::string etag(file.etag);
     std::string body(file.body);
-    const std::string& language = entrance_->page_language;
+    const std::string& language = endpoint_->page_language;
     const std::size_t at = file.path == "/" ? body.find(kPageLanguage) : std::string::npos;
     if (!language.empty() && at != std::string::npos) {
       body.replace(at, kPageLanguage.size(), "data-lang=\"" + language + "\"");
@@ -346,52 +346,52 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     send_response();
   }
 
-  void tell_if_refused(const std::string& by, const ApiResponse& response) {
+  void log_if_refused(const std::string& by, const ApiResponse& response) {
     if (response.status < 400) return;
     const Json& error = response.body.at("error");
     const auto where = error.at("where").get<std::string>();
     if (!is_refusal(response.status, where)) return;
     const auto reason = error.at("reason").get<std::string>();
-    tell_of_refusal(*entrance_, by + " " + kind_of(response.status, where),
-                    std::to_string(response.status) + " " + where + ": " + reason);
+    log_refusal(*endpoint_, by + " " + kind_of(response.status, where),
+                std::to_string(response.status) + " " + where + ": " + reason);
   }
 
   void send_response() {
     response_.keep_alive(keep_alive_);
-    stream_.expires_after(entrance_->patience.request);
+    stream_.expires_after(endpoint_->timeouts.request);
     http::async_write(stream_, response_,
                       [self = shared_from_this()](const error_code& error, std::size_t /*size*/) {
                         if (error == beast::error::timeout) {
-                          tell_of_refusal(*self->entrance_, "slow answer",
-                                          "answer: was not taken for too long");
+                          log_refusal(*self->endpoint_, "slow answer",
+                                      "answer: was not taken for too long");
                         } else if (!error && self->keep_alive_) {
                           self->wait();
                         } else if (!error) {
-                          self->say_goodbye();
+                          self->linger_then_close();
                         }
                       });
   }
 
   /// Reads the rest first: closing a socket with unread bytes would discard the answer.
-  void say_goodbye() {
+  void linger_then_close() {
     error_code ignored;
     stream_.socket().shutdown(HttpSocket::shutdown_send, ignored);
-    stream_.expires_after(kGoodbye);
-    read_away(0);
+    stream_.expires_after(kLingerTimeout);
+    discard_input(0);
   }
 
-  void read_away(int times) {
+  void discard_input(int times) {
     buffer_.clear();
     stream_.async_read_some(
         buffer_.prepare(kReadAtOnce),
         [self = shared_from_this(), times](const error_code& error, std::size_t /*size*/) {
-          if (!error && times < kMostGoodbyeReads) self->read_away(times + 1);
+          if (!error && times < kMostLingerReads) self->discard_input(times + 1);
         });
   }
 
   HttpStream stream_;
   std::shared_ptr<HttpShared> shared_;
-  std::shared_ptr<Entrance> entrance_;
+  std::shared_ptr<HttpEndpoint> endpoint_;
   std::optional<std::list<std::function<void()>>::iterator> idle_;  // set while idle
   beast::flat_buffer buffer_{kLongestBuffer};
   std::optional<http::request_parser<http::string_body>> parser_;
@@ -404,15 +404,15 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
 
 }  // namespace
 
-void tell_of_refusal(Entrance& entrance, const std::string& kind, const std::string& reason) {
-  if (!entrance.told.insert(kind).second) return;
+void log_refusal(HttpEndpoint& endpoint, const std::string& kind, const std::string& reason) {
+  if (!endpoint.logged_refusals.insert(kind).second) return;
   spdlog::warn("control: a client was refused: {} (said once; others like it are not logged)",
                sanitized_line(reason));
 }
 
 void serve_http(HttpSocket socket, std::shared_ptr<HttpShared> shared,
-                std::shared_ptr<Entrance> entrance) {
-  std::make_shared<HttpSession>(std::move(socket), std::move(shared), std::move(entrance))->wait();
+                std::shared_ptr<HttpEndpoint> endpoint) {
+  std::make_shared<HttpSession>(std::move(socket), std::move(shared), std::move(endpoint))->wait();
 }
 
 }  // namespace lk::emulator

@@ -29,16 +29,16 @@ struct HttpShared {
 
 /// One listening place and its connections. Each entrance has its own limits, so that clients of
 /// one cannot block another. May outlive the server.
-struct Entrance {
+struct HttpEndpoint {
   Access access;
-  Patience patience;
+  Timeouts timeouts;
   std::string page_language;  // see ControlOptions
   bool same_user = false;     // only this user can connect
   int connections = 0;
   int streams = 0;  // WebSockets among them; never idle
   /// Each closes one idle connection; the longest idle is first.
   std::list<std::function<void()>> idle;
-  std::set<std::string> told;  // kinds of refusal already logged
+  std::set<std::string> logged_refusals;  // kinds of refusal already logged
 };
 
 // Limits that protect the drives from clients (docs/reference/control-api.md).
@@ -57,9 +57,9 @@ using HttpUpgrade = boost::beast::http::request<boost::beast::http::string_body>
 
 /// Serves one client until it has gone; keeps itself alive.
 void serve_http(HttpSocket socket, std::shared_ptr<HttpShared> shared,
-                std::shared_ptr<Entrance> entrance);
+                std::shared_ptr<HttpEndpoint> endpoint);
 
 /// Logs a refusal and its reason, once for each `kind`, which clients must not be able to choose.
-void tell_of_refusal(Entrance& entrance, const std::string& kind, const std::string& reason);
+void log_refusal(HttpEndpoint& endpoint, const std::string& kind, const std::string& reason);
 
 }  // namespace lk::emulator

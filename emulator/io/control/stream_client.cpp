@@ -28,18 +28,18 @@ void choose_protocol(websocket::stream<HttpStream, false>& socket, const HttpUpg
 }  // namespace
 
 StreamClient::StreamClient(HttpStream stream, std::shared_ptr<HttpShared> shared,
-                           std::shared_ptr<Entrance> entrance)
+                           std::shared_ptr<HttpEndpoint> endpoint)
     : socket_(std::move(stream)),
       timer_(socket_.get_executor()),
       shared_(std::move(shared)),
-      entrance_(std::move(entrance)) {
-  ++entrance_->connections;
-  ++entrance_->streams;
+      endpoint_(std::move(endpoint)) {
+  ++endpoint_->connections;
+  ++endpoint_->streams;
 }
 
 StreamClient::~StreamClient() {
-  --entrance_->connections;
-  --entrance_->streams;
+  --endpoint_->connections;
+  --endpoint_->streams;
 }
 
 void StreamClient::start(HttpUpgrade upgrade) {
@@ -59,7 +59,7 @@ void StreamClient::write(const std::string& text) {
   socket_.async_write(boost::asio::buffer(text),
                       [self = shared_from_this()](const error_code& error, std::size_t /*n*/) {
                         if (error) {
-                          self->leave();
+                          self->on_disconnect();
                         } else {
                           self->on_written();
                         }
@@ -71,7 +71,7 @@ void StreamClient::do_after(std::chrono::nanoseconds delay, std::function<void()
   timer_.expires_after(delay);
   timer_.async_wait([weak = weak_from_this(), what = std::move(what)](const error_code& error) {
     const auto self = weak.lock();
-    if (!error && self && !self->gone_) what();
+    if (!error && self && !self->is_closed_) what();
   });
 }
 
@@ -81,15 +81,15 @@ void StreamClient::read() {
   socket_.async_read(incoming_,
                      [self = shared_from_this()](const error_code& error, std::size_t /*n*/) {
                        if (error) {
-                         self->leave();
+                         self->on_disconnect();
                        } else {
                          self->read();
                        }
                      });
 }
 
-void StreamClient::leave() {
-  gone_ = true;
+void StreamClient::on_disconnect() {
+  is_closed_ = true;
   timer_.cancel();
   end();
 }
@@ -117,7 +117,7 @@ void ControlApi::read_body_request(const ApiRequest& request) const {
   if (!request.query.empty()) {
     throw ApiError(400, request.query.begin()->first, "unknown; this request has no parameters");
   }
-  if (looks_of(world_) == nullptr)
+  if (drawable_body(world_) == nullptr)
     throw ApiError(404, "body", "the drives turn the joints of no body");
 }
 

@@ -16,7 +16,7 @@ namespace lk::emulator {
 class StreamClient : public std::enable_shared_from_this<StreamClient> {
  public:
   StreamClient(HttpStream stream, std::shared_ptr<HttpShared> shared,
-               std::shared_ptr<Entrance> entrance);
+               std::shared_ptr<HttpEndpoint> endpoint);
   StreamClient(const StreamClient&) = delete;
   StreamClient& operator=(const StreamClient&) = delete;
   virtual ~StreamClient();
@@ -40,15 +40,15 @@ class StreamClient : public std::enable_shared_from_this<StreamClient> {
 
  private:
   void read();
-  void leave();
+  void on_disconnect();
 
   boost::beast::websocket::stream<HttpStream, false> socket_;
   boost::asio::steady_timer timer_;
   std::shared_ptr<HttpShared> shared_;
-  std::shared_ptr<Entrance> entrance_;
+  std::shared_ptr<HttpEndpoint> endpoint_;
   HttpUpgrade upgrade_;
   boost::beast::flat_buffer incoming_;
-  bool gone_ = false;
+  bool is_closed_ = false;
 };
 
 }  // namespace lk::emulator

@@ -114,8 +114,8 @@ void append_number(std::string& text, double value) {
 class TelemetryStream : public StreamClient {
  public:
   TelemetryStream(HttpStream stream, TelemetryRequest wanted, std::shared_ptr<HttpShared> shared,
-                  std::shared_ptr<Entrance> entrance)
-      : StreamClient(std::move(stream), std::move(shared), std::move(entrance)),
+                  std::shared_ptr<HttpEndpoint> endpoint)
+      : StreamClient(std::move(stream), std::move(shared), std::move(endpoint)),
         wanted_(std::move(wanted)) {
     this->shared().telemetry_values += values_a_second();
   }
@@ -134,14 +134,14 @@ class TelemetryStream : public StreamClient {
     const int any = wanted_.line->config().servos.front().id;
     for (const Signal* signal : wanted_.body_signals) columns.push_back({any, signal});
     sampler_.emplace(std::move(columns), wanted_.line->bus().time(), wanted_.period);
-    tell(introduction());
+    send(introduction());
     // Does not own this stream, which may end earlier.
     watcher_ = wanted_.line->add_watcher({[this, weak = weak_from_this()] {
                                             const auto self = weak.lock();
                                             return self ? sampler_->next_due() : SimTime::max();
                                           },
                                           [this, weak = weak_from_this()](const Bus& bus) {
-                                            if (const auto self = weak.lock()) look(bus);
+                                            if (const auto self = weak.lock()) sample(bus);
                                           }});
   }
 
@@ -156,7 +156,7 @@ class TelemetryStream : public StreamClient {
     return json.dump();
   }
 
-  void look(const Bus& bus) {
+  void sample(const Bus& bus) {
     sampler_->sample(bus, row_);
     if (queued_ + gathered_.size() > kMaxQueued) {
       ++lost_;
@@ -184,23 +184,23 @@ class TelemetryStream : public StreamClient {
     }
     text += wanted_.body_signals.empty() ? "}" : "]}";
     if (gathered_samples_ >= wanted_.samples_per_message) {
-      tell_gathered();
+      send_gathered();
     } else if (gathered_samples_ == 1) {
-      do_after(kLongestGather, [this] { tell_gathered(); });
+      do_after(kLongestGather, [this] { send_gathered(); });
     }
   }
 
-  void tell_gathered() {
+  void send_gathered() {
     if (gathered_samples_ == 0) return;
     gathered_samples_ = 0;
     if (wanted_.samples_per_message > 1) {
-      tell("[" + std::exchange(gathered_, {}) + "]");
+      send("[" + std::exchange(gathered_, {}) + "]");
     } else {
-      tell(std::exchange(gathered_, {}));
+      send(std::exchange(gathered_, {}));
     }
   }
 
-  void tell(std::string text) {
+  void send(std::string text) {
     queued_ += text.size();
     queue_.push_back(std::move(text));
     if (queue_.size() == 1) write(queue_.front());
@@ -231,9 +231,9 @@ class TelemetryStream : public StreamClient {
 }  // namespace
 
 void stream_telemetry(HttpStream stream, HttpUpgrade upgrade, const TelemetryRequest& wanted,
-                      std::shared_ptr<HttpShared> shared, std::shared_ptr<Entrance> entrance) {
+                      std::shared_ptr<HttpShared> shared, std::shared_ptr<HttpEndpoint> endpoint) {
   std::make_shared<TelemetryStream>(std::move(stream), wanted, std::move(shared),
-                                    std::move(entrance))
+                                    std::move(endpoint))
       ->start(std::move(upgrade));
 }
 

@@ -16,6 +16,6 @@ inline constexpr double kMaxTelemetryOfAll = 400'000;
 /// Answers the upgrade and sends the `wanted` samples until the client has gone; keeps itself
 /// alive. A client that reads too slowly misses samples.
 void stream_telemetry(HttpStream stream, HttpUpgrade upgrade, const TelemetryRequest& wanted,
-                      std::shared_ptr<HttpShared> shared, std::shared_ptr<Entrance> entrance);
+                      std::shared_ptr<HttpShared> shared, std::shared_ptr<HttpEndpoint> endpoint);
 
 }  // namespace lk::emulator

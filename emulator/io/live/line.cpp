@@ -54,7 +54,7 @@ struct AllWatchers {
   }
   void sample(const Bus& bus) const {
     for (const Watcher& watcher : watchers) {
-      if (watcher.next_due() <= bus.time()) watcher.look(bus);
+      if (watcher.next_due() <= bus.time()) watcher.sample(bus);
     }
   }
 };
@@ -75,28 +75,28 @@ void Line::connect(boost::asio::io_context& loop, Interfaces allowed,
   port_ = make_port(loop, config_, allowed, std::move(on_frames));
 }
 
-void Line::take_in(const TimedFrame& in) {
-  spaced_ = spaced_ && (bus_.time() < spaced_until_ || !backlog_.empty() || !bus_.line_is_quiet());
-  if (spaced_ && backlog_.size() >= kMaxSpaced) {
-    spaced_ = false;
+void Line::accept(const TimedFrame& in) {
+  waits_for_quiet_line_ = waits_for_quiet_line_ && (bus_.time() < waits_at_least_until_ || !backlog_.empty() || !bus_.line_is_quiet());
+  if (waits_for_quiet_line_ && backlog_.size() >= kMaxSpaced) {
+    waits_for_quiet_line_ = false;
     flooded_ = true;
   }
   if (flooded_) {  // the backlog goes first, as far as there is room
     if (advancing_) {
       take_from_backlog();
     } else {
-      bring_to(frame_instant(in.at, bus_.time()), MonoTime::max(), Patience::kNone);
+      advance_to(frame_instant(in.at, bus_.time()), MonoTime::max(), WaitPolicy::kNone);
     }
   }
   // The bus drops a frame for which there is no room in either queue.
   const bool is_lost = flooded_ && backlog_.size() >= kMaxSpaced && bus_.host_queue_full();
-  if (spaced_ || (!backlog_.empty() && !is_lost)) {
-    keep_for_later(in);
+  if (waits_for_quiet_line_ || (!backlog_.empty() && !is_lost)) {
+    enqueue(in);
     return;
   }
   // Called here, as the bus alone would advance without calling watchers.
   if (in.at > bus_.time() && (bus_.host_queue_full() || bus_.adapted() || !listeners_.empty())) {
-    advance_to(in.at);
+    advance_watched(in.at);
   }
   put_on_bus(in);
 }
@@ -109,9 +109,9 @@ void Line::put_on_bus(const TimedFrame& in) {
     send_replies();
   }
   adviser_.on_query(effective);
-  if (port_ && !told_terminal_ && effective.frame.kind == protocol::FrameKind::kSerial) {
+  if (port_ && !terminal_advised_ && effective.frame.kind == protocol::FrameKind::kSerial) {
     const TerminalFlags& flags = port_->host_flags();
-    told_terminal_ = !flags.empty();
+    terminal_advised_ = !flags.empty();
     adviser_.on_terminal_flags(flags, effective);
   }
   for (const Listener& listener : listeners_) {
@@ -120,7 +120,7 @@ void Line::put_on_bus(const TimedFrame& in) {
   bus_.receive(effective);
 }
 
-void Line::keep_for_later(const TimedFrame& in) {
+void Line::enqueue(const TimedFrame& in) {
   if (backlog_.size() < kMaxBacklog) {
     backlog_.push_back(in);
     return;
@@ -131,14 +131,15 @@ void Line::keep_for_later(const TimedFrame& in) {
 }
 
 void Line::note_slip() {
-  spaced_ = config_.serial.has_value();
-  spaced_until_ = bus_.time() + kAfterSlip;
+  waits_for_quiet_line_ = config_.serial.has_value();
+  waits_at_least_until_ = bus_.time() + kAfterSlip;
   adviser_.note_slip(bus_.time());
 }
 
 bool Line::backlog_waits() const {
   if (bus_.host_queue_full()) return true;
-  return spaced_ && bus_.time() < spaced_until_ + kLongestWait && !bus_.line_is_quiet();
+  return waits_for_quiet_line_ && bus_.time() < waits_at_least_until_ + kLongestWait &&
+         !bus_.line_is_quiet();
 }
 
 void Line::take_from_backlog() {
@@ -149,25 +150,25 @@ void Line::take_from_backlog() {
   flooded_ = flooded_ && !backlog_.empty();
 }
 
-void Line::advance_to(SimTime until) {
+void Line::advance_watched(SimTime until) {
   AllWatchers all{watchers_};
   const bool from_watcher = std::exchange(advancing_, true);
   deliver_watched(bus_, until, all);
   advancing_ = from_watcher;
   send_replies();  // replies do not wait for unrelated motors
   bus_.settle();
-  look_after_hosts();
+  update_advice();
 }
 
-void Line::look_after_hosts() {
-  if (std::exchange(moves_, bus_.address_changes()) != bus_.address_changes() && on_move) on_move();
+void Line::update_advice() {
+  if (std::exchange(address_changes_, bus_.address_changes()) != bus_.address_changes() && on_address_change) on_address_change();
   adviser_.observe(bus_);
-  for (; advice_told_ < adviser_.advice().size(); ++advice_told_) {
-    if (on_advice) on_advice(adviser_.advice()[advice_told_]);
+  for (; advice_reported_ < adviser_.advice().size(); ++advice_reported_) {
+    if (on_advice) on_advice(adviser_.advice()[advice_reported_]);
   }
 }
 
-Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patience) {
+Line::Progress Line::advance_to(SimTime until, MonoTime deadline, WaitPolicy policy) {
   for (;;) {
     take_from_backlog();
     SimTime target = std::min(until, bus_.time() + kStep);
@@ -177,19 +178,19 @@ Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patienc
           backlog_waits() ? whole_us(bus_.next_due().value_or(target)) : backlog_.front().at;
       target = std::max(std::min(target, frame), bus_.time());
     }
-    advance_to(target);
+    advance_watched(target);
     const bool more_is_due =
         !backlog_.empty() && !backlog_waits() && backlog_.front().at <= bus_.time();
-    if (bus_.time() >= until && !more_is_due) return Progress::kThere;
-    if (patience == Patience::kForReplies && crowded()) return Progress::kBlocked;
+    if (bus_.time() >= until && !more_is_due) return Progress::kReached;
+    if (policy == WaitPolicy::kForReplies && has_long_queue()) return Progress::kBlocked;
     if (monotonic_now() >= deadline) return Progress::kOutOfTime;
   }
 }
 
-Line::Progress Line::reach(SimTime due, MonoTime deadline, Patience patience) {
-  if (bus_.time() >= due) return Progress::kThere;
-  const Progress progress = bring_to(std::max(due - SimTime{1}, bus_.time()), deadline, patience);
-  if (progress == Progress::kThere) bus_.reach(due);
+Line::Progress Line::reach(SimTime due, MonoTime deadline, WaitPolicy policy) {
+  if (bus_.time() >= due) return Progress::kReached;
+  const Progress progress = advance_to(std::max(due - SimTime{1}, bus_.time()), deadline, policy);
+  if (progress == Progress::kReached) bus_.reach(due);
   return progress;
 }
 
@@ -249,7 +250,7 @@ void Line::keep_rom() {
 }
 
 /// Logs only the first refused write and the recovery: hosts may write hundreds of times a second.
-void Line::tell_of_rom(int id, int error) {
+void Line::log_rom_result(int id, int error) {
   std::uint64_t& refused = refused_[id];
   if (error != 0) {
     if (refused++ > 0) return;
@@ -262,7 +263,7 @@ void Line::tell_of_rom(int id, int error) {
 }
 
 void Line::settle_rom(const RomWrite& write, int error) {
-  tell_of_rom(write.id, error);
+  log_rom_result(write.id, error);
   leaving_.clear();
   if (const auto* kept = gate_.settle(write, error == 0, leaving_)) {
     bus_.restore_rom(write.id, kept->rom, kept->wear);
@@ -276,6 +277,6 @@ void Line::settle_rom(const RomWrite& write, int error) {
 
 bool Line::replies_have_left() const { return gate_.idle() && (!port_ || port_->pending() == 0); }
 
-bool Line::crowded() const { return port_ && port_->pending() > kMaxLeaving; }
+bool Line::has_long_queue() const { return port_ && port_->pending() > kMaxLeaving; }
 
 }  // namespace lk::emulator

@@ -29,7 +29,7 @@ SimTime frame_instant(SimTime at, SimTime reached);
 /// Reads a bus whenever it is due (sampler.hpp).
 struct Watcher {
   std::function<SimTime()> next_due;
-  std::function<void(const Bus&)> look;
+  std::function<void(const Bus&)> sample;
 };
 
 /// Callbacks for the traffic of a line. Functions may be empty.
@@ -42,7 +42,7 @@ struct Listener {
   std::function<void(SimTime now, int id, const RomGate::Kept&)> restored_rom;
 };
 
-/// One bus with its port and its observers. `take_in` accepts frames, `bring_to` advances time, and
+/// One bus with its port and its observers. `accept` takes frames, `advance_to` advances time, and
 /// replies leave by the port meanwhile. Tests use lines without a port.
 class Line {
  public:
@@ -67,26 +67,26 @@ class Line {
   bool is_up() const { return !port_ || port_->is_up(); }
 
   /// Accepts a host's frame that arrived at `at`.
-  void take_in(const TimedFrame& in);
+  void accept(const TimedFrame& in);
   /// Notes that simulated time has slipped: frames that hosts sent meanwhile come together. On
   /// RS-485 each then waits until the line is quiet, so that it does not spoil the previous reply.
   void note_slip();
   /// Queues a host's frame until the bus reaches its time.
-  void keep_for_later(const TimedFrame& in);
+  void enqueue(const TimedFrame& in);
   enum class Progress : std::uint8_t {
-    kThere,
+    kReached,
     kOutOfTime,  // `deadline` came first
     kBlocked,    // replies have to leave first
   };
   /// Whether time waits for replies that cannot leave as fast as they come. A clock that follows
   /// real time does not wait: late replies are lost, as on a robot.
-  enum class Patience : std::uint8_t { kNone, kForReplies };
+  enum class WaitPolicy : std::uint8_t { kNone, kForReplies };
   /// Advances the bus to `until`, or as far as it gets before `deadline`. Everything due up to and
   /// including `until` has then happened, watchers were called, and replies were sent.
-  Progress bring_to(SimTime until, MonoTime deadline, Patience patience);
-  /// As `bring_to`, for the body of the line's drives: everything before `due` has happened
+  Progress advance_to(SimTime until, MonoTime deadline, WaitPolicy policy);
+  /// As `advance_to`, for the body of the line's drives: everything before `due` has happened
   /// (Bus::reach).
-  Progress reach(SimTime due, MonoTime deadline, Patience patience);
+  Progress reach(SimTime due, MonoTime deadline, WaitPolicy policy);
   /// For the code that moves that body.
   Bus& bus_on_body() { return bus_; }
   /// Notifies listeners of directives that will be executed next.
@@ -102,7 +102,7 @@ class Line {
   /// Finds mistakes of hosts on this bus.
   const Adviser& adviser() const { return adviser_; }
   /// Called when the address of a drive has changed.
-  std::function<void()> on_move;
+  std::function<void()> on_address_change;
   /// Called once with each new advice.
   std::function<void(const Advice&)> on_advice;
 
@@ -134,30 +134,30 @@ class Line {
   /// Returns true if the backlog waits for the wire.
   bool backlog_waits() const;
   /// Advances to `until`, calls watchers, and sends replies that are due.
-  void advance_to(SimTime until);
+  void advance_watched(SimTime until);
   void keep_rom();
-  void tell_of_rom(int id, int error);
-  void look_after_hosts();
+  void log_rom_result(int id, int error);
+  void update_advice();
   void send_replies();
   void send(const std::vector<protocol::Frame>& frames);
-  bool crowded() const;
+  bool has_long_queue() const;
 
   BusConfig config_;
   std::string ids_;
   Bus bus_;
   RomGate gate_;
   Adviser adviser_;
-  bool told_terminal_ = false;  // that the host's terminal is not raw
-  std::size_t advice_told_ = 0;
+  bool terminal_advised_ = false;  // that the host's terminal is not raw
+  std::size_t advice_reported_ = 0;
   std::unique_ptr<Port> port_;
   std::list<Watcher> watchers_;
   std::list<Listener> listeners_;
-  std::deque<TimedFrame> backlog_;  // not on the bus yet: time stands still, or the wire is full
-  bool spaced_ = false;             // after a slip: frames wait until the line is quiet,
-  SimTime spaced_until_{0};         // at least until then
-  bool flooded_ = false;            // too many frames for that: the backlog only waits for room
-  bool advancing_ = false;          // watchers run, and may put frames on the bus
-  std::uint64_t moves_ = 0;         // address changes of the bus at the last check
+  std::deque<TimedFrame> backlog_;     // not on the bus yet: time stands still, or the wire is full
+  bool waits_for_quiet_line_ = false;  // after a slip: frames wait until the line is quiet,
+  SimTime waits_at_least_until_{0};    // at least until then
+  bool flooded_ = false;               // too many frames for that: the backlog only waits for room
+  bool advancing_ = false;             // watchers run, and may put frames on the bus
+  std::uint64_t address_changes_ = 0;  // address changes of the bus at the last check
   std::uint64_t backlog_lost_ = 0;
   std::array<std::uint64_t, protocol::kMaxId + 1> sent_{};  // by drive
   std::map<int, std::uint64_t> refused_;                    // failed ROM writes in a row; by drive

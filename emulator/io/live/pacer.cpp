@@ -54,13 +54,13 @@ SimTime SimClock::span(MonoTime wall) const {
   return SimTime(static_cast<std::int64_t>(static_cast<double>(wall.count()) * mode_.factor));
 }
 
-SimTime SimClock::shows(MonoTime mono) const {
+SimTime SimClock::time_at(MonoTime mono) const {
   if (mode_.stepped) return base_;
   return std::chrono::floor<std::chrono::microseconds>(base_ + span(mono - epoch_));
 }
 
 SimClock::Reading SimClock::read(MonoTime mono, SimTime reached) {
-  const SimTime now = shows(mono);
+  const SimTime now = time_at(mono);
   if (mode_.stepped) return {now, SimTime{0}};
   if (now - reached <= span(kMaxLag)) return {now, SimTime{0}};
   const SimTime slip = now - reached;

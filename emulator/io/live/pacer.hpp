@@ -46,7 +46,7 @@ class SimClock {
   /// Returns the time at `mono`; slips if the simulation, at `reached`, is too far behind.
   Reading read(MonoTime mono, SimTime reached);
   /// Returns the time at `mono` without checking for a slip.
-  SimTime shows(MonoTime mono) const;
+  SimTime time_at(MonoTime mono) const;
   /// Returns when simulated time will be `time`; MonoTime::max() if the clock is stepped.
   MonoTime to_mono(SimTime time) const;
   /// Converts a duration of monotonic time to simulated time.
@@ -57,7 +57,7 @@ class SimClock {
   void switch_to(ClockMode mode, MonoTime mono, SimTime at);
   /// Pre: the clock is stepped. Sets its time.
   void step_to(SimTime at) { base_ = at; }
-  SimTime stands_at() const { return base_; }
+  SimTime stepped_time() const { return base_; }
 
   SimTime total_slip() const { return total_slip_; }
   std::uint64_t slips() const { return slips_; }

@@ -16,7 +16,7 @@ constexpr MonoTime kShortSleep = std::chrono::milliseconds(1);
 constexpr MonoTime kLongSleep = std::chrono::milliseconds(5);
 constexpr MonoTime kTrafficEnds = std::chrono::milliseconds(200);
 /// Longest time that timers and clients are starved by back-to-back frames.
-constexpr MonoTime kLinger = std::chrono::milliseconds(3);
+constexpr MonoTime kPollTime = std::chrono::milliseconds(3);
 /// Longest receive that waits: a tick of the kernel, and one more.
 constexpr MonoTime kLongestReceive = std::chrono::milliseconds(20);
 /// Longest piece of work, so that the loop can serve others.
@@ -33,7 +33,7 @@ World::World(boost::asio::io_context& loop, ClockMode mode)
       last_frame_(seen_ - kTrafficEnds),
       clock_(seen_, mode),
       timer_(loop, [this] { wake(); }),
-      patience_(loop) {}
+      reply_timer_(loop) {}
 
 Line& World::add(const BusConfig& bus) {
   lines_.push_back(std::make_unique<Line>(bus));
@@ -81,8 +81,8 @@ void World::serve(std::size_t index) {
   if (stopped_) return;
   Line& line = *lines_[index];
   take_in(line);
-  bring_to_now(line);
-  linger();
+  advance_to_now(line);
+  poll_sockets();
   arm_timer();
 }
 
@@ -91,7 +91,7 @@ void World::serve_all() {
   seen_ = monotonic_now();
   for (const auto& line : lines_) {
     take_in(*line);
-    bring_to_now(*line);
+    advance_to_now(*line);
   }
   slip_reporter_.check(seen_);
   arm_timer();
@@ -103,15 +103,15 @@ void World::wake() {
   seen_ = monotonic_now();
   for (const auto& line : lines_) {
     if (busy()) take_in(*line);  // frames that came while the machine was busy are earlier than now
-    bring_to_now(*line);
+    advance_to_now(*line);
   }
   slip_reporter_.check(seen_);
   arm_timer();
 }
 
 /// Polls the sockets briefly after a frame: cheaper than returning to the event loop.
-void World::linger() {
-  const MonoTime leave = seen_ + kLinger;
+void World::poll_sockets() {
+  const MonoTime leave = seen_ + kPollTime;
   while (!stopped_ && !clock_.mode().stepped && !on_body_step && seen_ < leave) {
     sockets_.clear();
     for (const auto& line : lines_) {
@@ -120,10 +120,10 @@ void World::linger() {
     }
     if (only_frames_are_waited_for()) {
       if (take_in(*lines_.front(), CanSocket::Wait::kForOne).any) {
-        bring_to_now(*lines_.front());
+        advance_to_now(*lines_.front());
         continue;
       }
-      bring_to_now(*lines_.front());
+      advance_to_now(*lines_.front());
       return;
     }
     const MonoTime due = next_due();
@@ -134,7 +134,7 @@ void World::linger() {
     for (std::size_t n = 0; n < lines_.size(); ++n) {
       const bool readable = frames && sockets_[n].revents != 0;
       if (readable) any = take_in(*lines_[n]).any || any;
-      if (readable || !frames || due <= seen_) bring_to_now(*lines_[n]);
+      if (readable || !frames || due <= seen_) advance_to_now(*lines_[n]);
     }
     if (!any && due > seen_) return;
   }
@@ -161,12 +161,12 @@ World::Taken World::take_in(Line& line, CanSocket::Wait wait) {
     last_frame_ = seen_;
     follow_clock(line);
     for (const ReceivedFrame& in : frames) {
-      const TimedFrame frame{.at = clock_.shows(stamps_.arrival(in.stamp, seen_)),
+      const TimedFrame frame{.at = clock_.time_at(stamps_.arrival(in.stamp, seen_)),
                              .frame = in.frame,
                              .sender = in.sender};
       // A line with a body must not get ahead of the other lines.
       const bool later = clock_.mode().stepped || coupling_;
-      later ? line.keep_for_later(frame) : line.take_in(frame);
+      later ? line.enqueue(frame) : line.accept(frame);
     }
   };
   taken.more = line.port()->receive(take, wait);
@@ -184,35 +184,35 @@ SimTime World::follow_clock(Line& line) {
   return now;
 }
 
-void World::bring_to_now(Line& line) {
-  if (!clock_.mode().stepped) bring_on(line);
+void World::advance_to_now(Line& line) {
+  if (!clock_.mode().stepped) advance_to_clock(line);
   if (line.port() != nullptr) line.port()->end_turn();
 }
 
-void World::bring_on(Line& line) {
+void World::advance_to_clock(Line& line) {
   const SimTime now = std::max(follow_clock(line), line.bus().time());
   // A fast clock may ask for more than fits into a slice: the rest waits, or slips.
   if (coupling_) {
-    bring_all_to(now, seen_ + kSlice, Line::Patience::kNone);
+    advance_all_to(now, seen_ + kSlice, Line::WaitPolicy::kNone);
   } else {
-    line.bring_to(now, seen_ + kSlice, Line::Patience::kNone);
+    line.advance_to(now, seen_ + kSlice, Line::WaitPolicy::kNone);
   }
 }
 
-Line::Progress World::bring_all_to(SimTime until, MonoTime deadline, Line::Patience patience) {
+Line::Progress World::advance_all_to(SimTime until, MonoTime deadline, Line::WaitPolicy policy) {
   while (coupling_ && coupling_->next_due() <= until) {
     const SimTime due = coupling_->next_due();
     for (const auto& line : lines_) {
-      const auto progress = line->reach(due, deadline, patience);
-      if (progress != Line::Progress::kThere) return progress;
+      const auto progress = line->reach(due, deadline, policy);
+      if (progress != Line::Progress::kReached) return progress;
     }
-    if (!exchange()) return due == until ? Line::Progress::kThere : Line::Progress::kBlocked;
+    if (!exchange()) return due == until ? Line::Progress::kReached : Line::Progress::kBlocked;
   }
   for (const auto& line : lines_) {
-    const auto progress = line->bring_to(std::max(until, line->bus().time()), deadline, patience);
-    if (progress != Line::Progress::kThere) return progress;
+    const auto progress = line->advance_to(std::max(until, line->bus().time()), deadline, policy);
+    if (progress != Line::Progress::kReached) return progress;
   }
-  return Line::Progress::kThere;
+  return Line::Progress::kReached;
 }
 
 bool World::exchange() {
@@ -239,13 +239,13 @@ void World::couple(std::unique_ptr<Mechanism> body, std::span<const CoupledDrive
 
 void World::uncouple() {
   coupling_.reset();
-  if (advance_) go_on_soon();
+  if (advance_) post_continue_advance();
 }
 
 void World::body_is_ready() {
   body_is_ready_ = true;
   if (advance_) {
-    go_on_soon();
+    post_continue_advance();
   } else if (!clock_.mode().stepped) {
     serve_all();
   }
@@ -289,7 +289,7 @@ void World::set_clock(ClockMode mode) {
 void World::advance(SimTime to, OnAdvanced done) {
   advance_ = Advance{to, std::move(done), ++advances_, std::nullopt, 0};
   take_in_all();
-  go_on_soon();
+  post_continue_advance();
 }
 
 /// Frames that hosts sent before the advance are in the sockets by now. A CAN socket delivers to
@@ -306,35 +306,35 @@ void World::take_in_all() {
   }
 }
 
-void World::go_on_soon() {
+void World::post_continue_advance() {
   boost::asio::post(loop_, [this, mine = advance_->number] {
-    if (advance_ && advance_->number == mine) go_on();
+    if (advance_ && advance_->number == mine) continue_advance();
   });
 }
 
-void World::go_on() {
-  const Line::Progress progress = move(monotonic_now() + kSlice);
+void World::continue_advance() {
+  const Line::Progress progress = advance_slice(monotonic_now() + kSlice);
   if (progress == Line::Progress::kBlocked && waits_for_body()) return;  // until body_is_ready
   if (progress == Line::Progress::kOutOfTime) {
-    go_on_soon();
+    post_continue_advance();
     return;
   }
   const bool left =
       std::ranges::all_of(lines_, [](const auto& line) { return line->replies_have_left(); });
-  if (progress == Line::Progress::kThere && left) {
-    end_advance(Advanced::kThere);
+  if (progress == Line::Progress::kReached && left) {
+    end_advance(Advanced::kReached);
   } else {
     wait_for_replies();
   }
 }
 
-Line::Progress World::move(MonoTime deadline) {
+Line::Progress World::advance_slice(MonoTime deadline) {
   for (;;) {
     const SimTime next = std::min(advance_->to, time() + kStride);
-    const auto progress = bring_all_to(next, deadline, Line::Patience::kForReplies);
-    if (progress != Line::Progress::kThere) return progress;
+    const auto progress = advance_all_to(next, deadline, Line::WaitPolicy::kForReplies);
+    if (progress != Line::Progress::kReached) return progress;
     clock_.step_to(next);
-    if (next >= advance_->to) return Line::Progress::kThere;
+    if (next >= advance_->to) return Line::Progress::kReached;
     if (monotonic_now() >= deadline) return Line::Progress::kOutOfTime;
   }
 }
@@ -348,15 +348,15 @@ std::uint64_t World::replies_sent() const {
 void World::wait_for_replies() {
   const MonoTime now = monotonic_now();
   const std::uint64_t sent = replies_sent();
-  if (!advance_->give_up || sent != advance_->sent) advance_->give_up = now + kMostPatience;
+  if (!advance_->deadline || sent != advance_->sent) advance_->deadline = now + kReplyTimeout;
   advance_->sent = sent;
-  if (now >= *advance_->give_up) {
+  if (now >= *advance_->deadline) {
     end_advance(Advanced::kStuck);
     return;
   }
-  patience_.expires_after(kReplyPoll);
-  patience_.async_wait([this, mine = advance_->number](const auto& /*error*/) {
-    if (advance_ && advance_->number == mine) go_on();
+  reply_timer_.expires_after(kReplyPoll);
+  reply_timer_.async_wait([this, mine = advance_->number](const auto& /*error*/) {
+    if (advance_ && advance_->number == mine) continue_advance();
   });
 }
 

@@ -46,7 +46,7 @@ class World {
   void set_clock(ClockMode mode);
 
   enum class Advanced : std::uint8_t {
-    kThere,      // all replies up to then are handed to the interfaces
+    kReached,    // all replies up to then are handed to the interfaces
     kCancelled,  // by `cancel_advance`, a change of clock, or the end
     kStuck,      // replies cannot leave: the disk or an interface does not take them
   };
@@ -67,22 +67,22 @@ class World {
   void body_is_ready();
 
   /// Owner of the clock, for the 409 message; empty if free.
-  std::string clock_is_held_by;
+  std::string clock_owner;
 
   /// Longest wait of an advance for replies that cannot leave.
-  static constexpr auto kMostPatience = std::chrono::seconds(5);
+  static constexpr auto kReplyTimeout = std::chrono::seconds(5);
 
  private:
   struct Advance {
     SimTime to;
     OnAdvanced done;
     unsigned number;
-    std::optional<MonoTime> give_up;  // time-out if no reply leaves
-    std::uint64_t sent;               // replies sent before the last wait
+    std::optional<MonoTime> deadline;  // time-out if no reply leaves
+    std::uint64_t sent;                // replies sent before the last wait
   };
 
   void wake();
-  void linger();
+  void poll_sockets();
   bool only_frames_are_waited_for() const;
   MonoTime next_due() const;
   struct Taken {
@@ -91,20 +91,20 @@ class World {
   };
   Taken take_in(Line& line, CanSocket::Wait wait = CanSocket::Wait::kNot);
   SimTime follow_clock(Line& line);
-  void bring_to_now(Line& line);
-  void bring_on(Line& line);
+  void advance_to_now(Line& line);
+  void advance_to_clock(Line& line);
   /// Advances all lines and the body of their drives. kBlocked: the body has not done its step, or
   /// as for a line.
-  Line::Progress bring_all_to(SimTime until, MonoTime deadline, Line::Patience patience);
+  Line::Progress advance_all_to(SimTime until, MonoTime deadline, Line::WaitPolicy policy);
   void couple();
   /// Exchanges values at the end of a step. Returns false if the body has not done it yet.
   bool exchange();
   bool waits_for_body() const { return coupling_ && !coupling_->under_way() && !body_is_ready_; }
   void take_in_all();
-  void go_on();
-  void go_on_soon();
+  void continue_advance();
+  void post_continue_advance();
   /// Does one slice of an advance.
-  Line::Progress move(MonoTime deadline);
+  Line::Progress advance_slice(MonoTime deadline);
   std::uint64_t replies_sent() const;
   void wait_for_replies();
   void end_advance(Advanced how);
@@ -123,7 +123,7 @@ class World {
   std::optional<Coupling> coupling_;  // if the robot has a body
   bool body_is_ready_ = false;        // the next step may begin
   WakeTimer timer_;
-  boost::asio::steady_timer patience_;
+  boost::asio::steady_timer reply_timer_;
   std::optional<Advance> advance_;
   unsigned advances_ = 0;
   bool stopped_ = false;

@@ -190,7 +190,7 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   for (std::size_t i = 0; i < buses.size(); ++i) {
     Line& line = world_.add(buses[i]);  // with the ROM contents of its drives
     answered_ids_.start(line);
-    line.on_move = [this, &line] { answered_ids_.follow(line); };
+    line.on_address_change = [this, &line] { answered_ids_.follow(line); };
     line.on_advice = [this, &line](const Advice& advice) {
       // A host may probe a command once.
       const bool may_be_right = advice.found.kind == AdviceKind::kUnknownCommand;

@@ -53,7 +53,7 @@ LiveScenario::LiveScenario(Scenario scenario, std::vector<Line*> lines,
     Part& part = *parts_.back();
     Watcher watcher;
     watcher.next_due = [this, &part] { return next_due(part); };
-    watcher.look = [this, &part](const Bus& at) { look(part, at); };
+    watcher.sample = [this, &part](const Bus& at) { sample(part, at); };
     part.watcher = part.line->add_watcher(std::move(watcher));
     Listener listener;
     listener.query = [&part](const TimedFrame& query) {
@@ -80,7 +80,7 @@ void LiveScenario::look(Part& part, const Bus& bus) {
   perform_due(part, now);
   if (part.judge.next_due() <= now) part.judge.sample(bus);
   if (part.errors.next_due() <= now) part.errors.sample(bus);
-  while (part.host.next_due() <= now) part.line->take_in(part.host.take());
+  while (part.host.next_due() <= now) part.line->accept(part.host.take());
   if (now < part.beginning.start + scenario_.duration) return;
   end(part);
   const bool all =

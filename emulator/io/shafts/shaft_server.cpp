@@ -280,7 +280,7 @@ void ShaftServer::take_clock() {
   if (!stopped_by_us) clock_before_ = world_.clock().mode();
   if (has_time()) {
     if (!stepped) world_.set_clock({.stepped = true});
-    world_.clock_is_held_by = kClockIsHeld;
+    world_.clock_owner = kClockIsHeld;
   } else if (stopped_by_us) {
     world_.set_clock(clock_before_);
   }
@@ -363,7 +363,7 @@ void ShaftServer::leave_drives() {
   const bool had_time = has_time();
   step_is_due_ = false;
   world_.uncouple();
-  world_.clock_is_held_by.clear();
+  world_.clock_owner.clear();
   world_.cancel_advance();
   for (std::size_t n = 0; n < loads.size(); ++n) {
     const Shaft& shaft = shafts_[simulator_->taken[n]];

@@ -106,7 +106,7 @@ const std::set<std::string> kOthers = {
     "core/wire/wire.hpp:kDriveQueue", "core/wire/wire.hpp:kHostQueue",
     // limits on work at once, not on memory
     "files/output_file.cpp:kMostLinks",
-    "core/faults/fault_board.hpp:kMaxSamples", "io/control/http_session.cpp:kMostGoodbyeReads",
+    "core/faults/fault_board.hpp:kMaxSamples", "io/control/http_session.cpp:kMostLingerReads",
     "io/live/line.cpp:kMaxLeaving", "io/live/world.cpp:kMaxRounds", "io/transports/client_set.cpp:kMaxEvents",
     "io/transports/multicast_port.cpp:kMaxDatagrams", "io/transports/port.hpp:kMaxBatches",
     "io/transports/stream_port.cpp:kMaxAtOnce",

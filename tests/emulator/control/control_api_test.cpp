@@ -318,7 +318,7 @@ TEST(ControlApi, RecordsForTheUserAndForWhoHasTheToken) {
   request.pages_may_write = true;
   EXPECT_EQ(t.ask(request).status, 403);
   EXPECT_EQ(where(t.ask(request)), "recording");
-  request.showed_token = true;
+  request.has_token = true;
   EXPECT_EQ(t.ask(request).status, 200);
 }
 
@@ -417,9 +417,9 @@ TEST(ControlApi, TellsWhatHostsDoWrong) {
   line.on_advice = [&](const Advice& advice) {
     told.push_back(advice_line(line.name(), advice, Language::kEnglish));
   };
-  line.keep_for_later({SimTime{0}, test::frame("142#9A")});
-  line.keep_for_later({SimTime{0}, test::frame("142#9A0000")});
-  line.keep_for_later({SimTime{0}, test::frame("141#9A00000000000000")});
+  line.enqueue({SimTime{0}, test::frame("142#9A")});
+  line.enqueue({SimTime{0}, test::frame("142#9A0000")});
+  line.enqueue({SimTime{0}, test::frame("141#9A00000000000000")});
   EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 0.01})").status, 200);
   const Json advice = t.get("/advice").body;
   ASSERT_EQ(advice.size(), 1U);

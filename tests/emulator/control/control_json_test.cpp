@@ -35,9 +35,9 @@ TEST(ControlJson, ADriveTellsHowManyFramesLeftIt) {
   TestWorld t;
   ASSERT_EQ(t.post("/directives", R"({"id": 2, "fault": "silent"})").status, 200);
   Line& line = *t.world.lines()[0];
-  line.take_in({SimTime{0}, test::frame("141#9A00000000000000")});
-  line.take_in({SimTime{0}, test::frame("142#9A00000000000000")});
-  line.bring_to(std::chrono::milliseconds(2), MonoTime::max(), Line::Patience::kNone);
+  line.accept({SimTime{0}, test::frame("141#9A00000000000000")});
+  line.accept({SimTime{0}, test::frame("142#9A00000000000000")});
+  line.advance_to(std::chrono::milliseconds(2), MonoTime::max(), Line::WaitPolicy::kNone);
   const Json drives = t.get("/drives").body;
   EXPECT_EQ(drives[0]["counters"]["replies"], 1);
   EXPECT_EQ(drives[0]["counters"]["sent"], 1);
@@ -52,7 +52,7 @@ TEST(ControlJson, ADriveTellsWhatItsLoopsAreTold) {
     frame.id = 0x141;
     frame.dlc = 8;
     frame.data = data;
-    t.world.lines().front()->take_in({SimTime{0}, frame});
+    t.world.lines().front()->accept({SimTime{0}, frame});
     t.post("/clock/advance", R"({"by_s": 0.01})");
     return t.get("/drives/vcan0/1").body["setpoint"];
   };

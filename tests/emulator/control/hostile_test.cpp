@@ -119,7 +119,7 @@ TEST_F(Hostile, WithoutDescriptorsBothEntrancesWaitForSome) {
 // --- time-outs
 
 TEST_F(Hostile, WhoTakesTooLongIsClosed) {
-  options_.patience.request = std::chrono::milliseconds(1);
+  options_.timeouts.request = std::chrono::milliseconds(1);
   start();
   const Client header = client();
   header.send("GET /api/v1/sta");
@@ -133,7 +133,7 @@ TEST_F(Hostile, WhoTakesTooLongIsClosed) {
 
 /// One deadline covers the whole request, even if bytes keep arriving.
 TEST_F(Hostile, WhoDripsIsClosed) {
-  options_.patience.request = std::chrono::milliseconds(250);
+  options_.timeouts.request = std::chrono::milliseconds(250);
   start();
   // With a deadline for each byte, both would end after 8000 bytes, with an answer.
   for (const std::string& begun :
@@ -149,13 +149,13 @@ TEST_F(Hostile, WhoDripsIsClosed) {
 }
 
 TEST_F(Hostile, WhoSaysNothingIsClosed) {
-  options_.patience.idle = std::chrono::milliseconds(1);
+  options_.timeouts.idle = std::chrono::milliseconds(1);
   start();
   EXPECT_EQ(client().receive_all(), "");
 }
 
 TEST_F(Hostile, WhoReadsNothingIsClosed) {
-  options_.patience.request = std::chrono::milliseconds(1);
+  options_.timeouts.request = std::chrono::milliseconds(1);
   start();
   const Client one = client();
   // Requests and answers exceed the socket buffers many times: the server cannot send and stops
@@ -329,7 +329,7 @@ TEST_F(Hostile, EachKindOfRefusalIsLoggedOnce) {
 
 TEST_F(Hostile, WhoSendsTooSlowlyIsLoggedOnce) {
   const Log log;
-  options_.patience.request = std::chrono::milliseconds(1);
+  options_.timeouts.request = std::chrono::milliseconds(1);
   start();
   for (int n = 0; n < 5; ++n) {
     const Client one = client();
@@ -343,7 +343,7 @@ TEST_F(Hostile, WhoSendsTooSlowlyIsLoggedOnce) {
 
 TEST_F(Hostile, WhoDoesNotTakeAnswersIsLoggedOnce) {
   const Log log;
-  options_.patience.request = std::chrono::milliseconds(250);
+  options_.timeouts.request = std::chrono::milliseconds(250);
   start();
   // All requests arrive at once; their answers exceed the socket buffer many times.
   std::string requests;

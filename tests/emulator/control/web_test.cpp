@@ -137,7 +137,7 @@ TEST_F(Served, FramesComeInWords) {
     frame.id = 0x141;
     frame.dlc = 8;
     frame.data = {0xA4, 0, 0x2C, 0x01, 0x50, 0xC3, 0, 0};
-    t_.world.lines().front()->take_in({SimTime{0}, frame});
+    t_.world.lines().front()->accept({SimTime{0}, frame});
   });
   EXPECT_EQ(status(ask("POST /api/v1/clock/advance HTTP/1.1\r\nContent-Type: application/json\r\n"
                        "Content-Length: " +
@@ -176,7 +176,7 @@ TEST_F(Served, FramesThatNobodyReadsAreMissedAndCounted) {
   for (int n = 0; n < 10; ++n) {  // more than a socket buffers, some hundred kilobytes each time
     boost::asio::post(t_.loop, [this] {
       for (int frames = 0; frames < 2000; ++frames) {
-        t_.world.lines().front()->take_in({SimTime{0}, test::frame("141#9C00000000000000")});
+        t_.world.lines().front()->accept({SimTime{0}, test::frame("141#9C00000000000000")});
       }
     });
     ASSERT_EQ(status(ask(post("/clock/advance", R"({"by_s": 1})"))), 200);
@@ -198,8 +198,8 @@ TEST_F(Served, FramesCarryTheAdviceThatTheyGaveRiseTo) {
   stream.receive_until("}");
   boost::asio::post(t_.loop, [this] {
     Line& line = *t_.world.lines().front();
-    line.take_in({SimTime{0}, test::frame("141#9C00000000000000")});
-    line.take_in({SimTime{0}, test::frame("141#9C0000")});
+    line.accept({SimTime{0}, test::frame("141#9C00000000000000")});
+    line.accept({SimTime{0}, test::frame("141#9C0000")});
   });
   const std::string told = stream.receive_until("]}");
   const std::size_t right = told.find(R"("frame":"141#9C00000000000000")");

@@ -36,7 +36,7 @@ TEST(BodyWorld, IsMovedByTheSteppedClockAsInAScenario) {
   world.start();
   for (const SimTime to : {SimTime(300us), SimTime(1ms), SimTime(40'700us), SimTime(50ms)}) {
     bool there = false;
-    world.advance(to, [&](World::Advanced how) { there = how == World::Advanced::kThere; });
+    world.advance(to, [&](World::Advanced how) { there = how == World::Advanced::kReached; });
     while (!there) {
       loop.restart();
       ASSERT_GT(loop.run_one_for(10s), 0U);

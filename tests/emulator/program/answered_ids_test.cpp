@@ -93,9 +93,9 @@ TEST(AnsweredIds, ThatTwoAnswerIsToldOnceForEachTimeThatItIsSo) {
   ids.take(config, {});
   ids.start(line);
   const auto move_to = [&](const char* query) {
-    line.take_in({line.bus().time(), test::frame(query)});
-    line.bring_to(line.bus().time() + std::chrono::seconds(1), MonoTime::max(),
-                  Line::Patience::kNone);
+    line.accept({line.bus().time(), test::frame(query)});
+    line.advance_to(line.bus().time() + std::chrono::seconds(1), MonoTime::max(),
+                    Line::WaitPolicy::kNone);
     ids.follow(line);
   };
   // 0x42 sets the ID, 0x44 saves, 0x07 restarts with it (docs/reference/protocol.md §10.9).

@@ -18,7 +18,7 @@ class Live : public testing::Test {
  protected:
   Live() { go_to(10s); }
 
-  void go_to(SimTime until) { line_.bring_to(until, MonoTime::max(), Line::Patience::kNone); }
+  void go_to(SimTime until) { line_.advance_to(until, MonoTime::max(), Line::WaitPolicy::kNone); }
   Scenario scenario() const {
     Scenario scenario;
     scenario.name = "live";
@@ -45,14 +45,14 @@ TEST_F(Live, HearsAHostAndItsOwnFrames) {
   plan.expectations = {answered(3)};
   LiveScenario live(
       plan, {&line_}, [this] { ++overs_; }, well);
-  line_.take_in({10s + 500ms, test::frame("141#9C00000000000000")});
+  line_.accept({10s + 500ms, test::frame("141#9C00000000000000")});
   go_to(11s - 1ms);
   EXPECT_EQ(overs_, 0);
   EXPECT_EQ(live.report().verdict.expectations.at(0).status, ExpectationResult::Status::kOpen);
   go_to(12s);
   EXPECT_EQ(overs_, 1);
   // Later frames do not belong to the scenario.
-  line_.take_in({12s, test::frame("141#9C00000000000000")});
+  line_.accept({12s, test::frame("141#9C00000000000000")});
   go_to(13s);
   live.finish();
   EXPECT_EQ(overs_, 1);
@@ -68,11 +68,11 @@ TEST_F(Live, GivesAccountOfWhatDrivesHaveSaid) {
     const SimTime start = line_.bus().time();
     LiveScenario live(
         plan, {&line_}, [] {}, well);
-    line_.take_in({start + delay, test::frame(query)});
+    line_.accept({start + delay, test::frame(query)});
     go_to(start + 1s);
     live.finish();
     // Later frames do not belong to the scenario.
-    line_.take_in({start + 1s, test::frame(query)});
+    line_.accept({start + 1s, test::frame(query)});
     go_to(start + 2s);
     return live.report().accounts.at(0);
   };
@@ -188,7 +188,7 @@ TEST_F(Live, ItsVerdictIsThatOfItsLastInstant) {
   LiveScenario live(
       plan, {&line_}, [this] { ++overs_; }, well);
   go_to(11s + 200ms);  // the listener runs late
-  line_.take_in({11s + 200ms, test::frame("141#9C00000000000000")});
+  line_.accept({11s + 200ms, test::frame("141#9C00000000000000")});
   go_to(11s + 300ms);
   live.finish();
   EXPECT_EQ(live.report().verdict.outcome, Outcome::kInvalid);  // the fault had no effect in time
