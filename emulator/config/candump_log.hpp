@@ -16,11 +16,11 @@ namespace lk::emulator {
 
 /// One line. Newer candumps append whether the frame was received or sent.
 struct CandumpLine {
-  enum class Direction : std::uint8_t { kUnsaid, kReceived, kSent };
+  enum class Direction : std::uint8_t { kUnknown, kReceived, kSent };
   SimTime at{0};  // as written: mostly since 1970
   std::string interface;
   protocol::Frame frame;
-  Direction direction = Direction::kUnsaid;
+  Direction direction = Direction::kUnknown;
   int number = 0;  // line number in the log, from 1; 0: none
 
   friend bool operator==(const CandumpLine&, const CandumpLine&) = default;
@@ -37,6 +37,6 @@ std::vector<CandumpLine> parse_candump_log(std::string_view text, const std::str
 
 /// Returns a line without its end. Times are cut to microseconds, which keeps their order.
 std::string candump_line(SimTime at, std::string_view interface, const protocol::Frame& frame,
-                         CandumpLine::Direction direction = CandumpLine::Direction::kUnsaid);
+                         CandumpLine::Direction direction = CandumpLine::Direction::kUnknown);
 
 }  // namespace lk::emulator

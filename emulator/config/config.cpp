@@ -28,29 +28,29 @@ FirmwareRequest merge(FirmwareRequest all, const FirmwareRequest& of_bus) {
   return all;
 }
 
-AskedOfBus asked_by(const BusRequest& request, const Overrides& overrides) {
+BusOptions options_by(const BusRequest& request, const Overrides& overrides) {
   return {.interface = request.interface,
           .ids = request.ids,
           .firmware = merge(overrides.firmware, request.firmware),
           .boot_angle_deg = overrides.boot_angle_deg};
 }
 /// Adds the properties of the bus.
-AskedOfBus on_bus(AskedOfBus asked, const BusConfig& bus) {
-  asked.serial = bus.serial ? &*bus.serial : nullptr;
-  asked.bitrate = bus.bitrate;
-  return asked;
+BusOptions on_bus(BusOptions options, const BusConfig& bus) {
+  options.serial = bus.serial ? &*bus.serial : nullptr;
+  options.bitrate = bus.bitrate;
+  return options;
 }
 
 // --- configuration file
 
 /// Options of the command line for the drives of one bus of the file.
-AskedOfBus asked_of(const Overrides& overrides, const std::string& interface,
-                    std::size_t buses_in_file) {
+BusOptions options_of_bus(const Overrides& overrides, const std::string& interface,
+                          std::size_t buses_in_file) {
   const bool one_in_each = overrides.buses.size() == 1 && buses_in_file == 1;
   for (const BusRequest& request : overrides.buses) {
-    if (means(request, interface, one_in_each)) return asked_by(request, overrides);
+    if (means(request, interface, one_in_each)) return options_by(request, overrides);
   }
-  if (overrides.buses.empty()) return asked_by({interface, std::nullopt}, overrides);
+  if (overrides.buses.empty()) return options_by({interface, std::nullopt}, overrides);
   return {.interface = interface, .ids = std::vector<int>{}};  // this bus does not run
 }
 
@@ -87,11 +87,11 @@ BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t b
   if (const auto& asked_rate = serial ? overrides.baud : overrides.bitrate) {
     bus.bitrate = *asked_rate;
   }
-  AskedOfBus asked = on_bus(asked_of(overrides, bus.interface, buses_in_file), bus);
-  asked.body = body.mechanism.get();
+  BusOptions options = on_bus(options_of_bus(overrides, bus.interface, buses_in_file), bus);
+  options.body = body.mechanism.get();
   std::set<int> seen;
   for (auto& drive : reader.tables("drive")) {
-    for (auto& servo : read_drive(drive, overrides, asked, find)) {
+    for (auto& servo : read_drive(drive, overrides, options, find)) {
       if (!seen.insert(servo.id).second) {
         drive.fail(ids_key(drive),
                    "ID " + std::to_string(servo.id) + " is given twice on this bus");
@@ -166,14 +166,14 @@ std::optional<std::size_t> place_of(const BusRequest& request,
 void select_ids(BusConfig& bus, const BusRequest& request, const Overrides& overrides,
                 const FindProfile& find) {
   const std::vector<int>& ids = *request.ids;
-  const AskedOfBus asked = on_bus(asked_by(request, overrides), bus);
+  const BusOptions options = on_bus(options_by(request, overrides), bus);
   std::vector<ServoConfig> servos;
   for (const int id : ids) {
     const auto known = std::find_if(bus.servos.begin(), bus.servos.end(),
                                     [id](const ServoConfig& servo) { return servo.id == id; });
     servos.push_back(known != bus.servos.end()
                          ? *known
-                         : make_servo(id, find(overrides.motor.value_or(kDefaultMotor)), asked));
+                         : make_servo(id, find(overrides.motor.value_or(kDefaultMotor)), options));
   }
   bus.servos = std::move(servos);
   const auto gone = [&ids](int id) { return std::ranges::find(ids, id) == ids.end(); };

@@ -39,8 +39,8 @@ std::optional<std::pair<TableReader, std::string>> find(const TableReader& drive
 }
 
 /// Fails at the first of `keys` that the drive states, or at its motor.
-[[noreturn]] void blame(const TableReader& drive, const std::vector<std::string>& keys,
-                        const std::string& reason) {
+[[noreturn]] void fail_at_first(const TableReader& drive, const std::vector<std::string>& keys,
+                                const std::string& reason) {
   for (const std::string& key : keys) {
     if (const auto found = find(drive, key)) found->first.fail(found->second, reason);
   }
@@ -64,7 +64,7 @@ void check_brake(const TableReader& drive, const ServoConfig& servo) {
     drive.fail("motor", "has a brake, and " + reason);
   }
   if (servo.rom.broadcast_mode) {
-    blame(
+    fail_at_first(
         drive, {"settings.broadcast_mode", "profile.brake"},
         "nothing could release the brake: in multi-drive mode 0x8C comes in 0x288, with a payload "
         "of zeros, and engages it");
@@ -103,10 +103,10 @@ void check_hystereses(const TableReader& drive, const ServoConfig& servo) {
     const std::string threshold = table + keys.fields[1].key;
     const std::string hysteresis = table + keys.fields[2].key;
     const std::string enabled = table + keys.fields[0].key;
-    blame(drive, {hysteresis, threshold, enabled},
-          std::string(keys.name) + " could never be cleared: its hysteresis, " +
-              number(setting.hysteresis) + ", must not be above its threshold, " +
-              number(setting.threshold));
+    fail_at_first(drive, {hysteresis, threshold, enabled},
+                  std::string(keys.name) + " could never be cleared: its hysteresis, " +
+                      number(setting.hysteresis) + ", must not be above its threshold, " +
+                      number(setting.threshold));
   }
 }
 
@@ -116,20 +116,21 @@ void check_voltages(const TableReader& drive, const ServoConfig& servo) {
   const model::LogicParams& logic = servo.profile.drive.logic;
   const double starts_V = logic.v_reset + logic.v_reset_hysteresis;
   if (under.enabled && under.threshold <= starts_V) {
-    blame(drive,
-          {"settings.protection.under_voltage.threshold_V", "profile.logic.reset_V",
-           "profile.logic.reset_hysteresis_V", "settings.protection.under_voltage.enabled"},
-          "under-voltage at " + number(under.threshold) +
-              " V is never reported: the controller does not start below " + number(starts_V) +
-              " V");
+    fail_at_first(drive,
+                  {"settings.protection.under_voltage.threshold_V", "profile.logic.reset_V",
+                   "profile.logic.reset_hysteresis_V", "settings.protection.under_voltage.enabled"},
+                  "under-voltage at " + number(under.threshold) +
+                      " V is never reported: the controller does not start below " +
+                      number(starts_V) + " V");
   }
   const std::string problem = voltage_problem(servo.rom);
   if (!problem.empty()) {
-    blame(drive,
-          {"settings.protection.over_voltage.threshold_V",
-           "settings.protection.under_voltage.threshold_V",
-           "settings.protection.over_voltage.enabled", "settings.protection.under_voltage.enabled"},
-          problem);
+    fail_at_first(
+        drive,
+        {"settings.protection.over_voltage.threshold_V",
+         "settings.protection.under_voltage.threshold_V",
+         "settings.protection.over_voltage.enabled", "settings.protection.under_voltage.enabled"},
+        problem);
   }
 }
 
@@ -179,7 +180,7 @@ void check_model(const TableReader& drive, const ServoConfig& servo) {
   if (!problem) return;
   std::vector<std::string> keys;
   for (const std::string& key : problem->keys) keys.push_back("profile." + key);
-  blame(drive, keys, problem->reason);
+  fail_at_first(drive, keys, problem->reason);
 }
 
 }  // namespace
@@ -216,7 +217,7 @@ std::string voltage_problem(const Registers& registers) {
 void check_settings(const TableReader& reader, const ServoConfig& servo) {
   const std::string offset = offset_problem(servo.rom.encoder_offset, servo.profile.drive.encoder);
   if (!offset.empty()) {
-    blame(reader, {"settings.encoder_offset", "profile.encoder.bits"}, offset);
+    fail_at_first(reader, {"settings.encoder_offset", "profile.encoder.bits"}, offset);
   }
   check_voltages(reader, servo);
   check_hystereses(reader, servo);
@@ -231,9 +232,10 @@ void check_drive(TableReader& reader, const ServoConfig& servo) {
   }
   if (servo.profile.series == Series::kMs && servo.rom.broadcast_mode &&
       !servo.quirks.dialect.multi_drive_more) {
-    blame(reader, {"settings.broadcast_mode"},
-          "the drive would answer nothing: MS drives know no 0x280, and this one has no other "
-          "command for several drives (quirks.multi_drive_more)");
+    fail_at_first(
+        reader, {"settings.broadcast_mode"},
+        "the drive would answer nothing: MS drives know no 0x280, and this one has no other "
+        "command for several drives (quirks.multi_drive_more)");
   }
   check_model(reader, servo);
   check_brake(reader, servo);

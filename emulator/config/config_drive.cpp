@@ -49,52 +49,54 @@ void read_rom(TableReader& reader, RomParams& flash) {
   rom->finish();
 }
 
-ServoConfig as_delivered(const Profile& profile, const AskedOfBus& asked) {
+ServoConfig as_delivered(const Profile& profile, const BusOptions& bus_options) {
   ServoConfig servo;
   servo.profile = profile;
   servo.rom = profile.factory;
-  if (asked.serial != nullptr) {
+  if (bus_options.serial != nullptr) {
     servo.quirks.dialect.framing = protocol::Framing::kSerial;
-    servo.reply_time = asked.serial->reply_time;
-    servo.reply_spread = asked.serial->reply_spread;
-    servo.rate_code = rate_code(asked.bitrate, asked.serial->has_921600);
+    servo.reply_time = bus_options.serial->reply_time;
+    servo.reply_spread = bus_options.serial->reply_spread;
+    servo.rate_code = rate_code(bus_options.bitrate, bus_options.serial->has_921600);
   } else {
-    servo.rate_code = can_rate_code(asked.bitrate);
+    servo.rate_code = can_rate_code(bus_options.bitrate);
   }
   return servo;
 }
 
 /// Checks the bit rate for multi-drive mode on RS-485.
-void check_broadcast(TableReader& reader, const ServoConfig& servo, const AskedOfBus& asked) {
+void check_broadcast(TableReader& reader, const ServoConfig& servo, const BusOptions& bus_options) {
   constexpr std::int64_t kSlowest = 1'000'000;
-  if (asked.serial == nullptr || !servo.rom.broadcast_mode) return;
-  if (asked.bitrate == 0 || asked.bitrate >= kSlowest) return;
+  if (bus_options.serial == nullptr || !servo.rom.broadcast_mode) return;
+  if (bus_options.bitrate == 0 || bus_options.bitrate >= kSlowest) return;
   auto settings = reader.table("settings");
   const std::string problem = "needs 1, 2 or 4 Mbit/s on RS-485, and this bus has " +
-                              std::to_string(asked.bitrate) + " bit/s";
+                              std::to_string(bus_options.bitrate) + " bit/s";
   if (settings && settings->has("broadcast_mode")) settings->fail("broadcast_mode", problem);
   reader.fail("motor", "is in broadcast mode, which " + problem);
 }
 
-std::string name_of(const AskedOfBus& asked, int id) {
-  return asked.interface + " drive " + std::to_string(id);
+std::string name_of(const BusOptions& bus_options, int id) {
+  return bus_options.interface + " drive " + std::to_string(id);
 }
 
 /// Returns the first of `ids` that runs.
-std::optional<int> first_running(const std::vector<int>& ids, const AskedOfBus& asked) {
+std::optional<int> first_running(const std::vector<int>& ids, const BusOptions& bus_options) {
   const auto runs = [&](int id) {
-    return !asked.ids || std::ranges::find(*asked.ids, id) != asked.ids->end();
+    return !bus_options.ids || std::ranges::find(*bus_options.ids, id) != bus_options.ids->end();
   };
   const auto found = std::ranges::find_if(ids, runs);
   return found == ids.end() ? std::nullopt : std::optional(*found);
 }
 
 /// Returns the command line's requests for the drives, as options.
-std::string options_of(const AskedOfBus& asked) {
+std::string options_of(const BusOptions& bus_options) {
   std::string all;
-  if (asked.firmware.generation) all += " --generation " + *asked.firmware.generation;
-  for (const auto& [key, value] : asked.firmware.quirks) all += " --quirk " + key + "=" + value;
-  if (asked.boot_angle_deg) all += " --boot-angle " + plain_number(*asked.boot_angle_deg);
+  if (bus_options.firmware.generation) all += " --generation " + *bus_options.firmware.generation;
+  for (const auto& [key, value] : bus_options.firmware.quirks)
+    all += " --quirk " + key + "=" + value;
+  if (bus_options.boot_angle_deg)
+    all += " --boot-angle " + plain_number(*bus_options.boot_angle_deg);
   return all;
 }
 
@@ -104,7 +106,8 @@ double most_boot_angle_deg(const ServoConfig& servo) {
 }
 
 /// Throws std::invalid_argument.
-void ask_boot_angle(std::optional<double> asked_deg, const std::string& drive, ServoConfig& servo) {
+void apply_boot_angle(std::optional<double> asked_deg, const std::string& drive,
+                      ServoConfig& servo) {
   if (!asked_deg) return;
   const double most_deg = most_boot_angle_deg(servo);
   if (servo.joint) {
@@ -119,12 +122,12 @@ void ask_boot_angle(std::optional<double> asked_deg, const std::string& drive, S
   servo.boot_angle_deg = asked_deg;
 }
 
-/// Reads a drive with the firmware `asked` for on the command line.
+/// Reads a drive; `bus_options` are those of the command line.
 std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrides,
-                                   const AskedOfBus& asked, const FindProfile& find) {
+                                   const BusOptions& bus_options, const FindProfile& find) {
   const std::vector<int> ids = read_ids(reader);
   if (ids.empty()) reader.note_missing("id");
-  ServoConfig servo = as_delivered(read_motor(reader, overrides, find), asked);
+  ServoConfig servo = as_delivered(read_motor(reader, overrides, find), bus_options);
   if (auto changes = reader.table("profile")) {
     read_drive_params(*changes, Presence::kOptional, servo.profile.drive);
     changes->finish();
@@ -143,17 +146,17 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
   servo.boot_angle_deg = reader.number("boot_angle_deg", -most_deg, most_deg);
   servo.boot_temperature_C = reader.number("boot_temperature_C", -40, 125);
   // Requests are not applied to drives that do not run: these may not support them.
-  const auto running = first_running(ids, asked);
-  read_generation(reader, running ? asked.firmware : FirmwareRequest{},
-                  name_of(asked, running.value_or(0)), servo);
+  const auto running = first_running(ids, bus_options);
+  read_generation(reader, running ? bus_options.firmware : FirmwareRequest{},
+                  name_of(bus_options, running.value_or(0)), servo);
   read_settings(reader, servo);
   read_rom(reader, servo.flash);
-  servo.joint = read_joint(reader, servo, asked.body);
-  if (running) ask_boot_angle(asked.boot_angle_deg, name_of(asked, *running), servo);
+  servo.joint = read_joint(reader, servo, bus_options.body);
+  if (running) apply_boot_angle(bus_options.boot_angle_deg, name_of(bus_options, *running), servo);
   read_load(reader, servo.profile.drive.load);
   reader.finish();
   check_drive(reader, servo);
-  check_broadcast(reader, servo, asked);
+  check_broadcast(reader, servo, bus_options);
 
   std::vector<ServoConfig> servos;
   for (const int id : ids) {
@@ -164,10 +167,10 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
 }
 
 /// Returns true if the drive is valid without the requests of the command line.
-bool is_good_as_it_stands(TableReader reader, const Overrides& overrides, const AskedOfBus& asked,
-                          const FindProfile& find) {
+bool is_good_as_it_stands(TableReader reader, const Overrides& overrides,
+                          const BusOptions& bus_options, const FindProfile& find) {
   try {
-    AskedOfBus nothing = asked;
+    BusOptions nothing = bus_options;
     nothing.firmware = {};
     nothing.boot_angle_deg = std::nullopt;
     read_with(reader, overrides, nothing, find);
@@ -179,13 +182,13 @@ bool is_good_as_it_stands(TableReader reader, const Overrides& overrides, const 
 
 }  // namespace
 
-ServoConfig make_servo(int id, const Profile& profile, const AskedOfBus& asked) {
-  ServoConfig servo = as_delivered(profile, asked);
+ServoConfig make_servo(int id, const Profile& profile, const BusOptions& bus_options) {
+  ServoConfig servo = as_delivered(profile, bus_options);
   servo.id = id;
   const toml::table nothing;
   TableReader reader(nothing, "--motor", "");
-  read_generation(reader, asked.firmware, name_of(asked, id), servo);
-  ask_boot_angle(asked.boot_angle_deg, name_of(asked, id), servo);
+  read_generation(reader, bus_options.firmware, name_of(bus_options, id), servo);
+  apply_boot_angle(bus_options.boot_angle_deg, name_of(bus_options, id), servo);
   try {
     check_drive(reader, servo);
   } catch (const ConfigError& problem) {
@@ -195,15 +198,15 @@ ServoConfig make_servo(int id, const Profile& profile, const AskedOfBus& asked) 
 }
 
 std::vector<ServoConfig> read_drive(TableReader& reader, const Overrides& overrides,
-                                    const AskedOfBus& asked, const FindProfile& find) {
+                                    const BusOptions& bus_options, const FindProfile& find) {
   const TableReader unread = reader;
   try {
-    return read_with(reader, overrides, asked, find);
+    return read_with(reader, overrides, bus_options, find);
   } catch (const ConfigError& problem) {
-    const std::string options = options_of(asked);
+    const std::string options = options_of(bus_options);
     // For a wrong --quirk the error already names the option instead of the file.
     if (options.empty() || problem.file != reader.file() ||
-        !is_good_as_it_stands(unread, overrides, asked, find)) {
+        !is_good_as_it_stands(unread, overrides, bus_options, find)) {
       throw;
     }
     throw ConfigError(problem.file, problem.line, problem.key,

@@ -10,7 +10,7 @@
 namespace lk::emulator {
 
 /// Options of the command line for the drives of one bus.
-struct AskedOfBus {
+struct BusOptions {
   std::string interface;                 // as named there
   std::optional<std::vector<int>> ids;   // of the drives that run; absent: all of the file
   FirmwareRequest firmware{};            // of these drives
@@ -21,10 +21,10 @@ struct AskedOfBus {
 };
 
 /// Makes a drive that is in no file. Throws std::invalid_argument, ConfigError.
-ServoConfig make_servo(int id, const Profile& profile, const AskedOfBus& asked);
+ServoConfig make_servo(int id, const Profile& profile, const BusOptions& bus_options);
 
 /// Reads the servos of one [[bus.drive]].
 std::vector<ServoConfig> read_drive(TableReader& reader, const Overrides& overrides,
-                                    const AskedOfBus& asked, const FindProfile& find);
+                                    const BusOptions& bus_options, const FindProfile& find);
 
 }  // namespace lk::emulator

@@ -146,16 +146,16 @@ class Printer {
   explicit Printer(const Quirks& quirks) {
     const Dialect& dialect = quirks.dialect;
     word("state_1", kState1, dialect.state_1);
-    say("single_turn_bits", dialect.wide_single_turn ? "32" : "16");
-    say("single_turn_target_bits", dialect.wide_single_turn_target ? "32" : "16");
-    say("zero_reply_bits", dialect.wide_zero_reply ? "32" : "16");
+    add("single_turn_bits", dialect.wide_single_turn ? "32" : "16");
+    add("single_turn_target_bits", dialect.wide_single_turn_target ? "32" : "16");
+    add("zero_reply_bits", dialect.wide_zero_reply ? "32" : "16");
     for (const auto& field : kDialectSwitches) flag(field, dialect);
     word("clear_angle", kClearAngle, dialect.clear_angle);
-    say("iq_command_limit_lsb", std::to_string(dialect.iq_command_limit_lsb));
+    add("iq_command_limit_lsb", std::to_string(dialect.iq_command_limit_lsb));
     word("iq_scale", kScales, dialect.iq_scale);
     word("phase_current_scale", kScales, dialect.phase_current_scale);
-    say("reply_id_base", dialect.reply_id_base == protocol::kSingleDriveId ? "0x140" : "0x180");
-    say("state_on_byte", std::to_string(dialect.state_on_byte));
+    add("reply_id_base", dialect.reply_id_base == protocol::kSingleDriveId ? "0x140" : "0x180");
+    add("state_on_byte", std::to_string(dialect.state_on_byte));
     for (const auto& field : kQuirkSwitches) flag(field, quirks);
     word("boot_wrap", kBootWraps, quirks.boot_wrap);
     word("boot_multi_turn", kBootMultiTurns, quirks.boot_multi_turn);
@@ -167,28 +167,28 @@ class Printer {
     word("calibrate_busy", kCalibrateBusy, quirks.calibrate_busy);
     word("off_hangs", kOffHangs, quirks.off_hangs);
     const auto& span = quirks.encoder_span;
-    say("encoder_span", span ? quoted(kSpans[static_cast<std::size_t>(*span)]) : "the motor's");
+    add("encoder_span", span ? quoted(kSpans[static_cast<std::size_t>(*span)]) : "the motor's");
     if (dialect.framing == protocol::Framing::kCan) return;
     for (const auto& field : kSerialSwitches) flag(field, dialect);
-    say("zero_ram_len", std::to_string(dialect.zero_ram_len));
-    say("open_loop_limit_permille", std::to_string(dialect.open_loop_limit_permille));
-    say("product_info_bytes", std::to_string(dialect.product_info_bytes));
-    say("wrong_len", quoted(kWrongLengths[dialect.lax_length ? 1 : 0]));
+    add("zero_ram_len", std::to_string(dialect.zero_ram_len));
+    add("open_loop_limit_permille", std::to_string(dialect.open_loop_limit_permille));
+    add("product_info_bytes", std::to_string(dialect.product_info_bytes));
+    add("wrong_len", quoted(kWrongLengths[dialect.lax_length ? 1 : 0]));
   }
   const std::vector<std::string>& lines() const { return lines_; }
 
  private:
   static std::string quoted(const std::string& word) { return '"' + word + '"'; }
-  void say(const char* key, const std::string& value) {
+  void add(const char* key, const std::string& value) {
     lines_.push_back(std::string(key) + " = " + value);
   }
   template <typename Enum>
   void word(const char* key, const Choices& words, Enum value) {
-    say(key, quoted(words[static_cast<std::size_t>(value)]));
+    add(key, quoted(words[static_cast<std::size_t>(value)]));
   }
   template <typename Section>
   void flag(const Field<Section>& field, const Section& section) {
-    say(field.key, section.*std::get<bool Section::*>(field.member) ? "true" : "false");
+    add(field.key, section.*std::get<bool Section::*>(field.member) ? "true" : "false");
   }
 
   std::vector<std::string> lines_;
@@ -239,13 +239,13 @@ void insert_value(toml::table& table, const std::string& key, const std::string&
   }
 }
 
-void ask_quirks(const std::map<std::string, std::string>& asked, ServoConfig& servo) {
+void apply_quirks(const std::map<std::string, std::string>& asked, ServoConfig& servo) {
   if (asked.empty()) return;
   toml::table table;
   for (const auto& [key, value] : asked) insert_value(table, key, value);
   TableReader reader(table, "--quirk", "");
   read_quirks(reader, servo);
-  const std::vector<std::string>& known = reader.asked();
+  const std::vector<std::string>& known = reader.read_keys();
   for (const auto& [key, value] : asked) {
     if (std::ranges::find(known, key) != known.end() || !closest_match(key, known).empty())
       continue;
@@ -254,8 +254,8 @@ void ask_quirks(const std::map<std::string, std::string>& asked, ServoConfig& se
   reader.finish();
 }
 
-Generation ask_generation(const std::string& word, const std::string& drive,
-                          const Profile& profile) {
+Generation resolve_generation(const std::string& word, const std::string& drive,
+                              const Profile& profile) {
   try {
     return chosen_generation(word, profile);
   } catch (const NeverSeen& problem) {
@@ -290,7 +290,7 @@ Generation read_choice(const TableReader& reader, const std::string& word, const
 
 }  // namespace
 
-std::vector<std::string> switches_beside(Generation generation, const Quirks& quirks) {
+std::vector<std::string> differing_switches(Generation generation, const Quirks& quirks) {
   const Printer preset(quirks_of(generation, quirks.dialect.framing));
   const Printer drive(quirks);
   std::vector<std::string> differing;
@@ -322,7 +322,7 @@ void read_generation(TableReader& reader, const FirmwareRequest& asked, const st
                      ServoConfig& servo) {
   const auto in_file = reader.text("generation");
   if (asked.generation) {
-    servo.generation = ask_generation(*asked.generation, drive, servo.profile);
+    servo.generation = resolve_generation(*asked.generation, drive, servo.profile);
     servo.generation_given = true;
   } else if (in_file) {
     servo.generation = read_choice(reader, *in_file, servo.profile);
@@ -333,7 +333,7 @@ void read_generation(TableReader& reader, const FirmwareRequest& asked, const st
     read_quirks(*quirks, servo);
     quirks->finish();
   }
-  ask_quirks(asked.quirks, servo);
+  apply_quirks(asked.quirks, servo);
 }
 
 }  // namespace lk::emulator

@@ -12,7 +12,7 @@ namespace lk::emulator {
 
 /// Returns the switches that differ from the preset of `generation`, in the form of a configuration
 /// file: "pid_commands = true".
-std::vector<std::string> switches_beside(Generation generation, const Quirks& quirks);
+std::vector<std::string> differing_switches(Generation generation, const Quirks& quirks);
 
 /// Words for a generation in files and options: the names, and "seen".
 std::vector<std::string> generation_words();

@@ -97,8 +97,8 @@ toml::table parse_toml(const std::string& text, const std::string& file) {
 TableReader::TableReader(const toml::table& table, std::string file, std::string path)
     : table_(&table), file_(std::move(file)), path_(std::move(path)) {}
 
-const toml::node* TableReader::ask(const std::string& key) {
-  asked_.push_back(key);
+const toml::node* TableReader::find(const std::string& key) {
+  read_keys_.push_back(key);
   return table_->get(key);
 }
 
@@ -151,7 +151,7 @@ void TableReader::fail_at(const toml::source_region& source, const std::string& 
 }
 
 std::optional<double> TableReader::number(const std::string& key, double min, double max) {
-  const toml::node* node = ask(key);
+  const toml::node* node = find(key);
   if (node == nullptr) return std::nullopt;
   if (!node->is_number()) fail(key, "must be a number");
   const double value = *node->value<double>();
@@ -163,7 +163,7 @@ std::optional<double> TableReader::number(const std::string& key, double min, do
 
 std::optional<std::int64_t> TableReader::integer(const std::string& key, std::int64_t min,
                                                  std::int64_t max) {
-  const toml::node* node = ask(key);
+  const toml::node* node = find(key);
   if (node == nullptr) return std::nullopt;
   if (!node->is_integer()) fail(key, "must be a whole number");
   const std::int64_t value = *node->value<std::int64_t>();
@@ -174,14 +174,14 @@ std::optional<std::int64_t> TableReader::integer(const std::string& key, std::in
 }
 
 std::optional<bool> TableReader::boolean(const std::string& key) {
-  const toml::node* node = ask(key);
+  const toml::node* node = find(key);
   if (node == nullptr) return std::nullopt;
   if (!node->is_boolean()) fail(key, "must be true or false");
   return node->value<bool>();
 }
 
 std::optional<std::string> TableReader::text(const std::string& key) {
-  const toml::node* node = ask(key);
+  const toml::node* node = find(key);
   if (node == nullptr) return std::nullopt;
   if (!node->is_string()) fail(key, "must be a string");
   return node->value<std::string>();
@@ -189,7 +189,7 @@ std::optional<std::string> TableReader::text(const std::string& key) {
 
 std::vector<std::string> TableReader::texts(const std::string& key) {
   std::vector<std::string> all;
-  const toml::node* node = ask(key);
+  const toml::node* node = find(key);
   if (node == nullptr) return all;
   if (!node->is_array()) fail(key, "must be an array of strings");
   for (const toml::node& element : *node->as_array()) {
@@ -202,7 +202,7 @@ std::vector<std::string> TableReader::texts(const std::string& key) {
 std::vector<double> TableReader::numbers(const std::string& key, std::size_t count, double min,
                                          double max) {
   std::vector<double> all;
-  const toml::node* node = ask(key);
+  const toml::node* node = find(key);
   if (node == nullptr) return all;
   const std::string wanted = "must be an array of " + std::to_string(count) + " numbers";
   if (!node->is_array() || node->as_array()->size() != count) fail(key, wanted);
@@ -226,7 +226,7 @@ std::optional<std::size_t> TableReader::choice(const std::string& key,
 }
 
 std::optional<TableReader> TableReader::table(const std::string& key) {
-  const toml::node* node = ask(key);
+  const toml::node* node = find(key);
   if (node == nullptr) return std::nullopt;
   if (!node->is_table()) fail(key, "must be a table");
   return TableReader(*node->as_table(), file_, path_.empty() ? key : path_ + "." + key);
@@ -234,7 +234,7 @@ std::optional<TableReader> TableReader::table(const std::string& key) {
 
 std::vector<TableReader> TableReader::tables(const std::string& key) {
   std::vector<TableReader> readers;
-  const toml::node* node = ask(key);
+  const toml::node* node = find(key);
   if (node == nullptr) return readers;
   if (!node->is_array_of_tables()) fail(key, "must be an array of tables, [[" + key + "]]");
   for (const auto& element : *node->as_array()) {
@@ -246,8 +246,8 @@ std::vector<TableReader> TableReader::tables(const std::string& key) {
 void TableReader::finish() const {
   for (const auto& [key, node] : *table_) {
     const std::string name(key.str());
-    if (std::find(asked_.begin(), asked_.end(), name) != asked_.end()) continue;
-    const std::string meant = closest_match(name, asked_);
+    if (std::find(read_keys_.begin(), read_keys_.end(), name) != read_keys_.end()) continue;
+    const std::string meant = closest_match(name, read_keys_);
     fail(name, meant.empty() ? "unknown key" : "unknown key, did you mean " + meant + "?");
   }
   if (!missing_.empty()) fail(missing_.front(), "missing");

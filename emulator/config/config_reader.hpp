@@ -52,7 +52,7 @@ class TableReader {
   const std::string& file() const { return file_; }
   bool has(const std::string& key) const;
   /// Keys read so far.
-  const std::vector<std::string>& asked() const { return asked_; }
+  const std::vector<std::string>& read_keys() const { return read_keys_; }
   bool is_text(const std::string& key) const;
   bool is_integer(const std::string& key) const;
   /// Returns the table as JSON on one line, without the keys `without`.
@@ -69,14 +69,14 @@ class TableReader {
   void finish() const;
 
  private:
-  const toml::node* ask(const std::string& key);
+  const toml::node* find(const std::string& key);
   [[noreturn]] void fail_at(const toml::source_region& source, const std::string& key,
                             const std::string& reason) const;
 
   const toml::table* table_;
   std::string file_;
   std::string path_;
-  std::vector<std::string> asked_;
+  std::vector<std::string> read_keys_;
   std::vector<std::string> missing_;
 };
 

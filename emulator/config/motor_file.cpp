@@ -71,8 +71,8 @@ std::string plain(const std::string& path) {
 }
 
 /// Keys that are not inherited: trade names, and facts known only of the other motor.
-constexpr const char* kOfOneMotor[] = {"extends", "aliases", "rating", "product",
-                                       "seen_generation"};
+constexpr const char* kNotInherited[] = {"extends", "aliases", "rating", "product",
+                                         "seen_generation"};
 
 /// Returns the motor file that `document` extends; nullopt if none.
 std::optional<MotorFile> base_of(const toml::table& document, const std::string& file,
@@ -101,13 +101,13 @@ std::optional<MotorFile> base_of(const toml::table& document, const std::string&
 }
 
 /// Moves missing values from `base` to `table`; a moved value keeps its source line.
-void take_over(toml::table& table, toml::table& base) {
+void inherit(toml::table& table, toml::table& base) {
   for (auto&& [key, inherited] : base) {
     toml::node* const own = table.get(key);
     if (own == nullptr) {
       inherited.visit([&, &name = key](auto& value) { table.insert(name, std::move(value)); });
     } else if (own->is_table() && inherited.is_table()) {
-      take_over(*own->as_table(), *inherited.as_table());
+      inherit(*own->as_table(), *inherited.as_table());
     }
   }
 }
@@ -153,8 +153,8 @@ MotorDocument read_motor_document(const MotorFile& motor, const FindMotorFile& f
   }
   for (std::size_t n = tables.size() - 1; n > 0; --n) {
     check_series(tables[n - 1], files[n - 1], tables[n]);
-    for (const char* own : kOfOneMotor) tables[n].erase(own);
-    take_over(tables[n - 1], tables[n]);
+    for (const char* own : kNotInherited) tables[n].erase(own);
+    inherit(tables[n - 1], tables[n]);
   }
   return {std::move(tables.front()), std::move(files)};
 }

@@ -300,14 +300,14 @@ std::optional<Condition> read_condition(TableReader& reader, const BusConfig& bu
   auto when = reader.table("when");
   if (!when) return std::nullopt;
   Condition condition;
-  const auto said = when->integer("id", 1, protocol::kMaxId);
-  if (said) {
-    id = static_cast<int>(*said);
+  const auto id_of_condition = when->integer("id", 1, protocol::kMaxId);
+  if (id_of_condition) {
+    id = static_cast<int>(*id_of_condition);
     check_id(*when, "id", bus, *id);
   }
   const Signal* const signal = read_signal(*when, "signal", bus);
   if (signal != nullptr && signal->is_of_body()) {
-    if (said) when->fail("id", "a signal of the body is of no drive");
+    if (id_of_condition) when->fail("id", "a signal of the body is of no drive");
     id = bus.servos.front().id;  // any
   }
   const auto error = read_error(*when, "error");

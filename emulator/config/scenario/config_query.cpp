@@ -48,8 +48,8 @@ void read_field(TableReader& reader, const WireField& field, const WireFormat& f
       field.values.empty() ? read_number(reader, field, format) : read_value(reader, field);
   if (!raw && !field.is_optional_in_scenarios) reader.note_missing(std::string(field.spoken()));
   // A field with only one value has that by default.
-  const std::int64_t unsaid = field.values.size() == 1 ? field.values.front().number : 0;
-  protocol::put(field, protocol::taken(field, raw.value_or(unsaid), format), data);
+  const std::int64_t default_value = field.values.size() == 1 ? field.values.front().number : 0;
+  protocol::put(field, protocol::taken(field, raw.value_or(default_value), format), data);
 }
 
 /// Reports a field that exists only in other drives, instead of a misspelt key.

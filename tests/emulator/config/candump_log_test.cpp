@@ -36,7 +36,7 @@ TEST(CandumpLog, ReadsAQuery) {
   EXPECT_FALSE(line.frame.extended);
   EXPECT_EQ(line.frame.dlc, 8);
   EXPECT_EQ(line.frame.data[0], 0x9C);
-  EXPECT_EQ(line.direction, CandumpLine::Direction::kUnsaid);
+  EXPECT_EQ(line.direction, CandumpLine::Direction::kUnknown);
 }
 
 TEST(CandumpLog, ReadsShortFramesAndFractionsOfAnyLength) {

@@ -103,7 +103,7 @@ TEST(ConfigGeneration, EverySwitchIsSettableAlone) {
     change(expected);
     EXPECT_NE(expected, Quirks{}) << line;
     EXPECT_EQ(drive_of("quirks." + line).quirks, expected) << line;
-    EXPECT_EQ(switches_beside(Generation::kLegacy, expected), std::vector{line});
+    EXPECT_EQ(differing_switches(Generation::kLegacy, expected), std::vector{line});
   }
   Quirks open_loop;
   open_loop.dialect.open_loop_command = true;
@@ -127,7 +127,7 @@ TEST(ConfigGeneration, HasItsNameAndNoSwitchBesideItself) {
   for (const std::string& name : generation_names()) {
     const ServoConfig drive = drive_of("generation = \"" + name + "\"");
     EXPECT_EQ(generation_name(drive.generation), name);
-    EXPECT_EQ(switches_beside(drive.generation, drive.quirks), std::vector<std::string>{});
+    EXPECT_EQ(differing_switches(drive.generation, drive.quirks), std::vector<std::string>{});
   }
 }
 
@@ -135,7 +135,7 @@ TEST(ConfigGeneration, HasItsNameAndNoSwitchBesideItself) {
 TEST(ConfigGeneration, WhatIsBesideItIsSaidAsAFileSaysIt) {
   using Lines = std::vector<std::string>;
   EXPECT_EQ(
-      switches_beside(Generation::kV236, quirks_of(Generation::kLegacy)),
+      differing_switches(Generation::kV236, quirks_of(Generation::kLegacy)),
       (Lines{"state_1 = \"decivolt\"", "single_turn_bits = 16", "single_turn_target_bits = 16",
              "pid_commands = true", "offset_command = true", "open_loop_command = false",
              "speed_iq_limit = false", "brake_command = false", "parameter_commands = false",
@@ -143,9 +143,9 @@ TEST(ConfigGeneration, WhatIsBesideItIsSaidAsAFileSaysIt) {
              "clear_angle = \"ignored\"", "iq_command_limit_lsb = 2000", "iq_scale = \"manual\"",
              "phase_current_scale = \"manual\"", "run_resumes = true", "off_needs_run = false"}));
   EXPECT_EQ(
-      switches_beside(Generation::kLegacy, quirks_of(Generation::kLateLegacy)),
+      differing_switches(Generation::kLegacy, quirks_of(Generation::kLateLegacy)),
       (Lines{"single_turn_bits = 32", "iq_command_limit_lsb = 2048", "iq_scale = \"series\""}));
-  EXPECT_EQ(switches_beside(Generation::kV235, quirks_of(Generation::kV236)),
+  EXPECT_EQ(differing_switches(Generation::kV235, quirks_of(Generation::kV236)),
             (Lines{"state_1 = \"centivolt_and_bus_current\"", "offset_command = false",
                    "speed_iq_limit = true", "brake_command = true", "parameter_commands = true",
                    "multi_drive_more = true", "clear_angle = \"sets_angle\"",
