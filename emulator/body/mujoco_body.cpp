@@ -70,7 +70,7 @@ MujocoBody::MujocoBody(const MujocoBody& other)
       own_kg_(other.own_kg_),
       keyframes_(other.keyframes_),
       free_parts_(other.free_parts_),
-      falls_on_(other.falls_on_),
+      counts_as_fall_(other.counts_as_fall_),
       planes_(other.planes_),
       step_geom_(other.step_geom_),
       shape_changes_(other.shape_changes_),
@@ -126,10 +126,10 @@ void MujocoBody::update() {
     }
     mj_forward(model_.get(), data_.get());
     mj_checkAcc(model_.get(), data_.get());
-    look_for_trouble();
+    check_warnings();
     if (!failure_) find_response();
   } catch (const MujocoError& problem) {
-    failure_ = mujoco_words(problem.what());
+    failure_ = mujoco_message(problem.what());
   }
 }
 
@@ -204,7 +204,7 @@ void MujocoBody::advance(std::span<const JointTorque> torques) {
       substep(torques, (n - 0.5 * (substeps_ - 1)) * dt);
     }
   } catch (const MujocoError& problem) {
-    failure_ = mujoco_words(problem.what());
+    failure_ = mujoco_message(problem.what());
   }
   // Torques assumed for the next step until `advance` gets new ones.
   for (std::size_t joint = 0; joint < torques.size(); ++joint) {
@@ -236,11 +236,11 @@ void MujocoBody::substep(std::span<const JointTorque> torques, double from_middl
   }
   mj_checkPos(model_.get(), d);
   mj_checkVel(model_.get(), d);
-  look_for_trouble();
+  check_warnings();
 }
 
 /// MuJoCo resets the state when it finds an invalid number, and counts that.
-void MujocoBody::look_for_trouble() {
+void MujocoBody::check_warnings() {
   struct Trouble {
     mjtWarning kind;
     const char* words;

@@ -63,13 +63,13 @@ class MujocoBody : public Mechanism, public DrawableBody {
   void find_joints();
   void find_scene();
   void set_floor_friction(double friction);
-  void raise_step(const FloorStep& step);
-  void look_at_contacts(BodyState& state) const;
+  void set_floor_step(const FloorStep& step);
+  void observe_contacts(BodyState& state) const;
   /// Computes and factors A, with A·acceleration = torque + …, including active constraints.
   void find_response();
   double own_response(std::size_t dof);
   void substep(std::span<const JointTorque> torques, double from_s);
-  void look_for_trouble();
+  void check_warnings();
 
   std::unique_ptr<mjModel, FreeMujoco> model_;
   std::unique_ptr<mjData, FreeMujoco> data_;
@@ -81,9 +81,10 @@ class MujocoBody : public Mechanism, public DrawableBody {
   std::vector<double> own_kg_;      // masses of these bodies
   std::vector<std::string> keyframes_;
   std::vector<std::size_t> free_parts_;
-  std::vector<bool> falls_on_;  // by parts_: contact of this part with the world counts as a fall
-  std::vector<int> planes_;     // floor: fixed geoms
-  int step_geom_ = -1;          // -1: the model has none
+  std::vector<bool>
+      counts_as_fall_;       // by parts_: contact of this part with the world counts as a fall
+  std::vector<int> planes_;  // floor: fixed geoms
+  int step_geom_ = -1;       // -1: the model has none
   unsigned shape_changes_ = 0;
   Triple level_gravity_{};  // gravity of the model
   bool frozen_ = false;

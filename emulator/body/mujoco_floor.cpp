@@ -41,7 +41,7 @@ void MujocoBody::set_floor(const Floor& floor) {
     const Triple tilted = {c * x + s * z, y, c * z - s * x};
     std::ranges::copy(tilted, model_->opt.gravity);
   }
-  if (floor.step) raise_step(*floor.step);
+  if (floor.step) set_floor_step(*floor.step);
 }
 
 /// MuJoCo uses the larger friction of two geoms, unless one has a higher priority: then only that
@@ -63,7 +63,7 @@ void MujocoBody::set_floor_friction(double friction) {
 }
 
 /// Puts a box on the first plane, with the same material.
-void MujocoBody::raise_step(const FloorStep& step) {
+void MujocoBody::set_floor_step(const FloorStep& step) {
   mjModel& m = *model_;
   const int plane = planes_.front();
   const bool there = step.height_m > 0;

@@ -22,13 +22,13 @@
 
 namespace lk::emulator {
 
-void tame_mujoco() {
+void redirect_mujoco_errors() {
   // MuJoCo does not expect the handler to return.
   mju_user_error = [](const char* text) { throw MujocoError(text); };
   mju_user_warning = [](const char* /*text*/) {};
 }
 
-std::string mujoco_words(std::string_view text) {
+std::string mujoco_message(std::string_view text) {
   std::string line;
   for (const char one : text.substr(0, text.find_last_not_of('\n') + 1)) {
     line += one == '\n' ? std::string("; ") : std::string(1, one);
@@ -145,9 +145,9 @@ Model parse(const std::string& path, const mjVFS* files, const std::string& file
     Model model(mj_loadXML(path.c_str(), files, text.data(), text.size()));
     if (model != nullptr) return model;
   } catch (const MujocoError& problem) {
-    throw std::invalid_argument(file + ": " + mujoco_words(problem.what()));
+    throw std::invalid_argument(file + ": " + mujoco_message(problem.what()));
   }
-  throw std::invalid_argument(file + ": " + mujoco_words(text.data()));
+  throw std::invalid_argument(file + ": " + mujoco_message(text.data()));
 }
 
 void check(const std::string& file) {
@@ -193,7 +193,7 @@ Model parse_with_step(const std::string& file) {
 }  // namespace
 
 Model load_mujoco_model(const std::string& file) {
-  tame_mujoco();
+  redirect_mujoco_errors();
   try_in_child(file, check);
   Model model = parse(file, nullptr, file);
   return floor_planes(*model).empty() ? std::move(model) : parse_with_step(file);

@@ -17,10 +17,10 @@ struct MujocoError : std::runtime_error {
 
 /// Stops MuJoCo from ending the process or printing: errors become MujocoError, warnings stay in
 /// the data.
-void tame_mujoco();
+void redirect_mujoco_errors();
 
 /// Returns MuJoCo's message on one line.
-std::string mujoco_words(std::string_view text);
+std::string mujoco_message(std::string_view text);
 
 /// Checks attributes in `file` and its includes: MuJoCo treats "nan" as an attribute that is not
 /// given. Throws std::invalid_argument.

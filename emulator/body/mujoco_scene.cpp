@@ -156,11 +156,11 @@ void MujocoBody::find_scene() {
   for (int body = 1; body < model_->nbody; ++body) {
     if (is_free(*model_, body)) free_parts_.push_back(static_cast<std::size_t>(body));
   }
-  falls_on_.resize(parts_.size());
+  counts_as_fall_.resize(parts_.size());
   for (int body = 1; body < model_->nbody && !free_parts_.empty(); ++body) {
     const int root = static_cast<int>(free_parts_.front());
     if (model_->body_rootid[body] != root) continue;
-    falls_on_[static_cast<std::size_t>(body)] = body == root || !is_end(*model_, body);
+    counts_as_fall_[static_cast<std::size_t>(body)] = body == root || !is_end(*model_, body);
   }
   planes_ = floor_planes(*model_);
   step_geom_ = mj_name2id(model_.get(), mjOBJ_GEOM, kStepGeom);
@@ -215,10 +215,10 @@ void MujocoBody::read_state(BodyState& state) const {
     const double upright = 1 - 2 * (q[1] * q[1] + q[2] * q[2]);  // z axis along the world's
     state.fallen = upright < std::cos(kFallen_deg * kRadPerDeg);
   }
-  look_at_contacts(state);
+  observe_contacts(state);
 }
 
-void MujocoBody::look_at_contacts(BodyState& state) const {
+void MujocoBody::observe_contacts(BodyState& state) const {
   for (int n = 0; n < data_->ncon; ++n) {
     const mjContact& contact = data_->contact[n];
     if (contact.efc_address < 0) continue;
@@ -231,7 +231,7 @@ void MujocoBody::look_at_contacts(BodyState& state) const {
       const bool on_world = !geom_moves(*model_, geom == geoms[0] ? geoms[1] : geoms[0]);
       if (!on_world || !geom_moves(*model_, geom)) continue;
       state.contact_N += force[0];
-      state.fallen = state.fallen || (falls_on_[part] && force[0] > 0);
+      state.fallen = state.fallen || (counts_as_fall_[part] && force[0] > 0);
     }
   }
 }

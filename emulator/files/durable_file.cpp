@@ -46,12 +46,12 @@ void replace_unfinished(const char* before, const char* after) {
 
 }  // namespace
 
-void remove_if_ended(const char* path) {
+void register_unfinished(const char* path) {
   watch_signals();
   replace_unfinished(nullptr, path);
 }
 
-void keep_if_ended(const char* path) { replace_unfinished(path, nullptr); }
+void unregister_unfinished(const char* path) { replace_unfinished(path, nullptr); }
 
 namespace {
 
@@ -76,8 +76,8 @@ int write_file(int directory_fd, const std::string& name, const std::string& tex
 enum class Replaced { kKept, kLost, kNone };
 
 /// Renames `fresh` to `name`; if the file system can, `fresh` gets the old file in exchange.
-int take_place(int directory_fd, const std::string& fresh, const std::string& name,
-               Replaced& replaced) {
+int rename_over(int directory_fd, const std::string& fresh, const std::string& name,
+                Replaced& replaced) {
   const auto rename = [&](unsigned how) {
     return ::renameat2(directory_fd, fresh.c_str(), directory_fd, name.c_str(), how) == 0;
   };
@@ -88,8 +88,8 @@ int take_place(int directory_fd, const std::string& fresh, const std::string& na
 }
 
 /// Restores the old file: a write that was reported as failed must not appear at the next start.
-void take_back(int directory_fd, const std::string& fresh, const std::string& name,
-               Replaced replaced) {
+void restore_old(int directory_fd, const std::string& fresh, const std::string& name,
+                 Replaced replaced) {
   if (replaced == Replaced::kKept) {
     ::renameat(directory_fd, fresh.c_str(), directory_fd, name.c_str());
   } else if (replaced == Replaced::kNone) {
@@ -127,10 +127,10 @@ int write_durably(int directory_fd, const std::string& name, const std::string& 
   const std::string fresh = unfinished(name);
   int error = write_file(directory_fd, fresh, text);
   Replaced replaced = Replaced::kKept;
-  if (error == 0) error = take_place(directory_fd, fresh, name, replaced);
+  if (error == 0) error = rename_over(directory_fd, fresh, name, replaced);
   if (error == 0) {
     error = sync(directory_fd);
-    if (error != 0) take_back(directory_fd, fresh, name, replaced);
+    if (error != 0) restore_old(directory_fd, fresh, name, replaced);
   }
   ::unlinkat(directory_fd, fresh.c_str(), 0);
   return error;

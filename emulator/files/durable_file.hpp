@@ -25,10 +25,10 @@ class SignalsBlocked {
 };
 
 /// Makes SIGHUP, SIGINT and SIGTERM remove the file before they end the program, unless they have
-/// another handler. `path` must stay valid until `keep_if_ended`. At most eight files; others are
-/// not removed.
-void remove_if_ended(const char* path);
-void keep_if_ended(const char* path);
+/// another handler. `path` must stay valid until `unregister_unfinished`. At most eight files;
+/// others are not removed.
+void register_unfinished(const char* path);
+void unregister_unfinished(const char* path);
 
 /// A file descriptor that closes itself.
 class Descriptor {

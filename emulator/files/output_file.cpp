@@ -115,7 +115,7 @@ OutputFile::OutputFile(const fs::path& path, const std::string& option)
     unfinished_ += ".part-" + std::to_string(::getpid());
   }
   if (unfinished_ != place_) {
-    remove_if_ended(unfinished_.c_str());
+    register_unfinished(unfinished_.c_str());
   }
   stream_ = open();
   if (stream_ == nullptr) {
@@ -151,7 +151,7 @@ OutputFile::~OutputFile() {
   forget_unfinished();
 }
 
-void OutputFile::forget_unfinished() const { keep_if_ended(unfinished_.c_str()); }
+void OutputFile::forget_unfinished() const { unregister_unfinished(unfinished_.c_str()); }
 
 void OutputFile::write(const std::string& text) {
   errno = 0;

@@ -39,13 +39,13 @@ std::vector<std::string> labels_of(const std::string& name) {
 }
 
 /// A shipped motor and its words in lower case.
-struct Called {
+struct MotorWords {
   std::string name;
   std::vector<std::string> words;
 };
 
-std::vector<Called> called_motors() {
-  std::vector<Called> motors;
+std::vector<MotorWords> called_motors() {
+  std::vector<MotorWords> motors;
   for (const std::string& name : known_motors()) {
     motors.push_back({name, {name}});
     for (const std::string& label : labels_of(name)) {
@@ -57,9 +57,9 @@ std::vector<Called> called_motors() {
 
 /// Returns the names of motors with a word that `fits` accepts.
 template <typename Fits>
-std::vector<std::string> names_with(const std::vector<Called>& motors, Fits fits) {
+std::vector<std::string> names_with(const std::vector<MotorWords>& motors, Fits fits) {
   std::vector<std::string> names;
-  for (const Called& motor : motors) {
+  for (const MotorWords& motor : motors) {
     if (std::ranges::any_of(motor.words, fits)) names.push_back(motor.name);
   }
   return names;
@@ -107,7 +107,7 @@ std::vector<std::string> motors_meant(const std::string& given) {
   const std::string size = size_of(wanted);
   if (!found.empty() || size.empty()) return found;
   std::vector<std::string> alike;
-  for (const Called& motor : motors) {
+  for (const MotorWords& motor : motors) {
     std::ranges::copy_if(motor.words, std::back_inserter(alike),
                          [&](const std::string& word) { return size_of(word) == size; });
   }

@@ -47,7 +47,7 @@ RomWriter::~RomWriter() {
   if (thread_.joinable()) thread_.join();
 }
 
-void RomWriter::write(const RomPlace& place, const RomWrite& write) {
+void RomWriter::write(const RomFile& place, const RomWrite& write) {
   if (const int error = start(); error != 0) {
     on_written_(place, write, error);
     return;
@@ -75,7 +75,7 @@ void RomWriter::run() {
   while (true) {
     changed_.wait(lock, [this] { return stop_ || !order_.empty(); });
     if (stop_) return;
-    const RomPlace& place = *order_.front();
+    const RomFile& place = *order_.front();
     order_.pop_front();
     const RomWrite write = waiting_[&place];
     waiting_.erase(&place);
@@ -119,7 +119,7 @@ void check(const Descriptor& opened, const fs::path& path) {
   }
 }
 
-void remove(const RomPlace& place, const fs::path& file) {
+void remove(const RomFile& place, const fs::path& file) {
   const std::string drive = place.owner.bus + ":" + std::to_string(place.owner.id);
   if (::unlinkat(place.directory_fd, place.name.c_str(), 0) == 0) {
     spdlog::info("{}: ROM wiped, {} removed", drive, file.string());
@@ -203,10 +203,10 @@ RomStore::RomStore(const RomOptions& options, std::vector<BusConfig>& buses) {
     const RomDirectory& directory = directory_of(i);
     const std::string& bus = buses[i].interface;
     for (ServoConfig& servo : buses[i].servos) {
-      const RomPlace place{directory.descriptor(),
-                           rom_file_name(bus, servo.id),
-                           i,
-                           {bus, servo.id, servo.profile.name}};
+      const RomFile place{directory.descriptor(),
+                          rom_file_name(bus, servo.id),
+                          i,
+                          {bus, servo.id, servo.profile.name}};
       ::unlinkat(place.directory_fd, unfinished(place.name).c_str(), 0);
       const bool there =
           ::faccessat(place.directory_fd, place.name.c_str(), F_OK, AT_SYMLINK_NOFOLLOW) == 0 ||
@@ -217,7 +217,7 @@ RomStore::RomStore(const RomOptions& options, std::vector<BusConfig>& buses) {
   }
 }
 
-void peek_rom(const RomOptions& options, std::vector<BusConfig>& buses) {
+void load_rom_read_only(const RomOptions& options, std::vector<BusConfig>& buses) {
   if (options.in_memory || options.wipe) return;
   const fs::path base = state_directory(std::getenv("XDG_STATE_HOME"), std::getenv("HOME"));
   if (!options.directory && base.empty()) return;

@@ -30,7 +30,7 @@ struct RomOptions {
 };
 
 /// ROM file of one drive.
-struct RomPlace {
+struct RomFile {
   int directory_fd = -1;
   std::string name;
   std::size_t bus = 0;  // its index
@@ -47,7 +47,7 @@ class RomWriter {
       std::function<int(int directory_fd, const std::string& name, const std::string& text)>;
   /// Called on the writer's thread when `write` and earlier ones of that drive are durable or have
   /// failed with `error`. Without a thread, called from `write`.
-  using OnWritten = std::function<void(const RomPlace& place, const RomWrite& write, int error)>;
+  using OnWritten = std::function<void(const RomFile& place, const RomWrite& write, int error)>;
 
   explicit RomWriter(OnWritten on_written, WriteFile write_file = write_to_disk());
   RomWriter(const RomWriter&) = delete;
@@ -56,7 +56,7 @@ class RomWriter {
   ~RomWriter();
 
   /// `place` identifies the drive and must outlive the writer.
-  void write(const RomPlace& place, const RomWrite& write);
+  void write(const RomFile& place, const RomWrite& write);
 
  private:
   static WriteFile write_to_disk();
@@ -68,8 +68,8 @@ class RomWriter {
   WriteFile write_file_;
   std::mutex mutex_;  // protects all members below
   std::condition_variable changed_;
-  std::map<const RomPlace*, RomWrite> waiting_;
-  std::deque<const RomPlace*> order_;  // pending drives, in order
+  std::map<const RomFile*, RomWrite> waiting_;
+  std::deque<const RomFile*> order_;  // pending drives, in order
   bool stop_ = false;
   std::thread thread_;
 };
@@ -102,7 +102,7 @@ class RomStore {
   void wipe();
 
   /// Returns the ROM file of drive `id` on the bus with index `bus`.
-  const RomPlace& place(std::size_t bus, int id) const { return places_.at({bus, id}); }
+  const RomFile& place(std::size_t bus, int id) const { return places_.at({bus, id}); }
 
  private:
   void take_directories(const RomOptions& options, const std::vector<BusConfig>& buses);
@@ -110,13 +110,13 @@ class RomStore {
     return directories_[directories_.size() == 1 ? 0 : bus];
   }
 
-  std::deque<RomDirectory> directories_;                    // one, or one for each bus
-  std::map<std::pair<std::size_t, int>, RomPlace> places_;  // by bus and id
+  std::deque<RomDirectory> directories_;                   // one, or one for each bus
+  std::map<std::pair<std::size_t, int>, RomFile> places_;  // by bus and id
 };
 
 /// Loads the files into `buses` as RomStore does, but changes nothing on the disk. Throws
 /// StartError.
-void peek_rom(const RomOptions& options, std::vector<BusConfig>& buses);
+void load_rom_read_only(const RomOptions& options, std::vector<BusConfig>& buses);
 
 /// Returns the user's ROM directory without the bus; empty if none. Follows the XDG Base Directory
 /// Specification.

@@ -67,13 +67,13 @@ void compare(const std::vector<CandumpLine>& log, const BusConfig& bus) {
     if (at < SimTime{0} || at > kMaxCompared) return;
     if (!frames.empty() && at < frames.back().timed.at) return;
     std::optional<bool> from_host;
-    if (line.direction != CandumpLine::Direction::kUnsaid) {
+    if (line.direction != CandumpLine::Direction::kUnknown) {
       from_host = line.direction == CandumpLine::Direction::kSent;
     }
     frames.push_back({{at, line.frame}, from_host});
   }
   const LogComparison compared = compare_log(frames, bus);
-  require(compared.sent + compared.orphans + compared.strangers <= frames.size());
+  require(compared.sent + compared.orphans + compared.unknown_drive_frames <= frames.size());
   require(!comparison_text(compared).empty());
 }
 

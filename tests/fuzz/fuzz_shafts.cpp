@@ -32,7 +32,7 @@ Heard hear(std::span<const std::uint8_t> bytes, std::uint32_t joints, std::size_
   ShaftReader reader(joints);
   Heard heard;
   while (!bytes.empty() && heard.wrong.empty()) {
-    const std::size_t size = std::min({slice, reader.wants(), bytes.size()});
+    const std::size_t size = std::min({slice, reader.bytes_missing(), bytes.size()});
     require(size > 0);
     auto message = reader.take(bytes.first(size));
     bytes = bytes.subspan(size);

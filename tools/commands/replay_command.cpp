@@ -250,7 +250,7 @@ std::vector<LoggedFrame> frames_of(const std::vector<CandumpLine>& lines, const 
   for (const CandumpLine& line : lines) {
     if (line.interface != interface) continue;
     LoggedFrame frame{{line.at, line.frame}, std::nullopt, line.number};
-    if (line.direction != CandumpLine::Direction::kUnsaid) {
+    if (line.direction != CandumpLine::Direction::kUnknown) {
       frame.from_host = line.direction == CandumpLine::Direction::kSent;
     }
     frames.push_back(frame);

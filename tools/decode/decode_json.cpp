@@ -53,8 +53,8 @@ Json latency_json(const LatencyHistogram& latency) {
 Json command_json(int drive, std::uint32_t asked, const CommandTally& command,
                   const BusTally& bus) {
   Json json = {{"drive", drive},
-               {"command", asked_text(asked)},
-               {"name", asked_name(asked, bus.framing)},
+               {"command", command_text(asked)},
+               {"name", command_name(asked, bus.framing)},
                {"queries", command.queries},
                {"replies", command.replies},
                {"unanswered", command.unanswered},
@@ -118,7 +118,7 @@ std::string frame_json(const DecodedFrame& frame) {
     if (told.latency) json["latency_ms"] = ms_of(*told.latency);
   }
   if (!words.mark.empty()) json["mark"] = words.mark;
-  if (!words.drawback.empty()) json["drawback"] = words.drawback;
+  if (!words.problem.empty()) json["drawback"] = words.problem;
   if (frame.frame.kind == protocol::FrameKind::kError) {
     json["error_words"] = error_frame_words(frame.frame.id);
   }

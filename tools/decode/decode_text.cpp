@@ -54,8 +54,8 @@ RoleWords role_words(const Told& told) {
 
 /// Returns a remark about the frame, besides its contents.
 std::string remark(const DecodedFrame& frame, Language language) {
-  if (!frame.words.drawback.empty()) {
-    std::string text(in_language(frame.words.drawback, language));
+  if (!frame.words.problem.empty()) {
+    std::string text(in_language(frame.words.problem, language));
     if (frame.frame.kind == protocol::FrameKind::kError) {
       const std::string about = listed(error_frame_words(frame.frame.id), language);
       if (!about.empty()) text += (language == Language::kChinese ? "：" : ": ") + about;

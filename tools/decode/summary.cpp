@@ -60,8 +60,8 @@ void BusTally::count(const Told& told, const FrameWords& words, const std::optio
   framing = protocol::framing_of(told.frame);
   if (at && !first_at) first_at = at;
   if (at) last_at = at;
-  if (!words.drawback.empty()) {
-    ++meaningless[words.drawback];
+  if (!words.problem.empty()) {
+    ++meaningless[words.problem];
     const bool known_elsewhere =
         (told.drive > 0 || protocol::find_multi_drive(told.frame.id) != nullptr) &&
         !words.name.empty();
@@ -153,10 +153,10 @@ std::string counted(std::uint64_t count) { return count > 0 ? std::to_string(cou
 
 Row command_row(int drive, std::uint32_t asked, const CommandTally& command, const BusTally& bus,
                 Language language) {
-  Row row{
-      drive > 0 ? std::to_string(drive) : "1-4",
-      asked_text(asked) + " " + std::string(in_language(asked_name(asked, bus.framing), language)),
-      counted(command.queries), counted(command.replies)};
+  Row row{drive > 0 ? std::to_string(drive) : "1-4",
+          command_text(asked) + " " +
+              std::string(in_language(command_name(asked, bus.framing), language)),
+          counted(command.queries), counted(command.replies)};
   const auto rate = bus.rate_Hz(command);
   row.push_back(rate ? fmt::format("{:.1f}", *rate) : "–");
   row.push_back(counted(command.unanswered));

@@ -51,7 +51,7 @@ int run(int argc, char** argv) {
     scenario = lk::emulator::load_live_scenario(*command_line->scenario, buses);
   }
   if (command_line->check) {
-    lk::emulator::peek_rom(command_line->rom, buses);
+    lk::emulator::load_rom_read_only(command_line->rom, buses);
     std::fputs(lk::emulator::describe_run(buses).c_str(), stdout);
     return 0;
   }

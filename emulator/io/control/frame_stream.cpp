@@ -77,7 +77,7 @@ class FrameStream : public StreamClient {
     const TimedFrame& timed = gathered.frame;
     const bool query = gathered.direction == Direction::kQuery;
     if (std::exchange(address_changes_, line_.bus().address_changes()) != line_.bus().address_changes())
-      reader_.follow(line_.bus());
+      reader_.update_addresses(line_.bus());
     const FrameWords words = query ? reader_.query(timed.frame) : reader_.reply(timed.frame);
     Json json = {{"time_s", seconds(timed.at)},
                  {"from", query ? "host" : "drive"},
@@ -93,7 +93,7 @@ class FrameStream : public StreamClient {
       json["says_zh"] = quantities_text(words.quantities, asked, Language::kChinese);
     }
     if (!words.mark.empty()) json["mark"] = words.mark;
-    if (!words.drawback.empty()) json["drawback"] = words.drawback;
+    if (!words.problem.empty()) json["drawback"] = words.problem;
     // Advice on this frame that is known by now.
     const std::string_view advice = line_.adviser().mark_of(gathered.number);
     if (!advice.empty()) json["advice"] = advice;

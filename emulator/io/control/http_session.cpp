@@ -31,7 +31,7 @@ using boost::system::error_code;
 constexpr std::size_t kReadAtOnce = 4096;
 constexpr std::size_t kLongestBuffer = 16'384;  // includes requests sent ahead
 constexpr auto kLingerTimeout = std::chrono::seconds(1);
-constexpr int kMostLingerReads = 256;
+constexpr int kMaxLingerReads = 256;
 /// The dashboard loads only its own files, and no other page can frame it.
 constexpr const char* kPagePolicy =
     "default-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'; base-uri 'none'; "
@@ -385,7 +385,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     stream_.async_read_some(
         buffer_.prepare(kReadAtOnce),
         [self = shared_from_this(), times](const error_code& error, std::size_t /*size*/) {
-          if (!error && times < kMostLingerReads) self->discard_input(times + 1);
+          if (!error && times < kMaxLingerReads) self->discard_input(times + 1);
         });
   }
 

@@ -72,12 +72,12 @@ void AnsweredIds::take(const BusConfig& bus, const LinkState& link) {
 
 void AnsweredIds::start(const Line& line) {
   lock(line, Taken::kOrFail);
-  tell(line);
+  log_changes(line);
 }
 
-void AnsweredIds::follow(const Line& line) {
+void AnsweredIds::update(const Line& line) {
   lock(line, Taken::kOrWarn);
-  tell(line);
+  log_changes(line);
 }
 
 void AnsweredIds::lock(const Line& line, Taken taken) {
@@ -102,12 +102,12 @@ void AnsweredIds::lock(const Line& line, Taken taken) {
   }
 }
 
-void AnsweredIds::tell(const Line& line) {
+void AnsweredIds::log_changes(const Line& line) {
   for (const ServoConfig& servo : line.config().servos) {
     const std::string note = place_note(servo, line.config(), addresses_of(line));
-    std::string& told = told_[{line.name(), servo.id}];
-    if (note == told) continue;
-    told = note;
+    std::string& logged = logged_[{line.name(), servo.id}];
+    if (note == logged) continue;
+    logged = note;
     if (note.empty()) {
       spdlog::warn("{}: drive {} answers at its ID again", line.name(), servo.id);
     } else {

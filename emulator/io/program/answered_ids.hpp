@@ -24,18 +24,18 @@ class AnsweredIds {
   /// Locks the IDs in ROM and releases others. Throws StartError like `take`.
   void start(const Line& line);
   /// Updates locks after an address change. If another program uses the ID, both answer.
-  void follow(const Line& line);
+  void update(const Line& line);
   void drain_queue() const { locks_.drain_queue(); }
 
  private:
   enum class Taken : std::uint8_t { kOrFail, kOrWarn };
   void lock(const Line& line, Taken taken);
-  void tell(const Line& line);
+  void log_changes(const Line& line);
 
   using Drive = std::pair<std::string, int>;  // an interface and an ID
   IdLocks locks_;
   std::map<std::string, LinkState> links_;  // by interface
-  std::map<Drive, std::string> told_;       // by configured ID
+  std::map<Drive, std::string> logged_;     // by configured ID
   std::set<Drive> shared_;                  // also used by another program; already logged
 };
 

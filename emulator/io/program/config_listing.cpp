@@ -185,7 +185,7 @@ std::vector<std::string> doubts(const ServoConfig& servo, const BusConfig& bus) 
 /// Returns properties without a column in the table.
 std::vector<std::string> remarks(const ServoConfig& servo) {
   std::vector<std::string> all;
-  const auto switches = switches_beside(servo.generation, servo.quirks);
+  const auto switches = differing_switches(servo.generation, servo.quirks);
   if (!switches.empty()) {
     all.push_back(
         fmt::format("unlike {}: {}", generation_name(servo.generation), fmt::join(switches, ", ")));
@@ -247,7 +247,7 @@ std::string place_note(const ServoConfig& servo, const BusConfig& bus,
   return fmt::format("answers at ID {}{}", address.id, shared);
 }
 
-std::vector<std::string> spoken(const BusConfig& bus) {
+std::vector<std::string> protocol_summary(const BusConfig& bus) {
   std::map<std::string, std::string> ids_by_text;
   for (const ServoConfig& servo : bus.servos) {
     const auto format = protocol::wire_format(servo.quirks.dialect, servo.profile.series);
@@ -265,7 +265,7 @@ std::vector<std::string> spoken(const BusConfig& bus) {
   return lines;
 }
 
-std::vector<std::string> seen_otherwise(const std::vector<BusConfig>& buses) {
+std::vector<std::string> generation_hints(const std::vector<BusConfig>& buses) {
   std::vector<std::string> lines;
   for (const auto& bus : buses) {
     for (const auto& servo : bus.servos) {
@@ -307,9 +307,9 @@ std::string describe_run(const std::vector<BusConfig>& buses) {
     text += print_row(titles, widths) + print_row(units, widths);
     for (const auto& servo : bus.servos) {
       text += print_row(rows[next++], widths);
-      auto said = doubts(servo, bus);
-      for (auto& remark : remarks(servo)) said.push_back(std::move(remark));
-      for (const auto& text_of_note : said) {
+      auto notes_of_drive = doubts(servo, bus);
+      for (auto& remark : remarks(servo)) notes_of_drive.push_back(std::move(remark));
+      for (const auto& text_of_note : notes_of_drive) {
         notes += fmt::format("note: {} drive {}: {}\n", bus.interface, servo.id, text_of_note);
       }
     }

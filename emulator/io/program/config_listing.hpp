@@ -18,10 +18,10 @@ std::string describe_run(const std::vector<BusConfig>& buses);
 
 /// Returns the protocol variants of a bus, one line for all equal drives: "vcan0:1,2: legacy: 0x9A
 /// voltage 0.1 V in bytes 3-4, …".
-std::vector<std::string> spoken(const BusConfig& bus);
+std::vector<std::string> protocol_summary(const BusConfig& bus);
 
 /// Returns a line for each motor that uses `legacy` by default although another generation was seen
 /// on it.
-std::vector<std::string> seen_otherwise(const std::vector<BusConfig>& buses);
+std::vector<std::string> generation_hints(const std::vector<BusConfig>& buses);
 
 }  // namespace lk::emulator

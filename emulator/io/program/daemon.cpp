@@ -27,10 +27,10 @@ namespace lk::emulator {
 namespace {
 
 /// Time-out for the disk at the end. A write that was not acknowledged may be lost.
-constexpr auto kLongestGoodbye = std::chrono::seconds(3);
+constexpr auto kShutdownTimeout = std::chrono::seconds(3);
 /// Time-out for the interfaces after it: a full bus sends all that a port queues in this time.
-constexpr auto kLongestFlush = std::chrono::milliseconds(150);
-constexpr auto kGoodbyeStep = std::chrono::milliseconds(2);
+constexpr auto kFlushTimeout = std::chrono::milliseconds(150);
+constexpr auto kShutdownPoll = std::chrono::milliseconds(2);
 
 void check_can_support() {
   const std::string problem = can_problem();
@@ -165,10 +165,10 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
       strict_(options.strict),
       links_(loop_, [this] { follow_links(); }),
       signals_(loop_, SIGINT, SIGTERM),
-      patience_(loop_),
+      shutdown_timer_(loop_),
       started_(monotonic_now()),
-      rom_writer_([this](const RomPlace& place, const RomWrite& write, int error) {
-        tell_written(place, write, error);
+      rom_writer_([this](const RomFile& place, const RomWrite& write, int error) {
+        post_rom_result(place, write, error);
       }) {
   if (std::ranges::any_of(buses, is_socketcan)) check_can_support();
   const auto allowed = options.real_bus ? Interfaces::kAll : Interfaces::kVirtualOnly;
@@ -190,7 +190,7 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   for (std::size_t i = 0; i < buses.size(); ++i) {
     Line& line = world_.add(buses[i]);  // with the ROM contents of its drives
     answered_ids_.start(line);
-    line.on_address_change = [this, &line] { answered_ids_.follow(line); };
+    line.on_address_change = [this, &line] { answered_ids_.update(line); };
     line.on_advice = [this, &line](const Advice& advice) {
       // A host may probe a command once.
       const bool may_be_right = advice.found.kind == AdviceKind::kUnknownCommand;
@@ -226,9 +226,9 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   // Last, as it cannot be undone.
   if (keeps_rom && options.rom.wipe) rom_store_->wipe();
   for (const BusConfig& bus : buses) {
-    for (const std::string& line : spoken(bus)) spdlog::info("{}", line);
+    for (const std::string& line : protocol_summary(bus)) spdlog::info("{}", line);
   }
-  for (const std::string& line : seen_otherwise(buses)) spdlog::info("{}", line);
+  for (const std::string& line : generation_hints(buses)) spdlog::info("{}", line);
   control_->api().scenario = scenario_.for_clients();
   // The actions of a simulator are not recorded.
   if (!shafts_) control_->api().recording = recording_.for_clients();
@@ -244,7 +244,7 @@ int Daemon::run() {
   world_.start();
   if (shafts_) shafts_->start();
   follow_links();
-  if (!ready_) tell_service_manager("STATUS=waiting for an interface to be up");
+  if (!ready_) notify_service_manager("STATUS=waiting for an interface to be up");
   loop_.run();
   print_summary();
   if (!judged_) print_advice();
@@ -322,7 +322,7 @@ void Daemon::keep_rom(std::size_t line, const RomWrite& write) {
   rom_writer_.write(rom_store_->place(line, write.id), write);
 }
 
-void Daemon::tell_written(const RomPlace& place, const RomWrite& write, int error) {
+void Daemon::post_rom_result(const RomFile& place, const RomWrite& write, int error) {
   boost::asio::post(loop_, [this, bus = place.bus, write, error] {
     world_.lines()[bus]->settle_rom(write, error);
   });
@@ -340,34 +340,34 @@ bool Daemon::replies_have_left() const {
 /// Writes are acknowledged before the power is cut, if the disk answers in time.
 void Daemon::begin_stop() {
   if (std::exchange(stopping_, true)) return;
-  tell_service_manager("STOPPING=1");
+  notify_service_manager("STOPPING=1");
   scenario_.finish();
   world_.stop();
   recording_.stop();
-  give_up_disk_ = monotonic_now() + kLongestGoodbye;
-  give_up_ = give_up_disk_ + kLongestFlush;
+  disk_deadline_ = monotonic_now() + kShutdownTimeout;
+  flush_deadline_ = disk_deadline_ + kFlushTimeout;
   wait_to_end();
 }
 
 void Daemon::wait_to_end() {
   const MonoTime now = monotonic_now();
-  const bool done_with_disk = disk_is_done() || now >= give_up_disk_;
-  if (done_with_disk) give_up_ = std::min(give_up_, now + kLongestFlush);
-  if (done_with_disk && (replies_have_left() || now >= give_up_)) {
+  const bool done_with_disk = disk_is_done() || now >= disk_deadline_;
+  if (done_with_disk) flush_deadline_ = std::min(flush_deadline_, now + kFlushTimeout);
+  if (done_with_disk && (replies_have_left() || now >= flush_deadline_)) {
     loop_.stop();
     return;
   }
-  patience_.expires_after(kGoodbyeStep);
-  patience_.async_wait([this](const auto& /*error*/) { wait_to_end(); });
+  shutdown_timer_.expires_after(kShutdownPoll);
+  shutdown_timer_.async_wait([this](const auto& /*error*/) { wait_to_end(); });
 }
 
 void Daemon::follow_links() {
   for (auto& line : world_.lines()) line->port()->check_link();
   answered_ids_.drain_queue();
-  say_ready_once();
+  report_ready_once();
 }
 
-void Daemon::say_ready_once() {
+void Daemon::report_ready_once() {
   const bool all_up =
       std::ranges::all_of(world_.lines(), [](const auto& line) { return line->is_up(); });
   if (ready_ || !all_up) return;
@@ -377,7 +377,7 @@ void Daemon::say_ready_once() {
     text += " " + line->name() + ":" + line->ids() + moved_text(*line);
   std::printf("lk-emu %s\n", text.c_str());
   std::fflush(stdout);
-  tell_service_manager("READY=1\nSTATUS=" + text);
+  notify_service_manager("READY=1\nSTATUS=" + text);
   if (!planned_) return;
   // Checked again, as clients may have added faults while an interface was down.
   with_scenario([this] { scenario_.start(std::move(*planned_), [this] { begin_stop(); }); });

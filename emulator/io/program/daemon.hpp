@@ -57,14 +57,14 @@ class Daemon {
  private:
   void keep_rom(std::size_t line, const RomWrite& write);
   /// Called from any thread.
-  void tell_written(const RomPlace& place, const RomWrite& write, int error);
+  void post_rom_result(const RomFile& place, const RomWrite& write, int error);
   void begin_stop();
   void wait_to_end();
   bool rom_is_settled() const;
   bool disk_is_done() const { return rom_is_settled() && recording_.done(); }
   bool replies_have_left() const;
   void follow_links();
-  void say_ready_once();
+  void report_ready_once();
   void print_summary() const;
   std::vector<GivenAdvice> advice() const;
   void print_advice() const;
@@ -86,10 +86,10 @@ class Daemon {
   LinkMonitor links_;
   boost::asio::signal_set signals_;
   std::optional<InputWatch> input_;
-  boost::asio::steady_timer patience_;  // at the end: for the disk, then the interfaces
+  boost::asio::steady_timer shutdown_timer_;  // at the end: for the disk, then the interfaces
   bool stopping_ = false;
-  MonoTime give_up_disk_{};
-  MonoTime give_up_{};
+  MonoTime disk_deadline_{};
+  MonoTime flush_deadline_{};
   MonoTime started_;
   bool ready_ = false;
   std::optional<RomStore> rom_store_;  // absent: ROM ends with the process

@@ -53,13 +53,13 @@ LiveScenario::LiveScenario(Scenario scenario, std::vector<Line*> lines,
     Part& part = *parts_.back();
     Watcher watcher;
     watcher.next_due = [this, &part] { return next_due(part); };
-    watcher.sample = [this, &part](const Bus& at) { sample(part, at); };
+    watcher.sample = [this, &part](const Bus& at) { on_due(part, at); };
     part.watcher = part.line->add_watcher(std::move(watcher));
     Listener listener;
     listener.query = [&part](const TimedFrame& query) {
       part.judge.on_query(query, part.line->bus());
     };
-    listener.reply = [&part](const TimedFrame& reply) { hear(part, reply); };
+    listener.reply = [&part](const TimedFrame& reply) { on_reply(part, reply); };
     part.listener = part.line->add_listener(std::move(listener));
   }
 }
@@ -75,7 +75,7 @@ SimTime LiveScenario::next_due(const Part& part) const {
 }
 
 /// Same order as in `lk-emu run`: events, judge, frames.
-void LiveScenario::look(Part& part, const Bus& bus) {
+void LiveScenario::on_due(Part& part, const Bus& bus) {
   const SimTime now = bus.time();
   perform_due(part, now);
   if (part.judge.next_due() <= now) part.judge.sample(bus);
@@ -88,7 +88,7 @@ void LiveScenario::look(Part& part, const Bus& bus) {
   if (all && on_over_) on_over_();
 }
 
-void LiveScenario::hear(Part& part, const TimedFrame& reply) {
+void LiveScenario::on_reply(Part& part, const TimedFrame& reply) {
   part.judge.on_reply(reply);
   if (part.over || reply.echo) return;
   ++part.replies;

@@ -61,9 +61,9 @@ class LiveScenario {
   };
 
   SimTime next_due(const Part& part) const;
-  void look(Part& part, const Bus& bus);
+  void on_due(Part& part, const Bus& bus);
   void perform_due(Part& part, SimTime now);
-  static void hear(Part& part, const TimedFrame& reply);
+  static void on_reply(Part& part, const TimedFrame& reply);
   Verdict verdict_of(const Part& part) const;
   /// Clears the part's faults and fixes its verdict.
   void end(Part& part);

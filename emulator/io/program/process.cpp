@@ -97,7 +97,7 @@ void give_up_privileges(const std::vector<fs::path>& places) {
   if (::syscall(SYS_capset, &header, held.data()) != 0) fail();
 }
 
-void tell_service_manager(const std::string& state) {
+void notify_service_manager(const std::string& state) {
   const char* const name = std::getenv("NOTIFY_SOCKET");
   const std::string path = name == nullptr ? "" : name;
   sockaddr_un address{};

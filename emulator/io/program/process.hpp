@@ -33,6 +33,6 @@ void give_up_privileges(const std::vector<std::filesystem::path>& places);
 
 /// Reports the state to the service manager (sd_notify(3)): "READY=1". Does nothing without a
 /// service manager.
-void tell_service_manager(const std::string& state);
+void notify_service_manager(const std::string& state);
 
 }  // namespace lk::emulator

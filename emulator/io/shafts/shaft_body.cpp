@@ -100,14 +100,14 @@ ShaftBytes end_message(std::string_view why) {
   return bytes;
 }
 
-std::size_t ShaftReader::wants() const {
+std::size_t ShaftReader::bytes_missing() const {
   const std::size_t whole =
       bytes_.size() < LK_SHAFTS_HEAD_BYTES ? LK_SHAFTS_HEAD_BYTES : head_.bytes;
   return whole - bytes_.size();
 }
 
 ShaftReader::Message ShaftReader::take(std::span<const unsigned char> bytes) {
-  assert(bytes.size() <= wants());
+  assert(bytes.size() <= bytes_missing());
   if (!wrong_.empty()) return wrong_;
   bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
   if (bytes_.size() < LK_SHAFTS_HEAD_BYTES) return More{};
@@ -153,7 +153,7 @@ constexpr double kRounding = 1e-6;
 
 bool within(double value, double most) { return std::abs(value) <= most; }  // false for NaN
 
-bool is_untold(const lk_shafts_accept& terms, const lk_shafts_state& state) {
+bool is_unknown(const lk_shafts_accept& terms, const lk_shafts_state& state) {
   return terms.owner == LK_SHAFTS_SIMULATOR &&
          (state.inertia_kg_m2 == 0 || (terms.flags & LK_SHAFTS_TORQUE_UNTOLD) != 0);
 }
@@ -173,7 +173,7 @@ std::string problem_of_numbers(const lk_shafts_state& state, const lk_shafts_acc
   if (!within(state.inertia_kg_m2, kMaxInertia_kg_m2) || state.inertia_kg_m2 < 0) {
     return is("inertia_kg_m2", state.inertia_kg_m2);
   }
-  if (!is_untold(terms, state) && !within(state.torque_Nm, kMaxTorque_Nm)) {
+  if (!is_unknown(terms, state) && !within(state.torque_Nm, kMaxTorque_Nm)) {
     return is("torque_Nm", state.torque_Nm);
   }
   return "";
@@ -191,17 +191,17 @@ ShaftBody::ShaftBody(std::vector<ShaftJoint> joints, SimTime step) : step_(step)
     joints_.push_back({.terms = joint.terms,
                        .state = {joint.angle_rad, joint.speed_rad_s, 0, 0},
                        .armature_kg_m2 = joint.armature_kg_m2,
-                       .told_armature_kg_m2 = joint.armature_kg_m2});
+                       .received_armature_kg_m2 = joint.armature_kg_m2});
   }
 }
 
 /// Unknown inertia: uses the armature, as too small a value is stable
 /// (docs/guides/your-simulator.md).
 double ShaftBody::inertia_of(const Joint& joint) {
-  const double told = joint.state.inertia_kg_m2;
-  if (joint.terms.owner == LK_SHAFTS_DRIVE) return told + joint.armature_kg_m2;
-  if (told == 0) return joint.armature_kg_m2;
-  return told + joint.armature_kg_m2 - joint.told_armature_kg_m2;
+  const double inertia_kg_m2 = joint.state.inertia_kg_m2;
+  if (joint.terms.owner == LK_SHAFTS_DRIVE) return inertia_kg_m2 + joint.armature_kg_m2;
+  if (inertia_kg_m2 == 0) return joint.armature_kg_m2;
+  return inertia_kg_m2 + joint.armature_kg_m2 - joint.received_armature_kg_m2;
 }
 
 JointView ShaftBody::joint(std::size_t joint) const {
@@ -245,27 +245,27 @@ std::optional<std::string> ShaftBody::problem_of(std::span<const lk_shafts_state
   return std::nullopt;
 }
 
-double ShaftBody::found_torque_of(const Joint& joint, double speed_rad_s) const {
-  if (!joint.told_speed_rad_s || steps_ == 0) return 0;
+double ShaftBody::estimated_torque(const Joint& joint, double speed_rad_s) const {
+  if (!joint.received_speed_rad_s || steps_ == 0) return 0;
   const double steps = steps_;
   const double elapsed_s = steps * static_cast<double>(step_.count()) * 1e-9;
-  const double acceleration = (speed_rad_s - *joint.told_speed_rad_s) / elapsed_s;
+  const double acceleration = (speed_rad_s - *joint.received_speed_rad_s) / elapsed_s;
   return inertia_of(joint) * acceleration - joint.torque_Nm / steps;
 }
 
 void ShaftBody::take(std::span<const lk_shafts_state> states) {
   for (std::size_t n = 0; n < joints_.size(); ++n) {
     Joint& joint = joints_[n];
-    const lk_shafts_state& told = states[n];
-    joint.told_armature_kg_m2 = joint.armature_kg_m2;
-    joint.state.inertia_kg_m2 = told.inertia_kg_m2;
-    joint.state.torque_Nm = told.torque_Nm;
+    const lk_shafts_state& received = states[n];
+    joint.received_armature_kg_m2 = joint.armature_kg_m2;
+    joint.state.inertia_kg_m2 = received.inertia_kg_m2;
+    joint.state.torque_Nm = received.torque_Nm;
     if (joint.terms.owner == LK_SHAFTS_SIMULATOR) {
-      if (is_untold(joint.terms, told))
-        joint.state.torque_Nm = found_torque_of(joint, told.speed_rad_s);
-      joint.state.angle_rad = told.angle_rad;
-      joint.state.speed_rad_s = told.speed_rad_s;
-      joint.told_speed_rad_s = told.speed_rad_s;
+      if (is_unknown(joint.terms, received))
+        joint.state.torque_Nm = estimated_torque(joint, received.speed_rad_s);
+      joint.state.angle_rad = received.angle_rad;
+      joint.state.speed_rad_s = received.speed_rad_s;
+      joint.received_speed_rad_s = received.speed_rad_s;
     }
     joint.torque_Nm = 0;
   }

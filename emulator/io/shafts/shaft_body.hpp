@@ -62,8 +62,8 @@ class ShaftReader {
   struct More {};  // the message is incomplete
   using Message = std::variant<More, ShaftAccept, ShaftStates, std::string>;
   /// Number of bytes missing of the message; above 0.
-  std::size_t wants() const;
-  /// Pre: at most `wants()` bytes. A string is an error, after which nothing more is read.
+  std::size_t bytes_missing() const;
+  /// Pre: at most `bytes_missing()` bytes. A string is an error, after which nothing more is read.
   Message take(std::span<const unsigned char> bytes);
 
  private:
@@ -120,16 +120,16 @@ class ShaftBody final : public Mechanism {
  private:
   struct Joint {
     lk_shafts_accept terms;
-    lk_shafts_state state;                                  // now
-    double armature_kg_m2;                                  // now
-    double told_armature_kg_m2;                             // included in the state's inertia
-    std::optional<double> told_speed_rad_s = std::nullopt;  // in the last `take`
-    double torque_Nm = 0;                                   // sum of means since then
-    double slope_Nm_s = 0;                                  // in the last step
+    lk_shafts_state state;                                      // now
+    double armature_kg_m2;                                      // now
+    double received_armature_kg_m2;                             // included in the state's inertia
+    std::optional<double> received_speed_rad_s = std::nullopt;  // in the last `take`
+    double torque_Nm = 0;                                       // sum of means since then
+    double slope_Nm_s = 0;                                      // in the last step
   };
   static double inertia_of(const Joint& joint);
   /// Estimates the torque on a joint besides its drive, from its motion since the last `take`.
-  double found_torque_of(const Joint& joint, double speed_rad_s) const;
+  double estimated_torque(const Joint& joint, double speed_rad_s) const;
 
   SimTime step_;
   std::vector<std::string> names_;

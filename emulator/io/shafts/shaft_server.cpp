@@ -22,7 +22,7 @@ namespace {
 using boost::system::error_code;
 
 /// Time-out from connecting to the first STATES: a simulator may have to load its model.
-constexpr auto kManners = std::chrono::seconds(10);
+constexpr auto kFirstStatesTimeout = std::chrono::seconds(10);
 constexpr SimTime kShortestStep = std::chrono::microseconds(50);  // as for a [body]
 constexpr SimTime kLongestStep = std::chrono::milliseconds(10);
 /// Time of busy polling after a step or an answer: waking from sleep takes as long as an exchange.
@@ -32,9 +32,11 @@ constexpr const char* kClockIsHeld = "time is the simulator's that is at --shaft
 }  // namespace
 
 ShaftServer::ShaftServer(boost::asio::io_context& loop, World& world, const ShaftOptions& options)
-    : loop_(loop), world_(world), lost_(options.lost), manners_(loop), patience_(loop, [this] {
-        go_on_without_answer();
-      }) {
+    : loop_(loop),
+      world_(world),
+      lost_(options.lost),
+      first_states_timer_(loop),
+      step_timer_(loop, [this] { on_step_timeout(); }) {
   for (std::size_t n = 0; n < world.lines().size(); ++n) {
     const Line& line = *world.lines()[n];
     for (const ServoConfig& servo : line.config().servos) {
@@ -62,7 +64,9 @@ void ShaftServer::start() {
 ShaftServer::~ShaftServer() { world_.on_body_step = nullptr; }
 
 void ShaftServer::listen(const ShaftOptions& options) {
-  const auto on_connect = [this](SocketListener::Socket socket) { meet(socket.release()); };
+  const auto on_connect = [this](SocketListener::Socket socket) {
+    accept_simulator(socket.release());
+  };
   if (!options.path.empty()) {
     place_ = "unix:" + options.path;
     listener_.emplace(loop_, std::filesystem::path(options.path), on_connect);
@@ -92,7 +96,7 @@ model::MountedShaft ShaftServer::now(const Shaft& shaft) const {
   return is;
 }
 
-void ShaftServer::meet(int fd) {
+void ShaftServer::accept_simulator(int fd) {
   if (simulator_ || world_.stopped()) {
     const ShaftBytes end = end_message("another simulator has the shafts");
     ::send(fd, end.data(), end.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
@@ -103,7 +107,7 @@ void ShaftServer::meet(int fd) {
     return;
   }
   simulator_.emplace(loop_, fd, static_cast<std::uint32_t>(shafts_.size()), ++simulators_);
-  simulator_->is_told = told_.may_log("shafts");
+  simulator_->may_log = log_limit_.may_log("shafts");
   world_.serve_all();  // up to now
   std::vector<lk_shafts_offer> offers;
   for (const Shaft& shaft : shafts_) {
@@ -115,101 +119,101 @@ void ShaftServer::meet(int fd) {
     offers.push_back(offer);
   }
   send(offer_message(offers, static_cast<std::uint64_t>(step_.count())));
-  manners_.expires_after(kManners);
-  manners_.async_wait([this, mine = simulators_](const error_code& aborted) {
+  first_states_timer_.expires_after(kFirstStatesTimeout);
+  first_states_timer_.async_wait([this, mine = simulators_](const error_code& aborted) {
     const bool silent = simulator_ && simulator_->number == mine && simulator_->body == nullptr;
-    if (!aborted && silent) part("said nothing for 10 s", true);
+    if (!aborted && silent) disconnect("said nothing for 10 s", true);
   });
-  hear();
+  wait_readable();
 }
 
-void ShaftServer::hear() {
+void ShaftServer::wait_readable() {
   simulator_->socket.async_wait(boost::asio::posix::stream_descriptor::wait_read,
                                 [this, mine = simulator_->number](const error_code& error) {
-                                  if (!error && is_here(mine)) hear_all();
+                                  if (!error && is_here(mine)) read_all();
                                 });
 }
 
 /// Reads what is there, then waits for more; polls at first if the simulator owns the time.
-void ShaftServer::hear_all() {
+void ShaftServer::read_all() {
   const unsigned mine = simulator_->number;
-  while (hear_some()) {
+  while (read_some()) {
   }
   if (!is_here(mine)) return;
-  if (!has_time() || monotonic_now() >= poll_until_) return hear();
+  if (!owns_time() || monotonic_now() >= poll_until_) return wait_readable();
   boost::asio::post(loop_, [this, mine] {
     if (!is_here(mine)) return;
     std::this_thread::yield();  // on a single processor the simulator needs it
-    hear_all();
+    read_all();
   });
 }
 
-bool ShaftServer::hear_some() {
+bool ShaftServer::read_some() {
   std::array<unsigned char, 4096> bytes;
   const ssize_t size =
       ::recv(simulator_->socket.native_handle(), bytes.data(), bytes.size(), MSG_DONTWAIT);
   if (size < 0 && (errno == EAGAIN || errno == EINTR)) return false;
   if (size <= 0) {
-    size == 0 ? leave() : part("has gone: " + errno_text(errno), false);
+    size == 0 ? on_closed() : disconnect("has gone: " + errno_text(errno), false);
     return false;
   }
   std::span<const unsigned char> left(bytes.data(), static_cast<std::size_t>(size));
   while (!left.empty() && simulator_) {
-    const std::size_t some = std::min(left.size(), simulator_->reader.wants());
-    hear_message(simulator_->reader.take(left.first(some)));
+    const std::size_t some = std::min(left.size(), simulator_->reader.bytes_missing());
+    on_message(simulator_->reader.take(left.first(some)));
     left = left.subspan(some);
   }
   return simulator_ && static_cast<std::size_t>(size) == bytes.size();
 }
 
-void ShaftServer::hear_message(ShaftReader::Message message) {
+void ShaftServer::on_message(ShaftReader::Message message) {
   std::visit(overloaded{[](ShaftReader::More) {},
-                        [this](ShaftAccept& accept) { hear_accept(std::move(accept)); },
-                        [this](const ShaftStates& states) { hear_states(states); },
-                        [this](const std::string& wrong) { part(wrong, true); }},
+                        [this](ShaftAccept& accept) { on_accept(std::move(accept)); },
+                        [this](const ShaftStates& states) { on_states(states); },
+                        [this](const std::string& wrong) { disconnect(wrong, true); }},
              message);
 }
 
-void ShaftServer::hear_accept(ShaftAccept accept) {
-  if (simulator_->accepted) return part("sent a second ACCEPT", true);
+void ShaftServer::on_accept(ShaftAccept accept) {
+  if (simulator_->accepted) return disconnect("sent a second ACCEPT", true);
   const std::uint32_t time = accept.head.what;
   if (time != LK_SHAFTS_TIME_IS_SIMULATORS && time != LK_SHAFTS_TIME_IS_DRIVES) {
-    return part(fmt::format("sent {} as whose the time is, which is 1 or 2", time), true);
+    return disconnect(fmt::format("sent {} as whose the time is, which is 1 or 2", time), true);
   }
   const std::uint64_t asked_ns = accept.head.number;
   const SimTime step = asked_ns == 0 ? step_ : SimTime(static_cast<std::int64_t>(asked_ns));
   if (step < kShortestStep || step > kLongestStep) {
-    return part(fmt::format("asks for steps of {} ns, which are 50000 to 10000000", asked_ns),
-                true);
+    return disconnect(fmt::format("asks for steps of {} ns, which are 50000 to 10000000", asked_ns),
+                      true);
   }
   for (std::size_t n = 0; n < shafts_.size(); ++n) {
     const lk_shafts_accept& terms = accept.records[n];
     const Shaft& shaft = shafts_[n];
     if (terms.owner > LK_SHAFTS_DRIVE || terms.flags > LK_SHAFTS_TORQUE_UNTOLD) {
-      return part(
+      return disconnect(
           fmt::format("sent owner {} and flags {} for {}", terms.owner, terms.flags, shaft.name),
           true);
     }
     if (terms.owner == LK_SHAFTS_NOT_COUPLED) continue;
     const auto f_Hz = protocol::rounded(shaft.servo->profile.drive.inverter.f_pwm);
     if (f_Hz * step.count() % 1'000'000'000 != 0) {
-      return part(fmt::format("asks for steps of {} ns, no whole number of PWM periods of {}",
-                              step.count(), shaft.name),
-                  true);
+      return disconnect(fmt::format("asks for steps of {} ns, no whole number of PWM periods of {}",
+                                    step.count(), shaft.name),
+                        true);
     }
     simulator_->taken.push_back(n);
   }
-  if (simulator_->taken.empty()) return part("takes none of the shafts", true);
+  if (simulator_->taken.empty()) return disconnect("takes none of the shafts", true);
   step_ = step;
   simulator_->accepted = std::move(accept);
 }
 
-void ShaftServer::hear_states(const ShaftStates& states) {
+void ShaftServer::on_states(const ShaftStates& states) {
   if (world_.stopped()) return;
-  if (!simulator_->accepted) return part("sent STATES before ACCEPT", true);
-  if (!simulator_->owes) return part("sent STATES that nobody waits for", true);
+  if (!simulator_->accepted) return disconnect("sent STATES before ACCEPT", true);
+  if (!simulator_->states_pending) return disconnect("sent STATES that nobody waits for", true);
   if (states.head.number != simulator_->answers) {
-    return part(
+    return disconnect(
         fmt::format("sent STATES {} where {} are due", states.head.number, simulator_->answers),
         true);
   }
@@ -217,15 +221,15 @@ void ShaftServer::hear_states(const ShaftStates& states) {
   std::vector<lk_shafts_state> taken;
   for (const std::size_t n : simulator_->taken) taken.push_back(states.records[n]);
   if (const auto problem = simulator_->body->problem_of(taken)) {
-    return part("sent nonsense: " + *problem, true);
+    return disconnect("sent nonsense: " + *problem, true);
   }
-  simulator_->owes = false;
+  simulator_->states_pending = false;
   poll_until_ = monotonic_now() + kPolling;
   // Otherwise it was late and the drives have continued: its states are outdated.
   if (simulator_->answers != simulator_->steps_done) return;
   simulator_->body->take(taken);
   world_.body_is_ready();
-  if (has_time()) step_clock();
+  if (owns_time()) step_clock();
 }
 
 /// Advances one step. The previous one may still wait for replies to be sent.
@@ -237,7 +241,7 @@ void ShaftServer::step_clock() {
   const bool between = !world_.coupling()->under_way();
   world_.advance(world_.coupling()->next_due() + (between ? step_ : SimTime{0}),
                  [this](World::Advanced /*how*/) {
-                   if (std::exchange(step_is_due_, false) && has_time() && world_.coupling()) {
+                   if (std::exchange(step_is_due_, false) && owns_time() && world_.coupling()) {
                      step_clock();
                    }
                  });
@@ -258,27 +262,27 @@ void ShaftServer::begin(const ShaftStates& states) {
   }
   auto body = std::make_unique<ShaftBody>(std::move(joints), step_);
   if (const auto problem = body->problem_of(taken)) {
-    return part("sent nonsense: " + *problem, true);
+    return disconnect("sent nonsense: " + *problem, true);
   }
   body->take(taken);
   simulator_->body = body.get();
-  simulator_->owes = false;
-  manners_.cancel();
+  simulator_->states_pending = false;
+  first_states_timer_.cancel();
   take_clock();
-  if (simulator_->is_told) {
+  if (simulator_->may_log) {
     spdlog::info("shafts: a simulator has {} of {} joints, {} time, in steps of {:g} ms",
-                 simulator_->taken.size(), shafts_.size(), has_time() ? "its own" : "the drives'",
+                 simulator_->taken.size(), shafts_.size(), owns_time() ? "its own" : "the drives'",
                  static_cast<double>(step_.count()) * 1e-6);
   }
   world_.couple(std::move(body), drives);
-  has_time() ? step_clock() : world_.serve_all();
+  owns_time() ? step_clock() : world_.serve_all();
 }
 
 void ShaftServer::take_clock() {
   const bool stepped = world_.clock().mode().stepped;
   const bool stopped_by_us = std::exchange(clock_is_stopped_, false) && stepped;
   if (!stopped_by_us) clock_before_ = world_.clock().mode();
-  if (has_time()) {
+  if (owns_time()) {
     if (!stepped) world_.set_clock({.stepped = true});
     world_.clock_owner = kClockIsHeld;
   } else if (stopped_by_us) {
@@ -289,15 +293,16 @@ void ShaftServer::take_clock() {
 bool ShaftServer::end_step() {
   if (!simulator_) return true;
   ++simulator_->steps_done;
-  if (simulator_->owes) return true;  // it gets the mean of these steps after its answer
+  if (simulator_->states_pending) return true;  // it gets the mean of these steps after its answer
   simulator_->answers = simulator_->steps_done;
-  simulator_->owes = true;
+  simulator_->states_pending = true;
   send_torques();
   const ClockMode& clock = world_.clock().mode();
   if (!clock.stepped) {
     const MonoTime now = monotonic_now();
-    give_up_ = now + MonoTime(protocol::rounded(static_cast<double>(step_.count()) / clock.factor));
-    patience_.wake_by(give_up_, now);
+    step_deadline_ =
+        now + MonoTime(protocol::rounded(static_cast<double>(step_.count()) / clock.factor));
+    step_timer_.wake_by(step_deadline_, now);
   }
   return false;
 }
@@ -310,57 +315,58 @@ void ShaftServer::send_torques() {
   poll_until_ = monotonic_now() + kPolling;
 }
 
-void ShaftServer::go_on_without_answer() {
-  const bool waits = simulator_ && simulator_->body != nullptr && simulator_->owes &&
+void ShaftServer::on_step_timeout() {
+  const bool waits = simulator_ && simulator_->body != nullptr && simulator_->states_pending &&
                      simulator_->answers == simulator_->steps_done;
   if (!waits) return;
   const MonoTime now = monotonic_now();
-  if (now < give_up_) return patience_.wake_by(give_up_, now);
-  if (!std::exchange(simulator_->late, true) && simulator_->is_told) {
+  if (now < step_deadline_) return step_timer_.wake_by(step_deadline_, now);
+  if (!std::exchange(simulator_->late, true) && simulator_->may_log) {
     spdlog::warn("shafts: the simulator is late: the drives go on with what it said last");
   }
   world_.body_is_ready();
 }
 
-/// A full buffer means that the simulator does not read; `hear` then finds it disconnected.
+/// A full buffer means that the simulator does not read; `wait_readable` then finds it
+/// disconnected.
 void ShaftServer::send(const ShaftBytes& bytes) {
   const int fd = simulator_->socket.native_handle();
   const ssize_t size = ::send(fd, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
   if (size == static_cast<ssize_t>(bytes.size())) return;
-  if (size >= 0 || errno == EAGAIN) simulator_->unread = true;
+  if (size >= 0 || errno == EAGAIN) simulator_->is_not_reading = true;
   ::shutdown(fd, SHUT_RDWR);
 }
 
 /// The connection was closed by the simulator, or by `send` because it does not read.
-void ShaftServer::leave() {
-  if (simulator_->unread) return part("", false);
+void ShaftServer::on_closed() {
+  if (simulator_->is_not_reading) return disconnect("", false);
   release(lost_ == ShaftsLost::kFree ? spdlog::level::info : spdlog::level::warn, "has gone");
 }
 
-void ShaftServer::part(const std::string& why, bool at_fault) {
+void ShaftServer::disconnect(const std::string& why, bool at_fault) {
   if (at_fault) send(end_message(why));
-  release(spdlog::level::err, simulator_->unread ? "does not read" : why);
+  release(spdlog::level::err, simulator_->is_not_reading ? "does not read" : why);
 }
 
 void ShaftServer::release(spdlog::level::level_enum level, const std::string& why) {
   const bool coupled = simulator_->body != nullptr;
   const char* const next = lost_ == ShaftsLost::kFree ? ": the drives go on without it"
                                                       : ": time stands until one comes";
-  if (simulator_->is_told) {
+  if (simulator_->may_log) {
     spdlog::log(level, "shafts: the simulator {}{}", why, coupled ? next : "");
   }
-  if (coupled) leave_drives();
+  if (coupled) uncouple_drives();
   simulator_.reset();
 }
 
-void ShaftServer::leave_drives() {
+void ShaftServer::uncouple_drives() {
   std::vector<model::LoadParams> loads;
   for (std::size_t n = 0; n < simulator_->taken.size(); ++n) {
     const Shaft& shaft = shafts_[simulator_->taken[n]];
     const double inertia = simulator_->body->joint(n).inertia_kg_m2 - now(shaft).armature;
     loads.push_back({.J = std::max(inertia, 0.0)});
   }
-  const bool had_time = has_time();
+  const bool had_time = owns_time();
   step_is_due_ = false;
   world_.uncouple();
   world_.clock_owner.clear();

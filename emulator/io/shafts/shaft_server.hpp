@@ -52,41 +52,41 @@ class ShaftServer {
     std::vector<std::size_t> taken;  // indices of the shafts that it has accepted
     ShaftBody* body = nullptr;       // owned by the world's coupling; null before the first STATES
     std::uint64_t steps_done = 0;
-    std::uint64_t answers = 0;  // number that the next STATES must have
-    bool owes = true;           // STATES are pending
-    bool late = false;          // was late; logged
-    bool unread = false;        // does not read
-    bool is_told = true;        // may be logged
+    std::uint64_t answers = 0;    // number that the next STATES must have
+    bool states_pending = true;   // STATES are pending
+    bool late = false;            // was late; logged
+    bool is_not_reading = false;  // does not read
+    bool may_log = true;          // may be logged
   };
 
   model::MountedShaft now(const Shaft& shaft) const;
   bool is_stiff(const Shaft& shaft) const;
   void listen(const ShaftOptions& options);
-  void meet(int fd);
-  void hear();
-  void hear_all();
+  void accept_simulator(int fd);
+  void wait_readable();
+  void read_all();
   bool is_here(unsigned number) const { return simulator_ && simulator_->number == number; }
   /// Returns false if there is no more to read now.
-  bool hear_some();
-  void hear_message(ShaftReader::Message message);
-  void hear_accept(ShaftAccept accept);
-  void hear_states(const ShaftStates& states);
+  bool read_some();
+  void on_message(ShaftReader::Message message);
+  void on_accept(ShaftAccept accept);
+  void on_states(const ShaftStates& states);
   void begin(const ShaftStates& states);
   /// Called when the drives have done a step; returns whether they may continue.
   bool end_step();
-  void go_on_without_answer();
+  void on_step_timeout();
   void send_torques();
   void step_clock();
   void take_clock();
   void send(const ShaftBytes& bytes);
   /// Disconnects the simulator; sends it the reason if `at_fault`.
-  void part(const std::string& why, bool at_fault);
-  void leave();
+  void disconnect(const std::string& why, bool at_fault);
+  void on_closed();
   /// Logs "the simulator `why`" and disconnects it.
   void release(spdlog::level::level_enum level, const std::string& why);
   /// Gives the drives their loads without a simulator.
-  void leave_drives();
-  bool has_time() const {
+  void uncouple_drives();
+  bool owns_time() const {
     return simulator_ && simulator_->accepted &&
            simulator_->accepted->head.what == LK_SHAFTS_TIME_IS_SIMULATORS;
   }
@@ -98,16 +98,16 @@ class ShaftServer {
   std::optional<SocketListener> listener_;
   std::vector<Shaft> shafts_;
   std::optional<Simulator> simulator_;
-  boost::asio::steady_timer manners_;  // time-out before the first STATES
-  WakeTimer patience_;                 // time-out of a step in real time
-  MonoTime give_up_{0};
+  boost::asio::steady_timer first_states_timer_;  // time-out before the first STATES
+  WakeTimer step_timer_;                          // time-out of a step in real time
+  MonoTime step_deadline_{0};
   MonoTime poll_until_{0};
   ClockMode clock_before_;
   bool clock_is_stopped_ = false;  // because the simulator was lost
   bool step_is_due_ = false;       // while the clock is still advancing
   SimTime step_{std::chrono::milliseconds(1)};
   unsigned simulators_ = 0;
-  LogLimit told_;         // limits messages about simulators
+  LogLimit log_limit_;    // limits messages about simulators
   bool refused_ = false;  // a second simulator; logged
 };
 

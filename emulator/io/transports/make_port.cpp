@@ -15,7 +15,7 @@
 namespace lk::emulator {
 namespace {
 
-constexpr std::size_t kLongestPlace = 85;
+constexpr std::size_t kMaxPlaceLength = 85;
 /// For a CAN port: one robot's bus has few hosts.
 constexpr std::size_t kMaxClients = 32;
 
@@ -103,8 +103,8 @@ std::string place_of(const std::string& bus) {
                                path.filename();
   const std::string text = error ? name.path : place.string();
   // The name of a lock must fit into a socket address.
-  return text.size() <= kLongestPlace ? "path:" + text
-                                      : "path:" + std::to_string(std::hash<std::string>{}(text));
+  return text.size() <= kMaxPlaceLength ? "path:" + text
+                                        : "path:" + std::to_string(std::hash<std::string>{}(text));
 }
 
 }  // namespace lk::emulator

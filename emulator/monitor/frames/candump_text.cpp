@@ -188,7 +188,7 @@ std::variant<PrintedFrame, NoFrame, std::string> parse_candump_text(std::string_
 }
 
 std::optional<bool> from_host(CandumpLine::Direction direction) {
-  if (direction == Direction::kUnsaid) return std::nullopt;
+  if (direction == Direction::kUnknown) return std::nullopt;
   return direction == Direction::kSent;
 }
 

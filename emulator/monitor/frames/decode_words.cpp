@@ -137,11 +137,11 @@ std::string slot_text(const ReplyValue& slot, std::uint32_t asked, Language lang
       fmt::runtime(language == Language::kChinese ? "{} 号 " : "drive {}: "), slot.name);
   if (asked == protocol::MultiCommand::kIdentifier) {
     const auto command = static_cast<std::uint32_t>(slot.value);
-    return drive +
-           (command == protocol::kNoCommand
-                ? "–"
-                : fmt::format("{} {}", asked_text(command),
-                              in_language(asked_name(command, protocol::Framing::kCan), language)));
+    return drive + (command == protocol::kNoCommand
+                        ? "–"
+                        : fmt::format("{} {}", command_text(command),
+                                      in_language(command_name(command, protocol::Framing::kCan),
+                                                  language)));
   }
   const std::string_view unit = asked == protocol::MultiTorque::kIdentifier  ? "A"
                                 : asked == protocol::MultiSpeed::kIdentifier ? "°/s"

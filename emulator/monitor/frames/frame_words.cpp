@@ -37,7 +37,7 @@ std::string_view reason(protocol::Reject reject) {
 }
 
 FrameWords meaningless(FrameWords words, std::string_view why, std::string_view mark) {
-  words.drawback = why;
+  words.problem = why;
   words.mark = mark;
   return words;
 }
@@ -90,7 +90,7 @@ FrameReader::FrameReader(const BusConfig& bus) {
   }
 }
 
-void FrameReader::follow(const Bus& bus) {
+void FrameReader::update_addresses(const Bus& bus) {
   for (std::size_t n = 0; n < drives_.size(); ++n) readers_[n].id = bus.bus_address(drives_[n]).id;
 }
 
@@ -117,11 +117,11 @@ FrameWords FrameReader::query(const protocol::Frame& frame) const {
   }
   words.id = std::get<int>(whom);
   if (words.id == protocol::kMultiDrive) {
-    words.command = asked_text(frame.id);
+    words.command = command_text(frame.id);
     const auto* row = protocol::find_multi_drive(frame.id);
     if (row != nullptr) words.name = row->name;
   } else {
-    words.command = asked_text(frame.data[0]);
+    words.command = command_text(frame.data[0]);
     words.name = name_of(frame);
   }
   const ReplyReader* const reader =
@@ -145,7 +145,7 @@ FrameWords FrameReader::reply(const protocol::Frame& frame) const {
   if (frame.kind == protocol::FrameKind::kBytes) {
     return meaningless(words, "no packet", "unknown");
   }
-  if (frame.dlc > 0) words.command = asked_text(frame.data[0]);
+  if (frame.dlc > 0) words.command = command_text(frame.data[0]);
   words.name = name_of(frame);
   for (const ReplyReader& reader : readers_) {
     if (frame.id != reader.format.dialect.reply_id_base + static_cast<unsigned>(reader.id))
@@ -164,14 +164,14 @@ FrameWords FrameReader::reply(const protocol::Frame& frame) const {
   return meaningless(words, "no drive's identifier", "unknown");
 }
 
-std::string_view asked_name(std::uint32_t asked, protocol::Framing framing) {
+std::string_view command_name(std::uint32_t asked, protocol::Framing framing) {
   const auto* row = asked > 0xFF
                         ? protocol::find_multi_drive(asked, framing)
                         : protocol::find_command(static_cast<std::uint8_t>(asked), framing);
   return row != nullptr ? row->name : std::string_view();
 }
 
-std::string asked_text(std::uint32_t asked) {
+std::string command_text(std::uint32_t asked) {
   return asked > 0xFF ? fmt::format("{:03X}", asked) : fmt::format("{:02X}", asked);
 }
 

@@ -18,16 +18,16 @@ struct FrameWords {
   std::string command;    // "9C"; for several drives the identifier: "280"
   std::string_view name;  // "read state 2"; empty: unknown
   std::vector<ReplyValue> quantities;
-  std::string values;         // as text: "angle_deg 240, max_speed_dps 120"
-  std::string_view mark;      // highlight: empty, "error" or "unknown"
-  std::string_view drawback;  // why it is invalid: "wrong length"
+  std::string values;        // as text: "angle_deg 240, max_speed_dps 120"
+  std::string_view mark;     // highlight: empty, "error" or "unknown"
+  std::string_view problem;  // why it is invalid: "wrong length"
 };
 
 /// Returns the name of a command byte, or of an identifier for several drives: "read state 2";
 /// empty if unknown.
-std::string_view asked_name(std::uint32_t asked, protocol::Framing framing);
+std::string_view command_name(std::uint32_t asked, protocol::Framing framing);
 /// "9C", "280".
-std::string asked_text(std::uint32_t asked);
+std::string command_text(std::uint32_t asked);
 
 /// Returns the bits set in errorState, from bit 0 on: "under_voltage".
 std::vector<std::string_view> error_words(unsigned errors);
@@ -40,7 +40,7 @@ class FrameReader {
   FrameWords reply(const protocol::Frame& frame) const;
 
   /// Updates the addresses of the drives. Pre: `bus` is the bus of the constructor.
-  void follow(const Bus& bus);
+  void update_addresses(const Bus& bus);
   /// Returns the reader of the drive at this ID; null if there is none.
   const ReplyReader* reader_of(int id) const;
 

@@ -67,11 +67,11 @@ std::vector<ReplyValue> ReplyReader::values(const protocol::Frame& frame) const 
   return {{"DATA[1..4]", bytes(frame.data, 1, 4)}, {"DATA[5..7]", bytes(frame.data, 5, 7)}};
 }
 
-bool ReplyReader::answers_with(std::uint8_t asked, std::uint8_t said) const {
-  if (asked == said) return true;
+bool ReplyReader::answers_with(std::uint8_t asked, std::uint8_t reply_command) const {
+  if (asked == reply_command) return true;
   const auto* const command = protocol::find_command(asked, format.dialect.framing);
-  return manual_reply_bytes && command != nullptr && said != 0 &&
-         static_cast<std::uint8_t>(command->printed) == said;
+  return manual_reply_bytes && command != nullptr && reply_command != 0 &&
+         static_cast<std::uint8_t>(command->printed) == reply_command;
 }
 
 double value_difference(const ReplyValue& a, const ReplyValue& b) {
@@ -104,7 +104,7 @@ bool is_about_the_same(const protocol::Frame& query, const protocol::Frame& repl
 }
 
 /// Returns true if another query may look like the reply to this one.
-bool says_the_same(const protocol::Frame& query) {
+bool is_ambiguous_reply(const protocol::Frame& query) {
   const protocol::CommandInfo* const command = protocol::command_of(query);
   return command != nullptr && protocol::looks_like_query(*command);
 }
@@ -129,7 +129,7 @@ Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::F
   const bool state = protocol::has_state(reply.data[0]);
   // A state at 0 or 1 °C is taken for a query, whose DATA[1] is 0 or a direction.
   if (state) return same || reply.data[1] <= 1 ? Fit::kNo : Fit::kYes;
-  return same || says_the_same(query) ? Fit::kEither : Fit::kYes;
+  return same || is_ambiguous_reply(query) ? Fit::kEither : Fit::kYes;
 }
 
 bool looks_like_a_state(const protocol::Frame& frame) {
@@ -296,7 +296,7 @@ PairedLog pair_log(const std::vector<LoggedFrame>& log, const BusConfig& bus) {
     const int single = drive_of(frame) + own_reply_of(frame);
     if (single != 0) {
       const auto drive = drives.find(single);
-      drive != drives.end() ? drive->second.add(n) : void(++out.strangers);
+      drive != drives.end() ? drive->second.add(n) : void(++out.unknown_drive_frames);
     } else if (is_data(frame) && protocol::find_multi_drive(frame.id) != nullptr) {
       is_query[n] = true;
       for (auto& [id, drive] : drives) drive.add(n);

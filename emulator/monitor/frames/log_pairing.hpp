@@ -32,8 +32,8 @@ struct ReplyReader {
   enum class By : std::uint8_t { kHost, kDrive };
   std::vector<ReplyValue> values(std::span<const protocol::Field> fields,
                                  const protocol::Payload& data, By by) const;
-  /// Returns true if a reply with byte `said` can answer the command byte `asked`.
-  bool answers_with(std::uint8_t asked, std::uint8_t said) const;
+  /// Returns true if a reply with byte `reply_command` can answer the command byte `asked`.
+  bool answers_with(std::uint8_t asked, std::uint8_t reply_command) const;
 
   int id;  // ID at which it answers
   protocol::WireFormat format;
@@ -83,11 +83,11 @@ struct Exchange {
 
 /// A log with queries and replies separated.
 struct PairedLog {
-  std::vector<TimedFrame> sent;     // from hosts and other devices
-  std::vector<Exchange> exchanges;  // in the order of their queries
-  std::uint64_t ambiguous = 0;      // frames that may have the other role
-  std::uint64_t orphans = 0;        // replies without a query in the log
-  std::uint64_t strangers = 0;      // frames of drives that are not in the robot; ignored
+  std::vector<TimedFrame> sent;            // from hosts and other devices
+  std::vector<Exchange> exchanges;         // in the order of their queries
+  std::uint64_t ambiguous = 0;             // frames that may have the other role
+  std::uint64_t orphans = 0;               // replies without a query in the log
+  std::uint64_t unknown_drive_frames = 0;  // frames of drives that are not in the robot; ignored
 };
 
 /// Time-out of a query (assumed; a drive answers within 1 ms).

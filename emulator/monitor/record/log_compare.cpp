@@ -148,7 +148,7 @@ LogComparison compare_log(const std::vector<LoggedFrame>& log, const BusConfig& 
   out.sent = paired.sent.size();
   out.ambiguous = paired.ambiguous;
   out.orphans = paired.orphans;
-  out.strangers = paired.strangers;
+  out.unknown_drive_frames = paired.unknown_drive_frames;
   if (paired.sent.empty()) return out;
   std::map<int, ReplyReader> readers;
   for (const ServoConfig& servo : bus.servos) readers.emplace(ReplyReader(servo).id, servo);
@@ -173,7 +173,7 @@ std::string comparison_text(const LogComparison& comparison) {
   };
   note(comparison.ambiguous, "that could be query or reply");
   note(comparison.orphans, "replies to nothing in the log");
-  note(comparison.strangers, "of drives that the robot does not have, left out");
+  note(comparison.unknown_drive_frames, "of drives that the robot does not have, left out");
   text +=
       "\n\n| command | queries | replies: log | emulator | missing | extra | latency ms, median "
       "(max): log | emulator |\n|---|---|---|---|---|---|---|---|\n";

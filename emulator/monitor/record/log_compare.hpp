@@ -50,7 +50,7 @@ struct LogComparison {
   std::uint64_t sent = 0;
   std::uint64_t ambiguous = 0;
   std::uint64_t orphans = 0;
-  std::uint64_t strangers = 0;
+  std::uint64_t unknown_drive_frames = 0;
 };
 
 /// Simulated time before the first frame of a log, so that filters settle (assumed).

@@ -203,12 +203,12 @@ ParsedInfo parse_info(const std::string& text, const fs::path& file) {
 
 /// Files created for a recording. They are removed unless all could be created, as the next
 /// recording needs an empty directory.
-class MadeFiles {
+class CreatedFiles {
  public:
-  explicit MadeFiles(fs::path directory) : directory_(std::move(directory)) {}
-  MadeFiles(const MadeFiles&) = delete;
-  MadeFiles& operator=(const MadeFiles&) = delete;
-  ~MadeFiles() {
+  explicit CreatedFiles(fs::path directory) : directory_(std::move(directory)) {}
+  CreatedFiles(const CreatedFiles&) = delete;
+  CreatedFiles& operator=(const CreatedFiles&) = delete;
+  ~CreatedFiles() {
     std::error_code ignored;
     for (; !made_.empty(); made_.pop_back()) fs::remove(made_.back(), ignored);
   }
@@ -415,7 +415,7 @@ Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::st
 
 void begin_recording(const fs::path& directory, const RecordingInfo& info, const ConfigTexts& texts,
                      const std::vector<BusConfig>& buses, const std::function<void()>& go_on) {
-  MadeFiles beginning(directory);
+  CreatedFiles beginning(directory);
   beginning.make_empty_directory();
   for (const char* part : {"motors", "rom"}) beginning.make_directory(directory / part);
   for (const char* log : {kFramesFile, kInputsFile}) beginning.write(directory / log, "");

@@ -60,7 +60,7 @@ void Replay::recorded_reply(std::size_t n, const TimedFrame& reply) {
   lines_[n].last = std::max(lines_[n].last, reply.at + microseconds(1) - SimTime(1));
 }
 
-bool Replay::bring(std::size_t n, SimTime at) {
+bool Replay::advance_to(std::size_t n, SimTime at) {
   if (difference_) return false;
   run(n, at);
   Line& line = lines_[n];
@@ -136,8 +136,8 @@ std::string instant(SimTime at) {
 /// Returns the decoded values of a drive's frame.
 std::string meaning(const protocol::Frame& frame, const BusConfig& bus) {
   for (const ServoConfig& servo : bus.servos) {
-    const std::string said = values_text(ReplyReader(servo).values(frame));
-    if (!said.empty()) return fmt::format("  drive {}: {}", servo.id, said);
+    const std::string text = values_text(ReplyReader(servo).values(frame));
+    if (!text.empty()) return fmt::format("  drive {}: {}", servo.id, text);
   }
   return "";
 }
@@ -310,7 +310,7 @@ class Inputs {
       replay_.end(bus, input.at);
       return;
     }
-    if (!replay_.bring(bus, input.at)) return;
+    if (!replay_.advance_to(bus, input.at)) return;
     const BusConfig& config = recording_.buses[bus];
     if (const auto* request = std::get_if<RecordedInput::Request>(&input.what)) {
       request_directive(*request, config, replay_.bus(bus));
@@ -356,7 +356,7 @@ class Inputs {
 void feed(const CandumpLine& line, const Lines& lines, Replay& replay) {
   const auto bus = replay.find(line.interface);
   if (!bus) lines.fail("no bus " + line.interface + " in this recording");
-  if (line.direction == CandumpLine::Direction::kUnsaid) {
+  if (line.direction == CandumpLine::Direction::kUnknown) {
     lines.fail("neither T, a host's frame, nor R, a drive's, is behind the frame");
   }
   if (line.direction == CandumpLine::Direction::kSent) {

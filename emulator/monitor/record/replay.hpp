@@ -56,7 +56,7 @@ class Replay {
   void recorded_reply(std::size_t n, const TimedFrame& reply);
   /// Advances the bus to a time at which another input acts. Pre: all replies up to then were
   /// passed. Returns false after a difference.
-  bool bring(std::size_t n, SimTime at);
+  bool advance_to(std::size_t n, SimTime at);
   /// Ends the recording of this bus at `at`.
   void end(std::size_t n, SimTime at);
   /// Time of the last entry of this bus in the recording.

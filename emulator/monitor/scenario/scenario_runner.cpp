@@ -118,7 +118,7 @@ FrameFiles::FrameFiles(const FrameOutputs& outputs, std::span<const BusConfig> b
 void FrameFiles::write(std::size_t bus, SimTime at, const protocol::Frame& frame, bool from_host) {
   using Direction = CandumpLine::Direction;
   if (candump_) {
-    const Direction direction = !marks_     ? Direction::kUnsaid
+    const Direction direction = !marks_     ? Direction::kUnknown
                                 : from_host ? Direction::kSent
                                             : Direction::kReceived;
     candump_->write(candump_line(at, buses_[bus], frame, direction) + '\n');
@@ -156,7 +156,7 @@ class CsvOutput {
   }
 
   SimTime next_due() const { return samplers_.front().next_due(); }
-  void look(const ScenarioRun& run) {
+  void sample(const ScenarioRun& run) {
     values_.clear();
     for (std::size_t n = 0; n < samplers_.size(); ++n) {
       samplers_[n].sample(run.bus(n), row_);
@@ -183,7 +183,7 @@ class RomOutput {
       writes_.clear();
       run.take_rom_writes(n, writes_);
       for (const RomWrite& write : writes_) {
-        const RomPlace& place = store_.place(n, write.id);
+        const RomFile& place = store_.place(n, write.id);
         // The first write also syncs the directory, as a file is only as durable as its directory.
         int error = std::exchange(durable_, true) ? 0 : sync_entry(place.directory_fd);
         if (error == 0) {
@@ -209,7 +209,7 @@ class Advisers {
   explicit Advisers(const Scenario& scenario) {
     for (const BusConfig& bus : scenario.robot) advisers_.push_back({bus.interface, Adviser(bus)});
   }
-  void hear(const std::vector<Traffic>& traffic) {
+  void on_traffic(const std::vector<Traffic>& traffic) {
     for (const Traffic& one : traffic) {
       Adviser& adviser = advisers_[one.bus].adviser;
       if (one.from_host) {
@@ -219,7 +219,7 @@ class Advisers {
       }
     }
   }
-  void look(const ScenarioRun& run) {
+  void observe(const ScenarioRun& run) {
     for (std::size_t n = 0; n < advisers_.size(); ++n) advisers_[n].adviser.observe(run.bus(n));
   }
   std::vector<GivenAdvice> given() const {
@@ -244,11 +244,11 @@ class EarlyTrips {
  public:
   explicit EarlyTrips(const Scenario& scenario) : robot_(scenario.robot) {}
 
-  void hear(const std::vector<Traffic>& traffic) {
+  void on_traffic(const std::vector<Traffic>& traffic) {
     over_ = over_ || std::ranges::any_of(traffic, &Traffic::from_host);
   }
   /// Call every kChunk.
-  void look(const ScenarioRun& run) {
+  void observe(const ScenarioRun& run) {
     if (over_) return;
     for (std::size_t n = 0; n < robot_.size(); ++n) {
       const bool acted = !robot_[n].events.empty() && robot_[n].events.front().at <= run.time();
@@ -303,16 +303,16 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
     SimTime until = std::min((run.time() / kChunk + 1) * kChunk, scenario.duration);
     if (csv) until = std::min(until, csv->next_due());
     run.advance_to(until);
-    if (csv && csv->next_due() <= run.time()) csv->look(run);
+    if (csv && csv->next_due() <= run.time()) csv->sample(run);
     traffic.clear();
     run.take_traffic(traffic);
-    advisers.hear(traffic);
-    early_trips.hear(traffic);
-    // Advisers look at the same times, whatever is written.
+    advisers.on_traffic(traffic);
+    early_trips.on_traffic(traffic);
+    // Advisers observe at the same times, whatever is written.
     const bool whole = run.time() > SimTime{0} && run.time() % kChunk == SimTime{0};
     if (whole || run.time() >= scenario.duration) {
-      advisers.look(run);
-      early_trips.look(run);
+      advisers.observe(run);
+      early_trips.observe(run);
     }
     for (const Traffic& one : traffic) {
       frames.write(one.bus, one.frame.at, one.frame.frame, one.from_host);

@@ -106,14 +106,14 @@ const std::set<std::string> kOthers = {
     "core/wire/wire.hpp:kDriveQueue", "core/wire/wire.hpp:kHostQueue",
     // limits on work at once, not on memory
     "files/output_file.cpp:kMostLinks",
-    "core/faults/fault_board.hpp:kMaxSamples", "io/control/http_session.cpp:kMostLingerReads",
+    "core/faults/fault_board.hpp:kMaxSamples", "io/control/http_session.cpp:kMaxLingerReads",
     "io/live/line.cpp:kMaxLeaving", "io/live/world.cpp:kMaxRounds", "io/transports/client_set.cpp:kMaxEvents",
     "io/transports/multicast_port.cpp:kMaxDatagrams", "io/transports/port.hpp:kMaxBatches",
     "io/transports/stream_port.cpp:kMaxAtOnce",
     // lengths of text by a person or by the program itself
     "io/control/control_server.cpp:kLongestToken", "io/control/http_session.cpp:kLongestBuffer",
     "monitor/record/replay.cpp:kLongestLine", "io/shafts/shaft_body.cpp:kLongestReason",
-    "io/transports/make_port.cpp:kLongestPlace", "io/transports/netlink.cpp:kLongestAnswer",
+    "io/transports/make_port.cpp:kMaxPlaceLength", "io/transports/netlink.cpp:kLongestAnswer",
     "io/transports/slcan.cpp:kLongestAck",
     "io/transports/socket_listener.cpp:kLongestPath", "io/transports/socketcand.cpp:kMaxWords",
     // parameters of a fault, a counter of a controller

@@ -369,17 +369,17 @@ TEST(FrameWords, SayWhatIsWrongWithAFrame) {
   frame.id = 0x141;
   frame.dlc = 8;
   frame.data[0] = 0x7E;
-  EXPECT_EQ(reader.query(frame).drawback, "unknown command");
+  EXPECT_EQ(reader.query(frame).problem, "unknown command");
   EXPECT_EQ(reader.query(frame).mark, "unknown");
   frame.data[0] = 0x9A;
   EXPECT_EQ(reader.query(frame).name, "read state 1");
   EXPECT_EQ(reader.query(frame).mark, "");
   frame.id = 0x145;
-  EXPECT_EQ(reader.query(frame).drawback, "no such drive");
+  EXPECT_EQ(reader.query(frame).problem, "no such drive");
   frame.dlc = 7;
-  EXPECT_EQ(reader.query(frame).drawback, "wrong length");
+  EXPECT_EQ(reader.query(frame).problem, "wrong length");
   frame.id = 0x7DF;
-  EXPECT_EQ(reader.query(frame).drawback, "no drive's identifier");
+  EXPECT_EQ(reader.query(frame).problem, "no drive's identifier");
   EXPECT_EQ(reader.query(frame).id, 0);
 }
 

@@ -123,10 +123,10 @@ class Synced : public testing::Test {
 /// Writes `times` times; returns the result of the last write.
 int write(const std::filesystem::path& path, int times) {
   const Descriptor directory(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  const RomPlace place{directory.get(), "test-1.toml", 0, {"test", 1, "test"}};
+  const RomFile place{directory.get(), "test-1.toml", 0, {"test", 1, "test"}};
   std::binary_semaphore done(0);
   int last = -1;
-  RomWriter writer([&](const RomPlace&, const RomWrite&, int error) {
+  RomWriter writer([&](const RomFile&, const RomWrite&, int error) {
     last = error;
     done.release();
   });

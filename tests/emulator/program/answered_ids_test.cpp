@@ -96,7 +96,7 @@ TEST(AnsweredIds, ThatTwoAnswerIsToldOnceForEachTimeThatItIsSo) {
     line.accept({line.bus().time(), test::frame(query)});
     line.advance_to(line.bus().time() + std::chrono::seconds(1), MonoTime::max(),
                     Line::WaitPolicy::kNone);
-    ids.follow(line);
+    ids.update(line);
   };
   // 0x42 sets the ID, 0x44 saves, 0x07 restarts with it (docs/reference/protocol.md §10.9).
   for (const char* query :
@@ -105,7 +105,7 @@ TEST(AnsweredIds, ThatTwoAnswerIsToldOnceForEachTimeThatItIsSo) {
   }
   EXPECT_EQ(line.bus().bus_address(3).id, 9);
   EXPECT_EQ(times(), 1U) << log.str();
-  ids.follow(line);
+  ids.update(line);
   EXPECT_EQ(times(), 1U) << "said already";
   for (const char* query :
        {"149#42050A0003000000", "149#4405FA0000000000", "149#0700000000000000",

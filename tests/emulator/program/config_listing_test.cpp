@@ -19,7 +19,7 @@ TEST(Spoken, NamesGenerationAndLayoutOfEachDrive) {
                 test::drive(Generation::kLegacy, Series::kMf, 2),
                 test::drive(Generation::kLateLegacy, Series::kMf, 3),
                 test::drive(Generation::kV236, Series::kMg, 7)};
-  EXPECT_EQ(spoken(bus),
+  EXPECT_EQ(protocol_summary(bus),
             (std::vector<std::string>{"vcan0:3: late-legacy: 0x9A voltage 0.1 V in bytes 3-4, 0x94 "
                                       "single-turn angle 0.01° in bytes 4-7",
                                       "vcan0:1,2: legacy: 0x9A voltage 0.1 V in bytes 3-4, 0x94 "
@@ -28,14 +28,14 @@ TEST(Spoken, NamesGenerationAndLayoutOfEachDrive) {
                                       "single-turn angle 0.01° in bytes 4-7"}));
   bus.servos.resize(1);
   bus.servos[0].quirks.dialect.wide_single_turn = true;
-  EXPECT_EQ(spoken(bus)[0].substr(0, 23), "vcan0:1: legacy mixed: ");
+  EXPECT_EQ(protocol_summary(bus)[0].substr(0, 23), "vcan0:1: legacy mixed: ");
 }
 
 TEST(Spoken, NamesThePlacesOfRs485) {
   BusConfig bus = test::serial_bus(
       {test::serial_drive(Generation::kLegacy, 1), test::serial_drive(Generation::kV235, 2)});
   bus.interface = "rs485:/tmp/arm";
-  EXPECT_EQ(spoken(bus),
+  EXPECT_EQ(protocol_summary(bus),
             (std::vector<std::string>{"rs485:/tmp/arm:1: legacy: 0x9A voltage 0.1 V in D[2:3], "
                                       "0x94 single-turn angle 0.01° in D[0:3]",
                                       "rs485:/tmp/arm:2: v235: 0x9A voltage 0.01 V in D[1:2], "

@@ -60,7 +60,7 @@ TEST(LogPairing, TheDirectionsOfTheLogAreFoundWithoutThem) {
   const PairedLog told = pair_log(golden(true), bus);
   const PairedLog found = pair_log(golden(false), bus);
   EXPECT_EQ(told.sent.size(), kGoldenReplies + 3);
-  EXPECT_EQ(told.strangers, 1U);
+  EXPECT_EQ(told.unknown_drive_frames, 1U);
   EXPECT_EQ(told.ambiguous, 0U);
   EXPECT_EQ(found.sent, told.sent);
   ASSERT_EQ(found.exchanges.size(), kGoldenReplies);
@@ -220,7 +220,7 @@ TEST(LogPairing, DrivesThatTheRobotDoesNotHaveAreLeftOut) {
       pair_log({logged(milliseconds(0), "145#9C00000000000000"),
                 logged(milliseconds(1), "145#9C19000000000008"), logged(milliseconds(2), "7FF#00")},
                test::bus_config({1}));
-  EXPECT_EQ(paired.strangers, 2U);
+  EXPECT_EQ(paired.unknown_drive_frames, 2U);
   EXPECT_EQ(paired.sent.size(), 1U);  // a third party's frame, which takes time on the wire
 }
 

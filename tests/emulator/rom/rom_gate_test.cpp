@@ -221,7 +221,7 @@ class BlockedDisk : public testing::Test {
 
   Bus bus_{config()};
   RomGate gate_{config()};
-  std::vector<RomPlace> places_ = {{-1, "1", 0, {"test", 1, "test"}},
+  std::vector<RomFile> places_ = {{-1, "1", 0, {"test", 1, "test"}},
                                    {-1, "2", 0, {"test", 2, "test"}},
                                    {-1, "3", 0, {"test", 3, "test"}}};
   std::counting_semaphore<> unblocked_{0};
@@ -229,7 +229,7 @@ class BlockedDisk : public testing::Test {
   std::atomic<int> error_ = 0;
   std::mutex mutex_;
   std::vector<RomWrite> done_;
-  RomWriter writer_{[this](const RomPlace&, const RomWrite& write, int) {
+  RomWriter writer_{[this](const RomFile&, const RomWrite& write, int) {
                       const std::lock_guard lock(mutex_);
                       done_.push_back(write);
                       written_.release();

@@ -123,14 +123,14 @@ struct Done {
 };
 
 TEST(RomWriter, WritesThatPileUpBecomeTheLast) {
-  const RomPlace one{-1, "one", 0, {"vcan0", 1, "m"}};
-  const RomPlace two{-1, "two", 0, {"vcan0", 2, "m"}};
+  const RomFile one{-1, "one", 0, {"vcan0", 1, "m"}};
+  const RomFile two{-1, "two", 0, {"vcan0", 2, "m"}};
   SlowDisk disk;
   std::vector<Done> done;
   {
     std::counting_semaphore<> reported{0};
     RomWriter writer(
-        [&](const RomPlace& place, const RomWrite& write, int error) {
+        [&](const RomFile& place, const RomWrite& write, int error) {
           done.push_back({place.owner.id, write.number, error});
           reported.release();
         },
@@ -150,14 +150,14 @@ TEST(RomWriter, WritesThatPileUpBecomeTheLast) {
 }
 
 TEST(RomWriter, EndsWithTheWriteThatIsOnItsWay) {
-  const RomPlace one{-1, "one", 0, {"vcan0", 1, "m"}};
-  const RomPlace two{-1, "two", 0, {"vcan0", 2, "m"}};
+  const RomFile one{-1, "one", 0, {"vcan0", 1, "m"}};
+  const RomFile two{-1, "two", 0, {"vcan0", 2, "m"}};
   SlowDisk disk;
   disk.error = ENOSPC;
   std::vector<Done> done;
   {
     RomWriter writer(
-        [&](const RomPlace& place, const RomWrite& write, int error) {
+        [&](const RomFile& place, const RomWrite& write, int error) {
           done.push_back({place.owner.id, write.number, error});
         },
         disk.write());
@@ -171,12 +171,12 @@ TEST(RomWriter, EndsWithTheWriteThatIsOnItsWay) {
 }
 
 TEST(RomWriter, WithoutAThreadEachWriteIsRefusedUntilThereIsOne) {
-  const RomPlace one{-1, "one", 0, {"vcan0", 1, "m"}};
+  const RomFile one{-1, "one", 0, {"vcan0", 1, "m"}};
   std::vector<Done> done;
   {
     std::counting_semaphore<> reported{0};
     RomWriter writer(
-        [&](const RomPlace& place, const RomWrite& write, int error) {
+        [&](const RomFile& place, const RomWrite& write, int error) {
           done.push_back({place.owner.id, write.number, error});
           reported.release();
         },
@@ -196,22 +196,22 @@ TEST(RomWriter, WithoutAThreadEachWriteIsRefusedUntilThereIsOne) {
 TEST(RomWriter, ManyWritesOfManyDrivesAllEndInTheirFiles) {
   const test::TempDirectory directory;
   const Descriptor fd(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
-  std::vector<RomPlace> places;
+  std::vector<RomFile> places;
   for (int id = 1; id <= 8; ++id) {
     places.push_back({fd.get(), std::to_string(id), 0, {"vcan0", id, "m"}});
   }
   constexpr int kWrites = 50;
   std::atomic<int> finished = 0;
   std::counting_semaphore<> all_done{0};
-  RomWriter writer([&](const RomPlace&, const RomWrite& write, int error) {
+  RomWriter writer([&](const RomFile&, const RomWrite& write, int error) {
     EXPECT_EQ(error, 0);
     if (write.number == kWrites && ++finished == 8) all_done.release();
   });
   for (std::uint64_t n = 1; n <= kWrites; ++n) {
-    for (const RomPlace& place : places) writer.write(place, rom_write(place.owner.id, n));
+    for (const RomFile& place : places) writer.write(place, rom_write(place.owner.id, n));
   }
   all_done.acquire();
-  for (const RomPlace& place : places) {
+  for (const RomFile& place : places) {
     ServoConfig servo;
     servo.id = place.owner.id;
     servo.profile.name = "m";

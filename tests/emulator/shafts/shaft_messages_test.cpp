@@ -73,7 +73,7 @@ TEST(ShaftMessages, StatesComeInAnySlices) {
     std::size_t at = 0;
     while (at < bytes.size()) {
       ASSERT_TRUE(std::holds_alternative<ShaftReader::More>(message));
-      const std::size_t size = std::min({slice, reader.wants(), bytes.size() - at});
+      const std::size_t size = std::min({slice, reader.bytes_missing(), bytes.size() - at});
       message = reader.take(std::span(bytes).subspan(at, size));
       at += size;
     }
@@ -84,7 +84,7 @@ TEST(ShaftMessages, StatesComeInAnySlices) {
     EXPECT_EQ(states.records[0].speed_rad_s, -2.0);
     EXPECT_EQ(states.records[0].inertia_kg_m2, 0.25);
     EXPECT_EQ(states.records[1].torque_Nm, -1.0);
-    EXPECT_EQ(reader.wants(), 32U) << "the next one";
+    EXPECT_EQ(reader.bytes_missing(), 32U) << "the next one";
   }
 }
 

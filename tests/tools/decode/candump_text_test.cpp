@@ -49,7 +49,7 @@ TEST(CandumpText, HasStampsAndDirections) {
   EXPECT_FALSE(shown("  a  142   [0] ").has_stamp);
   EXPECT_EQ(shown("  a  RX - -  142   [0] ").line.direction, CandumpLine::Direction::kReceived);
   EXPECT_EQ(shown("  a  TX - -  142   [0] ").line.direction, CandumpLine::Direction::kSent);
-  EXPECT_EQ(shown("  a  142   [0] ").line.direction, CandumpLine::Direction::kUnsaid);
+  EXPECT_EQ(shown("  a  142   [0] ").line.direction, CandumpLine::Direction::kUnknown);
 }
 
 TEST(CandumpText, HasEveryKindOfFrame) {
