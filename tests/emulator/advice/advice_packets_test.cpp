@@ -53,23 +53,23 @@ TEST(AdvicePackets, UnknownCommandsAreThoseOfTheWire) {
   host.write(1, 5ms, "3E 89 01 00 C8");
   host.write(1, 5ms, "3E EE 01 00 2D");
   const auto& advice = host.adviser.advice();
-  ASSERT_EQ(given.size(), 4U) << host.all();
-  EXPECT_EQ(what_text(given[0], Language::kEnglish),
+  ASSERT_EQ(advice.size(), 4U) << host.all();
+  EXPECT_EQ(what_text(advice[0], Language::kEnglish),
             "0x42, write setting to RAM: no answer, this drive does not have the command; it is "
             "one of v235");
-  EXPECT_EQ(todo_text(given[0], Language::kEnglish),
+  EXPECT_EQ(todo_text(advice[0], Language::kEnglish),
             "if the real drive has it, set setting_commands = true in its quirks, or choose a "
             "generation that has it; if not, do without");
-  EXPECT_EQ(what_text(given[1], Language::kEnglish),
+  EXPECT_EQ(what_text(advice[1], Language::kEnglish),
             "0x91, write encoder offset to ROM: no answer, this drive does not have the command; "
             "it is one of legacy, late-legacy");
-  EXPECT_EQ(what_text(given[2], Language::kEnglish),
+  EXPECT_EQ(what_text(advice[2], Language::kEnglish),
             "0x89, restore: no answer, this drive does not have the command, and no generation "
             "has it by itself");
-  EXPECT_EQ(todo_text(given[2], Language::kEnglish),
+  EXPECT_EQ(todo_text(advice[2], Language::kEnglish),
             "if the real drive has it, set restore_command = true in its quirks; if not, do "
             "without");
-  EXPECT_EQ(todo_text(given[3], Language::kEnglish),
+  EXPECT_EQ(todo_text(advice[3], Language::kEnglish),
             "look up the commands that there are (docs/reference/rs485.md, Commands)");
 }
 
