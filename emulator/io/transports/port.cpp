@@ -10,9 +10,9 @@ namespace lk::emulator {
 bool wait_for_frames(std::span<pollfd> sockets, std::chrono::nanoseconds timeout) {
   timeout = std::max(timeout, std::chrono::nanoseconds(0));
   const auto seconds = std::chrono::floor<std::chrono::seconds>(timeout);
-  const timespec timeout{static_cast<time_t>(seconds.count()),
-                         static_cast<long>((timeout - seconds).count())};
-  return ::ppoll(sockets.data(), sockets.size(), &timeout, nullptr) > 0;
+  const timespec interval{static_cast<time_t>(seconds.count()),
+                          static_cast<long>((timeout - seconds).count())};
+  return ::ppoll(sockets.data(), sockets.size(), &interval, nullptr) > 0;
 }
 
 }  // namespace lk::emulator
