@@ -126,7 +126,7 @@ std::vector<std::string_view> reply_words() {
     for (const CommandInfo& command : rows) {
       if (command.echoed) continue;
       for (const Field& field : command.reply) {
-        const auto word = field.spoken();
+        const auto word = field.input_key();
         if (std::ranges::find(words, word) == words.end()) words.push_back(word);
       }
     }
@@ -139,7 +139,7 @@ std::optional<double> reply_quantity(std::string_view word, const Payload& data,
   const CommandInfo* command = find_command(data[0], format.dialect.framing);
   if (command == nullptr || command->echoed) return std::nullopt;
   const auto is_it = [&](const Field& field) {
-    return field.spoken() == word && present(field, data, format);
+    return field.input_key() == word && present(field, data, format);
   };
   const auto field = std::ranges::find_if(command->reply, is_it);
   return field != command->reply.end() ? std::optional(quantity(*field, raw(*field, data), format))

@@ -141,7 +141,7 @@ struct Field {
   std::span<const Flag> flags = {};  // from bit 0 on
 
   /// Returns the name of the field in scenarios.
-  constexpr std::string_view spoken() const { return word.empty() ? key : word; }
+  constexpr std::string_view input_key() const { return word.empty() ? key : word; }
 };
 
 }  // namespace lk::protocol

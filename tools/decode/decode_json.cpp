@@ -92,7 +92,7 @@ Json bus_json(const std::string& interface, const BusTally& bus) {
 }  // namespace
 
 std::string frame_json(const DecodedFrame& frame) {
-  const Told& told = frame.told;
+  const FrameInfo& told = frame.told;
   const FrameWords& words = frame.words;
   Json json = {{"type", "frame"}, {"line", frame.line}};
   if (frame.at) json["time_s"] = seconds_of(*frame.at);
@@ -114,7 +114,7 @@ std::string frame_json(const DecodedFrame& frame) {
     json["values"] = std::move(values);
   }
   if (told.role == Role::kReply) {
-    json["choices"] = told.choices;
+    json["choices"] = told.match_count;
     if (told.latency) json["latency_ms"] = ms_of(*told.latency);
   }
   if (!words.mark.empty()) json["mark"] = words.mark;

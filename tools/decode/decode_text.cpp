@@ -37,7 +37,7 @@ struct RoleWords {
   const char* colour;
 };
 
-RoleWords role_words(const Told& told) {
+RoleWords role_words(const FrameInfo& told) {
   switch (told.role) {
     case Role::kQuery:
       return {{"query", "命令"}, kCyan};
@@ -66,13 +66,13 @@ std::string remark(const DecodedFrame& frame, Language language) {
     return std::string(BilingualText{"query or reply?", "命令帧还是回复帧？"}.in(language));
   }
   if (frame.told.role != Role::kReply) return "";
-  if (frame.told.choices == 0) {
+  if (frame.told.match_count == 0) {
     return std::string(BilingualText{"no query for it", "没有对应的命令帧"}.in(language));
   }
-  if (frame.told.choices == 1) return "";
+  if (frame.told.match_count == 1) return "";
   const std::string_view format =
       BilingualText{"to one of {} queries", "对应 {} 个命令帧之一"}.in(language);
-  return fmt::format(fmt::runtime(format), frame.told.choices);
+  return fmt::format(fmt::runtime(format), frame.told.match_count);
 }
 
 std::string drive_text(const DecodedFrame& frame) {
@@ -96,7 +96,7 @@ std::string frame_line(const DecodedFrame& frame, const DecodeOptions& options) 
       named ? frame.words.command + " " + std::string(in_language(frame.words.name, language))
             : frame_text(frame.frame);
   line += paint(padded(name, 28), error ? kRed : role.colour, options) + "  ";
-  const std::string said = quantities_text(frame.words.quantities, frame.told.asked, language);
+  const std::string said = quantities_text(frame.words.quantities, frame.told.query_code, language);
   line += error ? paint(said, kRed, options) : said;
   const std::string beside = remark(frame, language);
   if (!beside.empty()) {

@@ -73,7 +73,7 @@ std::string Decoder::take(std::string_view line) {
   const std::string found = stamps_.steps() && !summary_.steps ? steps_found() : "";
   if (!first_at_) first_at_ = frame.at;
   if (frame.at) frame.since = *frame.at - *first_at_;
-  frame.told = talk.hear({shown.line.frame, frame.at, from_host(shown.line.direction)});
+  frame.told = talk.classify({shown.line.frame, frame.at, from_host(shown.line.direction)});
   frame.words = read(frame.told, readers.front());
   ++summary_.frames;
   tally.count(frame.told, frame.words, frame.at);
@@ -129,7 +129,7 @@ std::string Decoder::steps_found() {
 }
 
 /// Counts replies that do not fit the generation, and reports the first.
-std::string Decoder::check_generation(const Told& told) {
+std::string Decoder::check_generation(const FrameInfo& told) {
   const std::uint8_t command = told.frame.data[0];
   const bool state_1 = told.role == Role::kReply && (command == 0x9A || command == 0x9B);
   const auto layout =
@@ -151,7 +151,7 @@ std::span<const FrameReader> Decoder::readers_of(std::string_view interface,
   return std::span(readers_).subspan(static_cast<std::size_t>(framing), 1);
 }
 
-FrameWords Decoder::read(const Told& told, const FrameReader& reader) {
+FrameWords Decoder::read(const FrameInfo& told, const FrameReader& reader) {
   const bool error = told.frame.kind == protocol::FrameKind::kError;
   return error || told.role == Role::kReply ? reader.reply(told.frame) : reader.query(told.frame);
 }

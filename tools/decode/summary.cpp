@@ -55,7 +55,8 @@ SimTime LatencyHistogram::quantile(double share) const {
   return std::clamp(middle_of(place), min_, max_);
 }
 
-void BusTally::count(const Told& told, const FrameWords& words, const std::optional<SimTime>& at) {
+void BusTally::count(const FrameInfo& told, const FrameWords& words,
+                     const std::optional<SimTime>& at) {
   ++frames;
   framing = protocol::framing_of(told.frame);
   if (at && !first_at) first_at = at;
@@ -69,12 +70,12 @@ void BusTally::count(const Told& told, const FrameWords& words, const std::optio
     return;
   }
   if (told.role == Role::kOther) return;
-  CommandTally& tally = commands[{told.drive, told.asked}];
+  CommandTally& tally = commands[{told.drive, told.query_code}];
   if (told.role == Role::kQuery) ++tally.queries;
   if (told.role == Role::kUnclear) ++tally.unclear;
   if (told.role != Role::kReply) return;
   ++tally.replies;
-  if (told.choices == 0) ++tally.orphans;
+  if (told.match_count == 0) ++tally.orphans;
   const auto state = std::ranges::find(words.quantities, "errors", &ReplyValue::name);
   if (state == words.quantities.end()) return;
   for (const std::string_view word : error_words(static_cast<unsigned>(state->value))) {
@@ -84,7 +85,7 @@ void BusTally::count(const Told& told, const FrameWords& words, const std::optio
 }
 
 void BusTally::count(const QueryOutcome& settled) {
-  CommandTally& tally = commands[{settled.drive, settled.asked}];
+  CommandTally& tally = commands[{settled.drive, settled.query_code}];
   switch (settled.how) {
     case QueryOutcome::How::kUnanswered:
       ++tally.unanswered;

@@ -77,10 +77,11 @@ struct Says {
 };
 std::optional<Says> says(const QueryOutcome& settled, bool answered) {
   const auto framing = protocol::framing_of(settled.query);
-  const auto trait = trait_of(settled.asked, framing);
+  const auto trait = trait_of(settled.query_code, framing);
   const int len = settled.query.dlc - 1;
   const bool serial = framing == protocol::Framing::kSerial;
-  if (serial && settled.asked == static_cast<std::uint8_t>(protocol::Speed::kOpcode) && len == 6) {
+  if (serial && settled.query_code == static_cast<std::uint8_t>(protocol::Speed::kOpcode) &&
+      len == 6) {
     return Says{Trait::kSpeedLimit, allowed_by(Trait::kSpeedLimit, answered)};
   }
   if (!trait) return std::nullopt;
@@ -99,7 +100,7 @@ bool in_order(const std::optional<SimTime>& a, const std::optional<SimTime>& b, 
 
 }  // namespace
 
-void DriveWatch::query(const Told& told, std::optional<SimTime> at) {
+void DriveWatch::query(const FrameInfo& told, std::optional<SimTime> at) {
   ++queries_;
   const Sighting sighting{told.frame, at};
   if (protocol::is_serial(told.frame)) evidence_.on_serial();
@@ -122,7 +123,7 @@ void DriveWatch::settle(const QueryOutcome& settled) {
   if (settled.how == QueryOutcome::How::kOpen) return;
   const bool answered = settled.how == QueryOutcome::How::kAnswered;
   const auto says_so = says(settled, answered);
-  if (!says_so && settled.asked <= 0xFF) evidence_.count_answer(answered);
+  if (!says_so && settled.query_code <= 0xFF) evidence_.count_answer(answered);
   if (answered) {
     if (answered_before_ && in_order(answered_at_, silent_since_, kSilenceWindow) &&
         in_order(silent_since_, settled.at, kSilenceWindow)) {
@@ -154,16 +155,17 @@ void DriveWatch::settle(const QueryOutcome& settled) {
 }
 
 /// Returns true if the latency is usual for this drive. Else the frame may be a repeated query.
-bool DriveWatch::paced(const Told& told) const {
+bool DriveWatch::paced(const FrameInfo& told) const {
   if (!told.latency || timed_ < kEnoughTimed) return false;
   return *told.latency * 5 >= fastest_ * 4 && *told.latency * 2 <= slowest_ * 3;
 }
 
-void DriveWatch::reply(const Told& told, const protocol::Frame& heard, std::optional<SimTime> at) {
+void DriveWatch::reply(const FrameInfo& told, const protocol::Frame& heard,
+                       std::optional<SimTime> at) {
   ++replies_;
   const Sighting sighting{heard, at};
   const std::uint8_t command = told.frame.data[0];
-  const bool fits = told.choices > 0;
+  const bool fits = told.match_count > 0;
   const bool serial = protocol::is_serial(heard);
   if (serial) evidence_.on_serial();
   if (told.sure && fits) {
@@ -181,7 +183,7 @@ void DriveWatch::reply(const Told& told, const protocol::Frame& heard, std::opti
       ++timed_;
     }
   }
-  if (told.choices == 1) see_answer(told, sighting);
+  if (told.match_count == 1) see_answer(told, sighting);
   if (command == static_cast<std::uint8_t>(protocol::ReadState1::kOpcode) ||
       command == static_cast<std::uint8_t>(protocol::ClearErrors::kOpcode)) {
     see_state_1(sighting);
@@ -201,7 +203,7 @@ void DriveWatch::reply(const Told& told, const protocol::Frame& heard, std::opti
 }
 
 /// Uses 0x92 only: a reply with angle 0, as right after 0x95, has the bytes of its query.
-void DriveWatch::unclear(const Told& told, std::optional<SimTime> at) {
+void DriveWatch::unclear(const FrameInfo& told, std::optional<SimTime> at) {
   const bool angle =
       told.frame.data[0] == static_cast<std::uint8_t>(protocol::ReadMultiTurnAngle::kOpcode);
   if (angle && paced(told) && !protocol::is_serial(told.frame))
@@ -209,20 +211,20 @@ void DriveWatch::unclear(const Told& told, std::optional<SimTime> at) {
 }
 
 /// Uses the fact that there is a reply, and its DATA[0].
-void DriveWatch::see_answer(const Told& told, const Sighting& sighting) {
+void DriveWatch::see_answer(const FrameInfo& told, const Sighting& sighting) {
   const bool serial = protocol::is_serial(sighting.frame);
-  if (told.asked > 0xFF) {
+  if (told.query_code > 0xFF) {
     if (serial) return;
     see_multi_drive(told, sighting);
     return;
   }
-  const auto* const command = protocol::find_command(static_cast<std::uint8_t>(told.asked));
+  const auto* const command = protocol::find_command(static_cast<std::uint8_t>(told.query_code));
   if (!serial && told.sure && command != nullptr && command->printed != Opcode{}) {
-    const bool repeats = told.frame.data[0] == told.asked;
+    const bool repeats = told.frame.data[0] == told.query_code;
     evidence_.see(Trait::kReplyBytes, only(repeats ? kSwitchedOff : kSwitchedOn), Weight::kLikely,
                   sighting);
   }
-  const auto trait = trait_of(told.asked, protocol::framing_of(sighting.frame));
+  const auto trait = trait_of(told.query_code, protocol::framing_of(sighting.frame));
   if (!trait || *trait == Trait::kEncoderForm || *trait == Trait::kProduct) return;  // see_packet
   // The reply to a read of the brake has the bytes of a brake command.
   const bool sure = told.sure && *trait != Trait::kBrake;
@@ -234,7 +236,7 @@ void DriveWatch::see_answer(const Told& told, const Sighting& sighting) {
 }
 
 /// Uses the length and the contents of a packet.
-void DriveWatch::see_packet(const Told& told, const Sighting& sighting) {
+void DriveWatch::see_packet(const FrameInfo& told, const Sighting& sighting) {
   const protocol::Frame& frame = sighting.frame;
   const int len = frame.dlc - 1;
   const auto is = [&](Opcode opcode) { return static_cast<Opcode>(frame.data[0]) == opcode; };
@@ -283,8 +285,8 @@ void DriveWatch::see_encoder(const Sighting& sighting) {
   }
 }
 
-void DriveWatch::see_multi_drive(const Told& told, const Sighting& sighting) {
-  if (told.asked == protocol::MultiTorque::kIdentifier) {
+void DriveWatch::see_multi_drive(const FrameInfo& told, const Sighting& sighting) {
+  if (told.query_code == protocol::MultiTorque::kIdentifier) {
     evidence_.see(Trait::kSeries, only(kNotMs), Weight::kLikely, sighting);
     evidence_.see(Trait::kSeveral, only(kSwitchedOff), several_);
     several_known_ = true;

@@ -86,7 +86,7 @@ std::string Guesser::take(std::string_view line) {
 }
 
 void Guesser::hear(GuessedBus& bus, const BusFrame& heard) {
-  const Told told = bus.conversation.hear(heard);
+  const FrameInfo told = bus.conversation.classify(heard);
   for (const QueryOutcome& settled : bus.conversation.take_outcomes()) {
     bus.drives[settled.drive].settle(settled);
   }

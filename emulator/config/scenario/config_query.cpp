@@ -16,7 +16,7 @@ using protocol::WireFormat;
 
 /// Reads a named value such as "clockwise", or any number that fits into the field.
 std::optional<std::int64_t> read_value(TableReader& reader, const WireField& field) {
-  const std::string key(field.spoken());
+  const std::string key(field.input_key());
   const auto width = protocol::width(field.wire);
   if (!reader.is_text(key)) return reader.integer(key, width.min, width.max);
   std::vector<std::string> words;
@@ -28,7 +28,7 @@ std::optional<std::int64_t> read_value(TableReader& reader, const WireField& fie
 /// Reads a value in the field's unit; a current also as `iq_lsb`, the number on the wire.
 std::optional<std::int64_t> read_number(TableReader& reader, const WireField& field,
                                         const WireFormat& format) {
-  const std::string key(field.spoken());
+  const std::string key(field.input_key());
   const auto width = protocol::width(field.wire);
   if (field.scale == protocol::Scale::kIqCommand) {
     const std::string as_lsb = key.substr(0, key.rfind('_')) + "_lsb";
@@ -46,7 +46,7 @@ void read_field(TableReader& reader, const WireField& field, const WireFormat& f
                 protocol::Payload& data) {
   const auto raw =
       field.values.empty() ? read_number(reader, field, format) : read_value(reader, field);
-  if (!raw && !field.is_optional_in_scenarios) reader.note_missing(std::string(field.spoken()));
+  if (!raw && !field.is_optional_in_scenarios) reader.note_missing(std::string(field.input_key()));
   // A field with only one value has that by default.
   const std::int64_t default_value = field.values.size() == 1 ? field.values.front().number : 0;
   protocol::put(field, protocol::taken(field, raw.value_or(default_value), format), data);
@@ -57,9 +57,9 @@ void refuse_what_it_lacks(TableReader& reader, std::span<const WireField> fields
                           const protocol::Payload& data, const WireFormat& format) {
   for (const WireField& field : fields) {
     const auto is_it = [&](const WireField& other) {
-      return other.spoken() == field.spoken() && protocol::present(other, data, format);
+      return other.input_key() == field.input_key() && protocol::present(other, data, format);
     };
-    const std::string key(field.spoken());
+    const std::string key(field.input_key());
     if (std::ranges::any_of(fields, is_it) || !reader.has(key)) continue;
     reader.fail(key, (field.parameter >= 0 && field.parameter != data[1]) ||
                              (field.item >= 0 && field.item != data[2])

@@ -123,7 +123,7 @@ bool ControlServer::has_room(HttpEndpoint& endpoint) {
   if (endpoint.connections < kMaxConnections) return true;
   if (endpoint.idle.empty()) {
     log_refusal(endpoint, "connection",
-                    "connection: there are " + std::to_string(kMaxConnections) + " already");
+                "connection: there are " + std::to_string(kMaxConnections) + " already");
     return false;
   }
   const auto close = endpoint.idle.front();  // removes itself from `idle`

@@ -76,7 +76,8 @@ void Line::connect(boost::asio::io_context& loop, Interfaces allowed,
 }
 
 void Line::accept(const TimedFrame& in) {
-  waits_for_quiet_line_ = waits_for_quiet_line_ && (bus_.time() < waits_at_least_until_ || !backlog_.empty() || !bus_.line_is_quiet());
+  waits_for_quiet_line_ = waits_for_quiet_line_ && (bus_.time() < waits_at_least_until_ ||
+                                                    !backlog_.empty() || !bus_.line_is_quiet());
   if (waits_for_quiet_line_ && backlog_.size() >= kMaxSpaced) {
     waits_for_quiet_line_ = false;
     flooded_ = true;
@@ -161,7 +162,9 @@ void Line::advance_watched(SimTime until) {
 }
 
 void Line::update_advice() {
-  if (std::exchange(address_changes_, bus_.address_changes()) != bus_.address_changes() && on_address_change) on_address_change();
+  if (std::exchange(address_changes_, bus_.address_changes()) != bus_.address_changes() &&
+      on_address_change)
+    on_address_change();
   adviser_.observe(bus_);
   for (; advice_reported_ < adviser_.advice().size(); ++advice_reported_) {
     if (on_advice) on_advice(adviser_.advice()[advice_reported_]);

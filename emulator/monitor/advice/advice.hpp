@@ -59,7 +59,7 @@ struct AdviceRow {
   std::string_view word;  // stable, as programs read it
   BilingualText rule;     // condition, as in the documents
   BilingualText todo;
-  bool is_per_cause = false;          // one advice for each cause
+  bool is_per_cause = false;    // one advice for each cause
   BilingualText serial_todo{};  // for RS-485, if `todo` is about CAN
 };
 
@@ -72,7 +72,7 @@ struct Finding {
   AdviceKind kind;
   const BilingualText* what;  // {1}, {2}, {3}: the numbers; {command} and others: the command
   std::array<double, 3> numbers{};
-  bool replaces_numbers = false;                                 // later numbers replace the first
+  bool replaces_numbers = false;                       // later numbers replace the first
   const BilingualText* todo = nullptr;                 // null: text of the kind
   std::optional<std::uint8_t> command = std::nullopt;  // the command concerned
 };

@@ -77,24 +77,24 @@ const ReplyReader& Conversation::reader_of(int id, const Frame& frame) const {
   return *readers_.front().reader_of(id);
 }
 
-Told Conversation::hear(const BusFrame& heard) {
+FrameInfo Conversation::classify(const BusFrame& heard) {
   if (!first_) first_ = heard.at;
   const Frame& frame = heard.frame;
   if (!is_data(frame)) return {.frame = frame};
-  if (protocol::find_multi_drive(frame.id) != nullptr) return hear_several(heard);
+  if (protocol::find_multi_drive(frame.id) != nullptr) return classify_multi_drive(heard);
   if (const int id = protocol::drive_at(frame.id, protocol::kSingleDriveId)) {
     note_direction(heard);
-    return hear_drive(id, heard);
+    return classify_single(id, heard);
   }
   if (protocol::is_serial(frame)) return {.frame = frame};  // its ID is above 32
   for (const std::uint32_t base : protocol::kReplyIdBases) {
-    if (const int id = protocol::drive_at(frame.id, base)) return hear_own(id, base, heard);
+    if (const int id = protocol::drive_at(frame.id, base)) return classify_own_id(id, base, heard);
   }
   return {.frame = frame};
 }
 
 /// A query to several drives; the ones that accept it are unknown.
-Told Conversation::hear_several(const BusFrame& heard) {
+FrameInfo Conversation::classify_multi_drive(const BusFrame& heard) {
   const ReplyReader& any = *readers_.front().reader_of(protocol::kMinId);
   const auto query = protocol::decode_query(heard.frame, any.format);
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
@@ -109,15 +109,15 @@ Told Conversation::hear_several(const BusFrame& heard) {
     if (drive(id).pending.size() >= kMaxPending) drop_first(id, QueryOutcome::How::kUnanswered);
     drive(id).pending.push_back({.query = heard.frame,
                                  .command = *command,
-                                 .asked = heard.frame.id,
+                                 .query_code = heard.frame.id,
                                  .at = heard.at,
                                  .required = false});
   }
-  return {.role = Role::kQuery, .asked = heard.frame.id, .frame = heard.frame};
+  return {.role = Role::kQuery, .query_code = heard.frame.id, .frame = heard.frame};
 }
 
 /// Frame with an identifier for replies. Other devices may use it, so the first one must fit.
-Told Conversation::hear_own(int id, std::uint32_t base, const BusFrame& heard) {
+FrameInfo Conversation::classify_own_id(int id, std::uint32_t base, const BusFrame& heard) {
   BusFrame own = heard;
   own.frame.id = protocol::kSingleDriveId + static_cast<std::uint32_t>(id);
   expire(id, heard.at);
@@ -127,12 +127,12 @@ Told Conversation::hear_own(int id, std::uint32_t base, const BusFrame& heard) {
   return reply(id, own, fits, true);
 }
 
-Told Conversation::hear_drive(int id, const BusFrame& heard) {
+FrameInfo Conversation::classify_single(int id, const BusFrame& heard) {
   Drive& own = drive(id);
   expire(id, heard.at);
   own.seen = true;
   const bool late = heard.at && first_ && *heard.at - *first_ > kLongestReply;
-  own.begun = own.begun || late;
+  own.is_complete = own.is_complete || late;
   // The drive replies here: the frame with another identifier was not its own.
   if (looks_like_a_state(heard.frame) && !fitting(id, heard.frame).empty()) {
     own.reply_base = protocol::kSingleDriveId;
@@ -152,7 +152,7 @@ Told Conversation::hear_drive(int id, const BusFrame& heard) {
     if (best == Fit::kYes) return reply(id, heard, fits, true);
     // Equal bytes: an echo, or the query again.
     const Pace pace = pace_of(id, own.pending[fits.back()], heard.at);
-    if (pace == Pace::kTooLate) return asked_again(id, heard, fits.back());
+    if (pace == Pace::kTooLate) return repeat_query(id, heard, fits.back());
     if ((own.alive || pace == Pace::kAsEver) && !zero_is_a_query(heard.frame.data[0]))
       return reply(id, heard, fits, false);
     return unclear(id, heard);
@@ -160,7 +160,7 @@ Told Conversation::hear_drive(int id, const BusFrame& heard) {
   if (looks_like_a_reply(heard.frame) || !can_be_query(heard.frame, reader_of(id, heard.frame))) {
     return reply(id, heard, fits, false);
   }
-  if (own.begun || looks_like_a_query(heard.frame)) return query(id, heard, true);
+  if (own.is_complete || looks_like_a_query(heard.frame)) return query(id, heard, true);
   return unclear(id, heard);
 }
 
@@ -171,34 +171,34 @@ bool Conversation::could_be_reply(int id, const Frame& frame) const {
   return !at_zero;
 }
 
-Told Conversation::reply(int id, const BusFrame& heard, const std::vector<std::size_t>& fits,
-                         bool sure) {
+FrameInfo Conversation::reply(int id, const BusFrame& heard, const std::vector<std::size_t>& fits,
+                              bool sure) {
   Drive& own = drive(id);
-  Told told{.role = Role::kReply,
-            .sure = sure,
-            .drive = id,
-            .asked = heard.frame.data[0],
-            .frame = heard.frame,
-            .choices = fits.size()};
+  FrameInfo told{.role = Role::kReply,
+                 .sure = sure,
+                 .drive = id,
+                 .query_code = heard.frame.data[0],
+                 .frame = heard.frame,
+                 .match_count = fits.size()};
   own.seen = true;
   own.alive = own.alive || sure;
-  if (!own.run.empty() && fitting(id, own.run_frame) != fits) {
+  if (!own.equal_replies.empty() && fitting(id, own.run_frame) != fits) {
     settle_run(id);
     return reply(id, heard, fitting(id, heard.frame), sure);
   }
   if (fits.empty()) return told;
   // Drives answer in order: earlier queries than the first match remain unanswered.
   for (std::size_t n = 0; n < fits.front(); ++n) drop_first(id, QueryOutcome::How::kUnanswered);
-  told.asked = own.pending.front().asked;
+  told.query_code = own.pending.front().query_code;
   if (fits.size() == 1) {
     if (heard.at && own.pending.front().at) told.latency = *heard.at - *own.pending.front().at;
     if (sure && told.latency) own.slowest = std::max(own.slowest, *told.latency);
     answer_first(id, heard.at);
     return told;
   }
-  if (own.run.empty()) own.run_frame = heard.frame;
-  own.run.push_back(heard.at);
-  if (own.run.size() == fits.size()) settle_run(id);
+  if (own.equal_replies.empty()) own.run_frame = heard.frame;
+  own.equal_replies.push_back(heard.at);
+  if (own.equal_replies.size() == fits.size()) settle_run(id);
   return told;
 }
 
@@ -213,7 +213,7 @@ Conversation::Pace Conversation::pace_of(int id, const Pending& query,
 }
 
 /// Queries up to index `last` were not answered.
-Told Conversation::asked_again(int id, const BusFrame& heard, std::size_t last) {
+FrameInfo Conversation::repeat_query(int id, const BusFrame& heard, std::size_t last) {
   settle_run(id);
   auto& pending = drive(id).pending;
   last = std::min(last + 1, pending.size());
@@ -222,16 +222,16 @@ Told Conversation::asked_again(int id, const BusFrame& heard, std::size_t last) 
   return query(id, heard, false);
 }
 
-Told Conversation::unclear(int id, const BusFrame& heard) {
+FrameInfo Conversation::unclear(int id, const BusFrame& heard) {
   Drive& own = drive(id);
   const auto fits = fitting(id, heard.frame);
   const auto open = std::ranges::find_if(
       fits, [&own](std::size_t place) { return !own.pending[place].maybe_answered; });
-  Told told{.role = Role::kUnclear,
-            .sure = false,
-            .drive = id,
-            .asked = heard.frame.data[0],
-            .frame = heard.frame};
+  FrameInfo told{.role = Role::kUnclear,
+                 .sure = false,
+                 .drive = id,
+                 .query_code = heard.frame.data[0],
+                 .frame = heard.frame};
   if (open != fits.end()) {
     Pending& query = own.pending[*open];
     query.maybe_answered = true;
@@ -242,14 +242,14 @@ Told Conversation::unclear(int id, const BusFrame& heard) {
   return told;
 }
 
-Told Conversation::query(int id, const BusFrame& heard, bool sure) {
-  drive(id).begun = true;
+FrameInfo Conversation::query(int id, const BusFrame& heard, bool sure) {
+  drive(id).is_complete = true;
   drive(id).seen = true;
   ask(id, heard, false);
   return {.role = Role::kQuery,
           .sure = sure,
           .drive = id,
-          .asked = heard.frame.data[0],
+          .query_code = heard.frame.data[0],
           .frame = heard.frame};
 }
 
@@ -274,7 +274,7 @@ void Conversation::ask(int id, const BusFrame& heard, bool unclear) {
   if (own.pending.size() >= kMaxPending) drop_first(id, QueryOutcome::How::kUnanswered);
   own.pending.push_back({.query = heard.frame,
                          .command = *command,
-                         .asked = heard.frame.data[0],
+                         .query_code = heard.frame.data[0],
                          .at = heard.at,
                          .unclear = unclear});
 }
@@ -311,7 +311,7 @@ void Conversation::expire(int id, const std::optional<SimTime>& now) {
 /// A run of n replies answers the last n of the matching queries.
 void Conversation::settle_run(int id) {
   Drive& own = drive(id);
-  const auto replies = std::exchange(own.run, {});
+  const auto replies = std::exchange(own.equal_replies, {});
   if (replies.empty()) return;
   std::size_t candidates = fitting(id, own.run_frame).size();
   for (std::size_t answered = 0; answered < replies.size() && !own.pending.empty();) {
@@ -333,7 +333,7 @@ void Conversation::drop_first(int id, QueryOutcome::How how) {
   if (first.required && !first.unclear) {
     settled_.push_back({.how = first.maybe_answered ? QueryOutcome::How::kOpen : how,
                         .drive = id,
-                        .asked = first.asked,
+                        .query_code = first.query_code,
                         .query = first.query,
                         .at = first.at});
   }
@@ -344,7 +344,7 @@ void Conversation::answer_first(int id, const std::optional<SimTime>& at) {
   Drive& own = drive(id);
   const Pending& first = own.pending.front();
   QueryOutcome settled{.drive = id,
-                       .asked = first.asked,
+                       .query_code = first.query_code,
                        .query = first.query,
                        .at = first.at,
                        .was_unclear = first.unclear};
@@ -356,7 +356,7 @@ void Conversation::answer_first(int id, const std::optional<SimTime>& at) {
 void Conversation::forget_times() {
   for (Drive& own : drives_) {
     for (Pending& one : own.pending) one.at.reset();
-    for (auto& at : own.run) at.reset();
+    for (auto& at : own.equal_replies) at.reset();
   }
 }
 

@@ -27,13 +27,13 @@ struct BusFrame {
 enum class Role : std::uint8_t { kQuery, kReply, kUnclear, kOther };
 
 /// Interpretation of a frame.
-struct Told {
+struct FrameInfo {
   Role role = Role::kOther;
   bool sure = true;                  // false: the other role is possible but unlikely
   int drive = 0;                     // 0: several or none
-  std::uint32_t asked = 0;           // command byte, or identifier of a command for several drives
+  std::uint32_t query_code = 0;      // command byte, or identifier of a command for several drives
   protocol::Frame frame;             // with the identifier of a query
-  std::size_t choices = 0;           // for a reply: number of matching queries
+  std::size_t match_count = 0;       // for a reply: number of matching queries
   std::optional<SimTime> latency{};  // for a reply with one match
 };
 
@@ -46,7 +46,7 @@ struct QueryOutcome {
   };
   How how = How::kAnswered;
   int drive = 0;
-  std::uint32_t asked = 0;
+  std::uint32_t query_code = 0;
   protocol::Frame query{};
   std::optional<SimTime> at{};  // of the query
   std::optional<SimTime> latency{};
@@ -59,7 +59,7 @@ class Conversation {
   /// Each reader knows all drives, 1 to 32, in one wire format. The first reader that can parse a
   /// frame is used. Pre: `readers` is not empty and outlives this object.
   explicit Conversation(std::span<const FrameReader> readers) : readers_(readers) {}
-  Told hear(const BusFrame& heard);
+  FrameInfo classify(const BusFrame& heard);
   /// Removes the times of pending frames, as they turned out to be wrong.
   void forget_times();
   /// Ends the bus: no more frames come.
@@ -71,7 +71,7 @@ class Conversation {
   struct Pending {
     protocol::Frame query;
     std::uint8_t command = 0;  // of its reply
-    std::uint32_t asked = 0;
+    std::uint32_t query_code = 0;
     std::optional<SimTime> at;
     bool unclear = false;         // may have been a reply itself
     bool required = true;         // false: a query to several drives, which this one may not answer
@@ -80,22 +80,22 @@ class Conversation {
   struct Drive {
     std::deque<Pending> pending;  // in the order of the replies
     // Replies to one of several equal queries; resolved by the next frame.
-    std::vector<std::optional<SimTime>> run;
+    std::vector<std::optional<SimTime>> equal_replies;
     protocol::Frame run_frame;  // first of these replies
     std::uint32_t reply_base = protocol::kSingleDriveId;
-    bool seen = false;   // on the bus
-    bool begun = false;  // first query seen, so the pending list is complete
-    bool alive = false;  // a reply is certain, and none was missed since
-    SimTime slowest{0};  // longest certain latency; 0: none yet
+    bool seen = false;         // on the bus
+    bool is_complete = false;  // first query seen, so the pending list is complete
+    bool alive = false;        // a reply is certain, and none was missed since
+    SimTime slowest{0};        // longest certain latency; 0: none yet
   };
 
   const ReplyReader& reader_of(int id, const protocol::Frame& frame) const;
-  Told hear_several(const BusFrame& heard);
-  Told hear_own(int id, std::uint32_t base, const BusFrame& heard);
-  Told hear_drive(int id, const BusFrame& heard);
-  Told reply(int id, const BusFrame& heard, const std::vector<std::size_t>& fits, bool sure);
-  Told unclear(int id, const BusFrame& heard);
-  Told query(int id, const BusFrame& heard, bool sure);
+  FrameInfo classify_multi_drive(const BusFrame& heard);
+  FrameInfo classify_own_id(int id, std::uint32_t base, const BusFrame& heard);
+  FrameInfo classify_single(int id, const BusFrame& heard);
+  FrameInfo reply(int id, const BusFrame& heard, const std::vector<std::size_t>& fits, bool sure);
+  FrameInfo unclear(int id, const BusFrame& heard);
+  FrameInfo query(int id, const BusFrame& heard, bool sure);
   bool could_be_reply(int id, const protocol::Frame& frame) const;
   void note_direction(const BusFrame& heard);
   std::optional<bool> direction(const BusFrame& heard) const;
@@ -104,7 +104,7 @@ class Conversation {
   std::vector<std::size_t> fitting(int id, const protocol::Frame& frame) const;
   enum class Pace : std::uint8_t { kAsEver, kAny, kTooLate };
   Pace pace_of(int id, const Pending& query, const std::optional<SimTime>& now) const;
-  Told asked_again(int id, const BusFrame& heard, std::size_t last);
+  FrameInfo repeat_query(int id, const BusFrame& heard, std::size_t last);
   void expire(int id, const std::optional<SimTime>& now);
   void settle_run(int id);
   void drop_first(int id, QueryOutcome::How how);

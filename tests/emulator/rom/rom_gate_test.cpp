@@ -222,8 +222,8 @@ class BlockedDisk : public testing::Test {
   Bus bus_{config()};
   RomGate gate_{config()};
   std::vector<RomFile> places_ = {{-1, "1", 0, {"test", 1, "test"}},
-                                   {-1, "2", 0, {"test", 2, "test"}},
-                                   {-1, "3", 0, {"test", 3, "test"}}};
+                                  {-1, "2", 0, {"test", 2, "test"}},
+                                  {-1, "3", 0, {"test", 3, "test"}}};
   std::counting_semaphore<> unblocked_{0};
   std::counting_semaphore<> written_{0};
   std::atomic<int> error_ = 0;
