@@ -111,7 +111,7 @@ class RandomBusRun {
     for (auto& byte : frame.data) byte = static_cast<std::uint8_t>(life_.below(256));
     frame.data[0] = static_cast<std::uint8_t>(commands[row].opcode);
     const auto length =
-        protocol::payload_length(commands[row].query, frame.data, bus_.servo(id).format());
+        protocol::payload_length(commands[row].query, frame.data, bus_.servo(id).format);
     frame.dlc = static_cast<std::uint8_t>(1 + length.min);
     std::fill(frame.data.begin() + frame.dlc, frame.data.end(), std::uint8_t{0});
     return frame;

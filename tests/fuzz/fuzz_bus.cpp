@@ -200,8 +200,8 @@ class Player {
                             stats.queries + stats.frames_waiting) == stats.frames);
     std::uint64_t replies = 0;
     for (const int id : {1, 2, 5}) {
-      require(bus_.servo(id).stats().queries == bus_.servo(id).stats().replies);
-      replies += bus_.servo(id).stats().replies;
+      require(bus_.servo(id).stats.queries == bus_.servo(id).stats.replies);
+      replies += bus_.servo(id).stats.replies;
     }
     require(replies + stats.extra_frames ==
             stats.replies + stats.replies_lost + stats.replies_waiting);

@@ -117,7 +117,7 @@ class Player {
                             stats.queries + stats.frames_waiting) == stats.frames);
     std::uint64_t replies = 0;
     for (const int id : {1, 2}) {
-      replies += bus_.servo(id).stats().replies;
+      replies += bus_.servo(id).stats.replies;
       const model::Truth truth = bus_.truth(id);
       require(std::isfinite(truth.theta_m) && std::isfinite(truth.omega_out));
     }

@@ -50,7 +50,7 @@ class Host {
   /// Returns the decoded reply to a command for the drive `id`.
   template <class Expected>
   Expected get(const protocol::Command& command, int id = 1) {
-    const auto& format = bus.servo(id).format();
+    const auto& format = bus.servo(id).format;
     const auto reply = ask(protocol::encode_query(id, command, format));
     const auto decoded = protocol::decode_reply(reply, format);
     const auto* content = std::get_if<protocol::ReplyFrame>(&decoded);
@@ -70,7 +70,7 @@ class Host {
     return static_cast<int>(get<protocol::SingleTurnAngle>(query, id).angle_cdeg);
   }
   emulator::RunState run_state(int id = 1) const {
-    return bus.servo(id).run_state(bus.telemetry(id));
+    return bus.servo(id).run_state_at(bus.telemetry(id));
   }
   protocol::State2 state_2(int id = 1) { return get<protocol::State2>(protocol::ReadState2{}, id); }
 

@@ -44,7 +44,7 @@ int drive_of(const PlannedDirective& planned, const Bus& bus) {
 
 std::string state_of(const Bus& bus, int id) {
   const model::Telemetry telemetry = bus.telemetry(id);
-  return telemetry.alive ? state_word(bus.servo(id).run_state(telemetry)) : "no power";
+  return telemetry.alive ? state_word(bus.servo(id).run_state_at(telemetry)) : "no power";
 }
 
 /// A case without a fault shares everything: it is at its group's end.

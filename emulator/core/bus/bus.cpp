@@ -109,7 +109,7 @@ void Bus::restore_rom(int id, const Registers& rom, const RomWear& wear) {
   }
   Node& node = nodes_.of(id);
   if (node.memory.idle()) {
-    node.servo.restore_rom(rom, wear);
+    emulator::restore_rom(node.servo, rom, wear);
   } else {
     // The pending write repeats the failed change; a power loss before its end undoes both.
     node.memory.set_before(rom, wear);
@@ -232,9 +232,9 @@ BusStats Bus::stats() const {
   sum.replies_waiting = wire_.drive_frames() + adapter_.waiting();
   for (const Node& node : nodes_) {
     sum.replies_waiting += node.link.held_back ? 1U : 0U;
-    sum.refused_motion += node.servo.stats().refused_motion;
-    sum.invalid_targets += node.servo.stats().invalid_targets;
-    sum.rom_writes += node.servo.stats().rom_writes;
+    sum.refused_motion += node.servo.stats.refused_motion;
+    sum.invalid_targets += node.servo.stats.invalid_targets;
+    sum.rom_writes += node.servo.stats.rom_writes;
   }
   return sum;
 }

@@ -130,7 +130,7 @@ class Bus {
   /// The drive `id` answers multi-drive commands only. At any time.
   bool multi_drive_mode(int id) const { return nodes_.of(id).servo.multi_drive_mode(); }
   /// Address, bus and rates in force of the drive `id`. At any time.
-  const DriveAddress& bus_address(int id) const { return nodes_.of(id).servo.bus_address(); }
+  const DriveAddress& bus_address(int id) const { return nodes_.of(id).servo.bus_address; }
   /// Changes whenever the address of some drive changes.
   std::uint64_t address_changes() const { return nodes_.address_changes(); }
   // For the drive `id`.

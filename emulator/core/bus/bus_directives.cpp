@@ -188,9 +188,9 @@ bool Bus::write_setting(int id, RomParameter parameter, const Registers& value) 
   settle();
   Node& node = nodes_.of(id);
   if (!node.power.alive || node.memory.size() >= Wire::kDriveQueue) return false;
-  const DriveAddress address = node.servo.bus_address();
-  node.servo.write_setting(parameter, value, lane(node));
-  if (node.servo.bus_address() != address) on_address_change(node);
+  const DriveAddress address = node.servo.bus_address;
+  emulator::write_setting(node.servo, parameter, value, lane(node));
+  if (node.servo.bus_address != address) on_address_change(node);
   agenda_.schedule(node.memory.begin(time_, node.servo), RomWritten{id});
   faults_.count_firmware_effects(node.servo, time_);
   return true;

@@ -60,7 +60,7 @@ void Bus::update_line_hold() {
 }
 
 void Bus::apply_faults(Node& node) {
-  node.servo.set_faults(faults_.firmware_faults(node.id()));
+  node.servo.faults = faults_.firmware_faults(node.id());
   LiveFault* const blocking = faults_.first(node.id(), &FaultRow::blocks);
   if (blocking == nullptr && node.link.blocked) {
     node.link.release(wire_, time_);
@@ -72,7 +72,7 @@ void Bus::apply_faults(Node& node) {
     stats_.replies_lost += node.link.release_held_back(wire_, time_);
   }
   const Lane motor = lane(node);
-  const model::Faults plant = faults_.plant_faults(node.servo.config(), time_);
+  const model::Faults plant = faults_.plant_faults(node.servo.config, time_);
   if (!(motor.bank.faults(motor.index) == plant)) motor.bank.set_faults(motor.index, plant);
 }
 
@@ -90,7 +90,7 @@ void Bus::sample_faults() {
 void Bus::sample_fault(LiveFault& live) {
   for (const int id : live.fault.ids) {
     const Node& node = nodes_.of(id);
-    const model::Faults alone = plant_faults(live, node.servo.config(), time_);
+    const model::Faults alone = plant_faults(live, node.servo.config, time_);
     const std::size_t motor = motors_.index(node.motor);
     if (motors_.bank(node.motor).takes_effect(motor, alone)) live.took_effect(time_, id);
   }

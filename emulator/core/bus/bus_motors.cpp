@@ -106,7 +106,7 @@ void Bus::update_power() {
     node.power.alive = alive;
     if (alive) {
       node.started = motors_.time(node.motor);
-      node.servo.power_cycle(lane(node));
+      emulator::power_cycle(node.servo, lane(node));
       on_controller_start(node);
     } else {
       // A frame that would start at the end of the tick does not start.
@@ -133,7 +133,7 @@ void Bus::power_cycle(int id) {
 void Bus::restart(Node& node) {
   lose_power(node, time_);
   node.started = time_;
-  node.servo.power_cycle(lane(node));
+  emulator::power_cycle(node.servo, lane(node));
   on_controller_start(node);
 }
 

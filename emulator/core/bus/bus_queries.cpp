@@ -70,7 +70,7 @@ std::optional<Drop> Bus::process_for_drive(SimTime at, Node& node, const protoco
   if (!node.power.alive) return Drop::kNoPower;
   Servo& servo = node.servo;
   if (servo.multi_drive_mode()) {
-    servo.count_wrong_mode();
+    ++servo.stats.wrong_mode;
     return Drop::kWrongMode;
   }
   protocol::Frame received = frame;
@@ -80,11 +80,11 @@ std::optional<Drop> Bus::process_for_drive(SimTime at, Node& node, const protoco
     return Drop::kDriveBusy;
   }
   if (wire_.cannot_receive(node.link.owner, at)) return Drop::kDriveBusy;
-  if (serial_) servo.keep_received(received);
-  const auto understood = servo.understand(received);
+  if (serial_) keep_received(servo, received);
+  const auto understood = understand(servo, received);
   const auto* query = std::get_if<protocol::Query>(&understood);
   if (query == nullptr) {
-    servo.count_unknown_command();
+    ++servo.stats.unknown_commands;
     return drop_cause(std::get<protocol::Reject>(understood));
   }
   if (node.link.full(wire_)) {
@@ -101,7 +101,7 @@ bool Bus::line_is_held() {
   const auto holder = std::ranges::find_if(
       nodes_, [](const Node& node) { return node.power.alive && node.servo.holds_line(); });
   if (holder == nodes_.end()) return false;
-  holder->servo.record_line_hold();
+  holder->servo.effective_faults.hangs_after_off |= holder->servo.faults.hangs_after_off;
   faults_.count_firmware_effects(holder->servo, time_);
   stats_.drop(Drop::kFault);
   return true;
@@ -126,13 +126,13 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
       cause = Drop::kFault;
       return;
     }
-    const auto understood = servo.understand(received);
+    const auto understood = understand(servo, received);
     const auto* query = std::get_if<protocol::Query>(&understood);
     if (query == nullptr) {
       const bool unknown =
           std::get<protocol::Reject>(understood) == protocol::Reject::kUnknownCommand;
       if (unknown && servo.multi_drive_mode()) {
-        servo.count_unknown_command();
+        ++servo.stats.unknown_commands;
         cause = Drop::kUnknownCommand;
       }
     } else if (servo.multi_drive_mode()) {
@@ -157,25 +157,25 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
 
 void Bus::answer(SimTime at, Node& node, const protocol::Query& query, Addressees whom) {
   Servo& servo = node.servo;
-  const PriorState before{servo.is_mute(), servo.stats().rom_writes};
+  const PriorState before{servo.is_mute(), servo.stats.rom_writes};
   const bool calibrated = servo.calibrating();
-  const DriveAddress address = servo.bus_address();
-  const protocol::Reply reply = servo.handle(query, lane(node));
+  const DriveAddress address = servo.bus_address;
+  const protocol::Reply reply = handle(servo, query, lane(node));
   if (!calibrated && servo.calibrating()) {
-    agenda_.schedule(at + servo.config().calibrate_time / 2, CalibrationStep{node.id()});
+    agenda_.schedule(at + servo.config.calibrate_time / 2, CalibrationStep{node.id()});
   }
   send_reply(at, at + reply_time(node, whom), node, reply, before);
-  if (servo.take_address_change() && servo.bus_address() != address) on_address_change(node);
-  if (servo.take_restart()) restart(node);
+  if (take_address_change(servo) && servo.bus_address != address) on_address_change(node);
+  if (take_restart(servo)) restart(node);
 }
 
 void Bus::send_reply(SimTime at, SimTime ready, Node& node, const protocol::Reply& reply,
                      PriorState before) {
   Servo& servo = node.servo;
   const bool silent = std::holds_alternative<protocol::NoReply>(reply);
-  Outgoing sent{.ready = ready, .frame = silent ? protocol::Frame{} : servo.encode(reply)};
-  if (servo.stats().rom_writes != before.rom_writes) {
-    sent.after_rom_write = servo.stats().rom_writes;
+  Outgoing sent{.ready = ready, .frame = silent ? protocol::Frame{} : encode(servo, reply)};
+  if (servo.stats.rom_writes != before.rom_writes) {
+    sent.after_rom_write = servo.stats.rom_writes;
     const SimTime done = node.memory.begin(at, servo);
     agenda_.schedule(done, RomWritten{node.id()});
     sent.ready = std::max(sent.ready, done);
@@ -200,15 +200,15 @@ void Bus::send_reply(SimTime at, SimTime ready, Node& node, const protocol::Repl
 }
 
 void Bus::step_calibration(Node& node) {
-  const SimTime part = node.servo.config().calibrate_time / 2;
+  const SimTime part = node.servo.config.calibrate_time / 2;
   if (!node.servo.calibrating()) return;
-  if (node.servo.turn_back(lane(node))) {
+  if (turn_back(node.servo, lane(node))) {
     agenda_.schedule(time_ + part, CalibrationStep{node.id()});
     return;
   }
-  const PriorState before{node.servo.is_mute(), node.servo.stats().rom_writes};
+  const PriorState before{node.servo.is_mute(), node.servo.stats.rom_writes};
   const protocol::Reply reply =
-      node.servo.finish_calibration(lane(node), stream_seed(seed_, node.id(), SeedStream::kAlign));
+      finish_calibration(node.servo, lane(node), stream_seed(seed_, node.id(), SeedStream::kAlign));
   send_reply(time_, time_, node, reply, before);
 }
 
@@ -216,7 +216,7 @@ void Bus::step_calibration(Node& node) {
 /// multi-drive packet each drive has a time slot, whether or not those before it answer
 /// (docs/reference/rs485.md).
 SimTime Bus::reply_time(Node& node, Addressees whom) const {
-  const ServoConfig& config = node.servo.config();
+  const ServoConfig& config = node.servo.config;
   if (!serial_) return wire_.bitrate() > 0 ? config.reply_time : SimTime{0};
   if (whom == Addressees::kSeveral) {
     constexpr int kReplyBits = 130;

@@ -190,7 +190,7 @@ void FaultBoard::count_adapter(const AdapterEffects& shown, const protocol::Fram
 
 void FaultBoard::count_firmware_effects(Servo& servo, SimTime now) {
   if (!any_active()) return;
-  const FirmwareFaults shown = servo.take_effective_faults();
+  const FirmwareFaults shown = take_effective_faults(servo);
   for (LiveFault& live : faults_) {
     if (live.active() && live.row().firmware != nullptr && shown.*live.row().firmware &&
         live.is_of(servo.id())) {

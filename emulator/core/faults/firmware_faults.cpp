@@ -73,23 +73,23 @@ bool damage_rom(AtOnce& on) {
   bool changed = false;
   for (std::size_t n = 0; n < kRomParameters; ++n) {
     const auto one = static_cast<RomParameter>(n);
-    if ((parameter != one && parameter != kAll) || !on.servo.damage_rom(one)) continue;
+    if ((parameter != one && parameter != kAll) || !damage_rom(on.servo, one)) continue;
     changed = true;
-    if (!on.memory.damage(one, on.servo.rom())) on.rom_writes.push_back(rom_write(on.servo));
+    if (!on.memory.damage(one, on.servo.rom)) on.rom_writes.push_back(rom_write(on.servo));
   }
   return changed;
 }
 
 bool flip_ram(AtOnce& on) {
   on.live.draw();
-  return on.alive && on.servo.flip_ram(on.live.choice<RomParameter>(0), on.live.random, on.motor);
+  return on.alive && flip_ram(on.servo, on.live.choice<RomParameter>(0), on.live.random, on.motor);
 }
 
 bool change_id(AtOnce& on) {
   const int id = static_cast<int>(on.live.number(0));
   if (!on.alive || on.servo.address() == id) return false;
-  on.servo.change_id(id);
-  if (!on.memory.damage(RomParameter::kDriverId, on.servo.rom(), 1)) {
+  change_id(on.servo, id);
+  if (!on.memory.damage(RomParameter::kDriverId, on.servo.rom, 1)) {
     on.rom_writes.push_back(rom_write(on.servo));
   }
   return true;

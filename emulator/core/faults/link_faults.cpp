@@ -20,11 +20,11 @@ namespace lk::emulator {
 void Duplicates::add(const FaultBoard& faults, std::size_t fault, const Servo& original,
                      std::int64_t f_pwm_Hz, SimTime now) {
   const LiveFault& live = faults[fault];
-  ServoConfig config = original.config();
+  ServoConfig config = original.config;
   // A later write of the encoder offset does not move the shaft.
   config.boot_offset = config.boot_offset.value_or(config.rom.encoder_offset);
-  config.rom = original.rom();
-  const DriveAddress& address = original.bus_address();
+  config.rom = original.rom;
+  const DriveAddress& address = original.bus_address;
   config.rom.driver_id = static_cast<std::uint8_t>(address.id);
   config.rom.bus_type = static_cast<std::uint8_t>(address.bus);
   config.rom.serial_rate = address.serial_rate;
@@ -70,27 +70,27 @@ std::size_t Duplicates::process(SimTime at, const protocol::Frame& frame, Wire& 
         wire.drive_queue_full(drive.owner) || wire.cannot_receive(drive.owner, at)) {
       continue;
     }
-    const auto understood = servo.understand(frame);
+    const auto understood = understand(servo, frame);
     const auto* const query = std::get_if<protocol::Query>(&understood);
     // 0x18 would need timing: a duplicate does not calibrate.
     if (query == nullptr || std::holds_alternative<protocol::Calibrate>(query->command)) continue;
-    const std::uint64_t writes_before = servo.stats().rom_writes;
-    const protocol::Reply reply = servo.handle(*query, Lane{drive.motor, 0});
-    if (servo.take_restart()) {
+    const std::uint64_t writes_before = servo.stats.rom_writes;
+    const protocol::Reply reply = handle(servo, *query, Lane{drive.motor, 0});
+    if (take_restart(servo)) {
       wire.drop_replies(drive.owner, now);
-      servo.power_cycle(Lane{drive.motor, 0});
+      power_cycle(servo, Lane{drive.motor, 0});
     }
     if (std::holds_alternative<protocol::NoReply>(reply)) continue;
-    const protocol::Frame answer = servo.encode(reply);
+    const protocol::Frame answer = encode(servo, reply);
     const bool takes_time = wire.bitrate() > 0 || wire.serial() != nullptr;
-    SimTime ready = takes_time ? at + servo.reply_time() + kDuplicateLag : at;
-    if (servo.stats().rom_writes != writes_before) {
-      ready = std::max(ready, at + servo.config().flash.write_time);  // a duplicate has no Memory
+    SimTime ready = takes_time ? at + servo.config.reply_time + kDuplicateLag : at;
+    if (servo.stats.rom_writes != writes_before) {
+      ready = std::max(ready, at + servo.config.flash.write_time);  // a duplicate has no Memory
     }
     drive.last_reply = std::max(ready, drive.last_reply);
     faults[drive.fault].took_effect(now, servo.id(), &answer);
     wire.send_from_drive(drive.last_reply, answer, 0, drive.owner, false);
-    servo.take_address_change();
+    take_address_change(servo);
     ++answers;
   }
   return answers;
@@ -108,7 +108,7 @@ bool OnQuery::is_listening() const {
 }
 
 bool OnQuery::would_be_answered() const {
-  return is_listening() && std::holds_alternative<protocol::Query>(servo.understand(frame));
+  return is_listening() && std::holds_alternative<protocol::Query>(understand(servo, frame));
 }
 
 namespace {

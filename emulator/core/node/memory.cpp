@@ -39,13 +39,13 @@ std::optional<SimTime> Power::step(SimTime now) {
 }
 
 RomWrite rom_write(const Servo& servo) {
-  return {servo.stats().rom_writes, servo.id(), servo.rom(), servo.wear()};
+  return {servo.stats.rom_writes, servo.id(), servo.rom, servo.wear};
 }
 
 SimTime Memory::begin(SimTime at, const Servo& servo) {
   const SimTime begin = idle() ? at : writes_.back().done;
-  const SimTime done = begin + servo.config().flash.write_time;
-  writes_.push_back({done, rom_write(servo), servo.rom_before(), servo.wear_before()});
+  const SimTime done = begin + servo.config.flash.write_time;
+  writes_.push_back({done, rom_write(servo), servo.rom_before, servo.wear_before});
   return done;
 }
 
@@ -57,7 +57,7 @@ RomWrite Memory::finish() {
 
 bool Memory::lose_power(Servo& servo) {
   if (idle()) return false;
-  servo.restore_rom(writes_.front().rom_before, writes_.front().wear_before);
+  restore_rom(servo, writes_.front().rom_before, writes_.front().wear_before);
   writes_.clear();
   return true;
 }

@@ -22,7 +22,7 @@ double read(const Expectation& expectation, const DriveView& drive) {
     return error->error.in(drive.telemetry.errors) ? 1 : 0;
   }
   // A drive without power has no state.
-  return drive.telemetry.alive ? static_cast<double>(drive.servo.run_state(drive.telemetry))
+  return drive.telemetry.alive ? static_cast<double>(drive.servo.run_state_at(drive.telemetry))
                                : std::numeric_limits<double>::quiet_NaN();
 }
 

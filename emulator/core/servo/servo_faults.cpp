@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "emulator/core/servo/servo.hpp"
+#include "emulator/core/servo/servo_commands.hpp"
 #include "protocol/rounding.hpp"
 
 namespace lk::emulator {
@@ -78,59 +78,58 @@ void flip(RomParameter parameter, std::uint64_t random, const protocol::Dialect&
 
 }  // namespace
 
-void Servo::apply_startup_faults() {
-  if (faults_.forgets_broadcast && ram_.broadcast_mode) {
-    ram_.broadcast_mode = false;
-    shown_faults_.forgets_broadcast = true;
+void apply_startup_faults(Servo& servo) {
+  if (servo.faults.forgets_broadcast && servo.ram.broadcast_mode) {
+    servo.ram.broadcast_mode = false;
+    servo.effective_faults.forgets_broadcast = true;
   }
-  if (faults_.forgets_limits) {
-    const Registers& factory = config_.profile.factory;
-    const Registers kept = ram_;
-    ram_.acceleration_dps_s = factory.acceleration_dps_s;
-    ram_.max_torque_current_lsb = factory.max_torque_current_lsb;
-    ram_.max_power_permille = factory.max_power_permille;
-    ram_.max_speed_dps = factory.max_speed_dps;
-    ram_.max_angle_deg = factory.max_angle_deg;
-    ram_.current_ramp_A_s = factory.current_ramp_A_s;
-    shown_faults_.forgets_limits |= !(ram_ == kept);
-  }
-}
-
-void Servo::apply_turn_faults(const model::Telemetry& telemetry) {
-  const std::int64_t position = angles_.position(telemetry);
-  const std::int64_t right_cdeg = angles_.multi_turn_cdeg(position);
-  if (faults_.multi_turn_zero_at_boot) {
-    angles_.set_multi_turn(position, 0);
-    shown_faults_.multi_turn_zero_at_boot |= right_cdeg != 0;
-  }
-  if (faults_.encoder_wrap_at_boot) {
-    angles_.miscount_turns(faults_.turns_at_boot);
-    shown_faults_.encoder_wrap_at_boot |= faults_.turns_at_boot != 0;
+  if (servo.faults.forgets_limits) {
+    const Registers& factory = servo.config.profile.factory;
+    const Registers kept = servo.ram;
+    servo.ram.acceleration_dps_s = factory.acceleration_dps_s;
+    servo.ram.max_torque_current_lsb = factory.max_torque_current_lsb;
+    servo.ram.max_power_permille = factory.max_power_permille;
+    servo.ram.max_speed_dps = factory.max_speed_dps;
+    servo.ram.max_angle_deg = factory.max_angle_deg;
+    servo.ram.current_ramp_A_s = factory.current_ramp_A_s;
+    servo.effective_faults.forgets_limits |= !(servo.ram == kept);
   }
 }
 
-void Servo::arm_command_loss(LostAfter what) {
-  loses_next_ = loses_next_ || (faults_.first_command_lost && faults_.lost_after == what);
+void apply_turn_faults(Servo& servo, const model::Telemetry& telemetry) {
+  const std::int64_t position = servo.angles.position(telemetry);
+  const std::int64_t right_cdeg = servo.angles.multi_turn_cdeg(position);
+  if (servo.faults.multi_turn_zero_at_boot) {
+    servo.angles.set_multi_turn(position, 0);
+    servo.effective_faults.multi_turn_zero_at_boot |= right_cdeg != 0;
+  }
+  if (servo.faults.encoder_wrap_at_boot) {
+    servo.angles.miscount_turns(servo.faults.turns_at_boot);
+    servo.effective_faults.encoder_wrap_at_boot |= servo.faults.turns_at_boot != 0;
+  }
 }
 
-bool Servo::damage_rom(RomParameter parameter) {
-  const Registers before = rom_;
-  copy_parameter(parameter, config_.profile.factory, rom_);
-  if (rom_ == before) return false;
-  ++stats_.rom_writes;
+void arm_command_loss(Servo& servo, LostAfter what) {
+  servo.loses_next =
+      servo.loses_next || (servo.faults.first_command_lost && servo.faults.lost_after == what);
+}
+
+bool damage_rom(Servo& servo, RomParameter parameter) {
+  const Registers before = servo.rom;
+  copy_parameter(parameter, servo.config.profile.factory, servo.rom);
+  if (servo.rom == before) return false;
+  ++servo.stats.rom_writes;
   return true;
 }
 
-bool Servo::flip_ram(RomParameter parameter, std::uint64_t random, const Lane& lane) {
-  const Registers before = ram_;
-  flip(parameter, random, format_.dialect, angles_.max_wire_count(), ram_);
+bool flip_ram(Servo& servo, RomParameter parameter, std::uint64_t random, const Lane& lane) {
+  const Registers before = servo.ram;
+  flip(parameter, random, servo.format.dialect, servo.angles.max_wire_count(), servo.ram);
   if (parameter == RomParameter::kEncoderOffset) {
-    angles_.set_offset(ram_.encoder_offset);
-    motion_.single_turn.reset();  // the target is now another position
+    apply_offset(servo);
   }
-  configure(lane);
-  reapply_limits(lane);
-  return !(ram_ == before);
+  apply_ram(servo, lane);
+  return !(servo.ram == before);
 }
 
 }  // namespace lk::emulator

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "emulator/core/servo/registers.hpp"
-#include "emulator/core/servo/servo.hpp"
+#include "emulator/core/servo/servo_commands.hpp"
 #include "emulator/core/servo/tool_blocks.hpp"
 #include "protocol/rounding.hpp"
 #include "protocol/wire.hpp"
@@ -95,100 +95,74 @@ Block done(protocol::Opcode command) { return {.command = command, .data = {}, .
 
 // --- settings ---
 
-Reply Servo::on(const protocol::ReadSetting& command, const Context&) const {
-  return protocol::SettingValue{get_setting(ram_, command.id, format_)};
+Reply execute(const Servo& servo, const protocol::ReadSetting& command, const Context&) {
+  return protocol::SettingValue{get_setting(servo.ram, command.id, servo.format)};
 }
 
-Reply Servo::on(const protocol::WriteSettingToRam& command, const Context& context) {
-  const bool known = set_setting(ram_, command.setting, format_);
-  if (known) take_over_ram(context.lane);
+Reply execute(Servo& servo, const protocol::WriteSettingToRam& command, const Context& context) {
+  const bool known = set_setting(servo.ram, command.setting, servo.format);
+  if (known) apply_ram(servo, context.lane);
   return protocol::SettingWritten{.command = protocol::WriteSettingToRam::kOpcode,
                                   .id = static_cast<std::uint8_t>(command.setting.id),
                                   .refused = !known};
 }
 
-Reply Servo::on(const protocol::WriteSettingToRom& command, const Context& context) {
-  const bool known = set_setting(ram_, command.setting, format_);
+Reply execute(Servo& servo, const protocol::WriteSettingToRom& command, const Context& context) {
+  const bool known = set_setting(servo.ram, command.setting, servo.format);
   if (known) {
-    take_over_ram(context.lane);
-    Registers wanted = rom_;
-    const RomParameter place = rom_place(command.setting.id, format_.series);
-    set_setting(wanted, command.setting, format_);
-    write_rom({&place, 1}, wanted);
+    apply_ram(servo, context.lane);
+    Registers wanted = servo.rom;
+    const RomParameter place = rom_place(command.setting.id, servo.format.series);
+    set_setting(wanted, command.setting, servo.format);
+    write_rom(servo, {&place, 1}, wanted);
   }
   return protocol::SettingWritten{.command = protocol::WriteSettingToRom::kOpcode,
                                   .id = static_cast<std::uint8_t>(command.setting.id),
                                   .refused = !known};
 }
 
-void Servo::take_over_ram(const Lane& lane) {
-  configure(lane);
-  reapply_limits(lane);
-}
-
-// --- angles ---
-
-Reply Servo::on(const protocol::ClearTurns&, const Context& context) {
-  angles_.forget_turns(angles_.position(context.before));
-  motion_.multi_turn_cdeg.reset();  // the angle is now another position
-  return echo(context);
-}
-
-void Servo::keep_received(const protocol::Frame& packet) {
-  constexpr std::uint8_t kSevenBytes = 1 + 7;
-  if (packet.dlc < kSevenBytes) return;
-  left_in_buffer_cdeg_ = protocol::get_le<std::int32_t>(packet.data, 4);
-}
-
-std::int64_t Servo::zero_ram_angle(const protocol::ClearAngle& command,
-                                   const Context& context) const {
-  const bool takes_what_is_left = format_.dialect.framing == protocol::Framing::kSerial &&
-                                  format_.dialect.zero_ram_len > 0 && context.query.size == 1;
-  return takes_what_is_left ? left_in_buffer_cdeg_ : command.angle_cdeg;
-}
-
 // --- the tool ---
 
-Reply Servo::on(const protocol::Restore&, const Context&) const {
+Reply execute(const Servo&, const protocol::Restore&, const Context&) {
   return done(protocol::Restore::kOpcode);
 }
-Reply Servo::on(const protocol::Connect&, const Context&) const {
+Reply execute(const Servo&, const protocol::Connect&, const Context&) {
   return done(protocol::Connect::kOpcode);
 }
-Reply Servo::on(const protocol::Disconnect&, const Context&) const {
+Reply execute(const Servo&, const protocol::Disconnect&, const Context&) {
   return done(protocol::Disconnect::kOpcode);
 }
-Reply Servo::on(const protocol::ReadProduct&, const Context&) const {
-  return product_block(config_);
+Reply execute(const Servo& servo, const protocol::ReadProduct&, const Context&) {
+  return product_block(servo.config);
 }
-Reply Servo::on(const protocol::ReadDeviceType&, const Context&) const {
-  return protocol::DeviceType{device_type(format_.series)};
+Reply execute(const Servo& servo, const protocol::ReadDeviceType&, const Context&) {
+  return protocol::DeviceType{device_type(servo.format.series)};
 }
-Reply Servo::on(const protocol::ReadSettingsBlock&, const Context&) const {
-  return settings_block(config_, ram_, format_);
+Reply execute(const Servo& servo, const protocol::ReadSettingsBlock&, const Context&) {
+  return settings_block(servo.config, servo.ram, servo.format);
 }
-Reply Servo::on(const protocol::WriteSettingsBlock&, const Context& context) {
-  take_settings_block(context.query.data, format_, ram_);
-  take_over_ram(context.lane);
+Reply execute(Servo& servo, const protocol::WriteSettingsBlock&, const Context& context) {
+  take_settings_block(context.query.data, servo.format, servo.ram);
+  apply_ram(servo, context.lane);
   return done(protocol::WriteSettingsBlock::kOpcode);
 }
-Reply Servo::on(const protocol::ReadCalibration&, const Context&) const {
-  return calibration_block(config_, ram_);
+Reply execute(const Servo& servo, const protocol::ReadCalibration&, const Context&) {
+  return calibration_block(servo.config, servo.ram);
 }
-Reply Servo::on(const protocol::WriteCalibration&, const Context&) const {
+Reply execute(const Servo&, const protocol::WriteCalibration&, const Context&) {
   return done(protocol::WriteCalibration::kOpcode);
 }
-Reply Servo::on(const protocol::AlignReducer&, const Context&) const {
-  Block block = calibration_block(config_, ram_);
+Reply execute(const Servo& servo, const protocol::AlignReducer&, const Context&) {
+  Block block = calibration_block(servo.config, servo.ram);
   block.command = protocol::AlignReducer::kOpcode;
   return block;
 }
-Reply Servo::on(const protocol::RestoreSettings&, const Context& context) {
-  ram_ = config_.profile.factory;
-  take_over_ram(context.lane);
+Reply execute(Servo& servo, const protocol::RestoreSettings&, const Context& context) {
+  servo.ram = servo.config.profile.factory;
+  apply_ram(servo, context.lane);
   return done(protocol::RestoreSettings::kOpcode);
 }
-Reply Servo::on(const protocol::RestoreCalibration&, const Context&) const {
+Reply execute(const Servo&, const protocol::RestoreCalibration&, const Context&) {
   return done(protocol::RestoreCalibration::kOpcode);
 }
 

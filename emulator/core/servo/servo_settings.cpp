@@ -1,17 +1,11 @@
-/// @file Commands of the second edition of the V2.36 manual only: settings over the bus, restart
-/// and calibration (docs/reference/protocol.md §10.9). Also 0x37 and 0x38 of older drives.
+/// @file Registers in RAM and ROM, and the address that they give the drive.
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <utility>
 #include <vector>
 
-#include "emulator/core/servo/registers.hpp"
-#include "emulator/core/servo/servo.hpp"
-#include "emulator/core/units.hpp"
+#include "emulator/core/servo/servo_commands.hpp"
 #include "protocol/field_values.hpp"
-#include "protocol/rounding.hpp"
 
 namespace lk::emulator {
 
@@ -19,6 +13,26 @@ using protocol::ParameterId;
 using protocol::Reply;
 
 namespace {
+
+constexpr RomParameter kGainsAlone[] = {RomParameter::kGains};
+
+/// Gain as 0x30 shows it: at most 255, although 0xC1 may write more.
+std::uint8_t as_byte(std::uint16_t gain) {
+  return static_cast<std::uint8_t>(std::min<std::uint16_t>(gain, 255));
+}
+
+/// Sets the gains of 0x31 and 0x32, all but Kd. Writing the values of 0x30 changes nothing.
+void set_gains(model::GainBytes& gains, const protocol::PidGains& bytes) {
+  const auto set = [](std::uint16_t& gain, std::uint8_t byte) {
+    if (byte != as_byte(gain)) gain = byte;
+  };
+  set(gains.angle_kp, bytes.angle_kp);
+  set(gains.angle_ki, bytes.angle_ki);
+  set(gains.speed_kp, bytes.speed_kp);
+  set(gains.speed_ki, bytes.speed_ki);
+  set(gains.current_kp, bytes.iq_kp);
+  set(gains.current_ki, bytes.iq_ki);
+}
 
 /// Each number of a query is within the range in its row.
 bool is_within_ranges(const protocol::Query& query, const protocol::WireFormat& format) {
@@ -35,167 +49,210 @@ bool is_within_ranges(const protocol::Query& query, const protocol::WireFormat& 
   });
 }
 
+/// Value that 0x40 returns for this setting.
+protocol::StoredSetting shown_setting(const Servo& servo, const protocol::StoredSetting& which) {
+  const bool shows_pending = servo.config.quirks.setting_read == SettingRead::kPending;
+  return get_stored(shows_pending ? pending_rom(servo) : servo.ram, which, servo.config,
+                    servo.format);
+}
+
+/// Lets the address in pending_rom() take effect after the reply.
+void schedule_address_change(Servo& servo) {
+  servo.address_change_pending = true;
+  // For kOld the reply leaves first: Bus::answer calls take_address_change() after it.
+  if (servo.config.quirks.id_change_reply == IdChangeReply::kNew) {
+    servo.bus_address = drive_address(pending_rom(servo), servo.config);
+  }
+}
+
 }  // namespace
 
-// --- settings
+void configure_loops(const Servo& servo, const Lane& lane) {
+  lane.configure(control_settings(servo.ram, servo.format));
+}
 
-Registers Servo::pending() const {
-  Registers all = rom_;
-  for (std::size_t p = 0; p < kRomParameters; ++p) {
-    if (pending_parameters_[p]) copy_parameter(static_cast<RomParameter>(p), pending_, all);
+void apply_ram(Servo& servo, const Lane& lane) {
+  configure_loops(servo, lane);
+  reapply_limits(servo, lane);
+}
+
+/// Worn cells keep their contents. Only 0x44 reports this; other commands do not check.
+bool write_rom(Servo& servo, std::span<const RomParameter> parameters, const Registers& rom) {
+  servo.rom_before = servo.rom;
+  servo.wear_before = servo.wear;
+  ++servo.stats.rom_writes;
+  if (servo.faults.rom_write_fails || servo.faults.rom_worn) {
+    servo.effective_faults.rom_write_fails |= servo.faults.rom_write_fails;
+    servo.effective_faults.rom_worn |= servo.faults.rom_worn;
+    return false;
+  }
+  bool all = true;
+  for (const RomParameter parameter : parameters) {
+    servo.saved_parameters.reset(static_cast<std::size_t>(parameter));
+    std::uint32_t& writes = servo.wear[static_cast<std::size_t>(parameter)];
+    const bool worn = writes >= servo.config.flash.endurance;
+    all = all && !worn;
+    if (worn) continue;
+    ++writes;
+    copy_parameter(parameter, rom, servo.rom);
   }
   return all;
 }
 
-protocol::StoredSetting Servo::shown_setting(const protocol::StoredSetting& which) const {
-  const bool shows_pending = config_.quirks.setting_read == SettingRead::kPending;
-  return get_stored(shows_pending ? pending() : ram_, which, config_, format_);
-}
-
-Reply Servo::on(const protocol::ReadStoredSetting& command, const Context&) const {
-  return protocol::StoredSettingValue{shown_setting(command.setting)};
-}
-
-Reply Servo::on(const protocol::WriteStoredSetting& command, const Context& context) {
-  const bool as_read = command.setting == shown_setting(command.setting);
-  if (as_read || is_within_ranges(context.query, format_)) {
-    pending_ = pending();
-    set_stored(pending_, command.setting, config_, format_);
-    pending_parameters_.set(
-        static_cast<std::size_t>(rom_parameter_of(command.setting.id(), format_.series)));
-    if (config_.quirks.id_change == IdChange::kWrite) schedule_address_change();
+void write_setting(Servo& servo, RomParameter parameter, const Registers& value, const Lane& lane) {
+  Registers wanted = servo.rom;
+  copy_parameter(parameter, value, wanted);
+  write_rom(servo, {&parameter, 1}, wanted);
+  copy_parameter(parameter, value, servo.ram);
+  servo.bus_address = drive_address(servo.ram, servo.config);
+  servo.pending_parameters.reset(static_cast<std::size_t>(parameter));
+  if (parameter == RomParameter::kEncoderOffset) {
+    apply_offset(servo);
   }
-  return protocol::StoredSettingValue{get_stored(pending(), command.setting, config_, format_),
-                                      protocol::WriteStoredSetting::kOpcode};
+  apply_ram(servo, lane);
 }
 
-Reply Servo::on(const protocol::SaveSettings& command, const Context&) {
-  if (pending_parameters_.none()) return protocol::SettingsSaved{command.table, true};
+Reply execute(const Servo& servo, const protocol::ReadPid&, const Context&) {
+  const auto& gains = servo.ram.gains;
+  return protocol::Pid{{as_byte(gains.angle_kp), as_byte(gains.angle_ki), as_byte(gains.speed_kp),
+                        as_byte(gains.speed_ki), as_byte(gains.current_kp),
+                        as_byte(gains.current_ki)}};
+}
+
+Reply execute(Servo& servo, const protocol::WritePidToRam& command, const Context& context) {
+  set_gains(servo.ram.gains, command.gains);
+  configure_loops(servo, context.lane);
+  return echo(context);
+}
+
+Reply execute(Servo& servo, const protocol::WritePidToRom& command, const Context& context) {
+  execute(servo, protocol::WritePidToRam{command.gains}, context);
+  Registers wanted = servo.rom;
+  set_gains(wanted.gains, command.gains);
+  write_rom(servo, kGainsAlone, wanted);
+  return echo(context);
+}
+
+Reply execute(const Servo& servo, const protocol::ReadAcceleration&, const Context&) {
+  return protocol::Acceleration{servo.ram.acceleration_dps_s};
+}
+
+Reply execute(Servo& servo, const protocol::WriteAccelerationToRam& command,
+              const Context& context) {
+  servo.ram.acceleration_dps_s = std::max(command.acceleration_dps_s, 0);
+  configure_loops(servo, context.lane);
+  return echo(context);
+}
+
+Reply execute(const Servo& servo, const protocol::ReadParameter& command, const Context&) {
+  return protocol::ParameterValue{get_parameter(servo.ram, command.id, servo.format)};
+}
+
+Reply execute(Servo& servo, const protocol::WriteParameter& command, const Context& context) {
+  set_parameter(servo.ram, command.parameter, servo.format);
+  configure_loops(servo, context.lane);
+  if (command.parameter.id == protocol::ParameterId::kMaxSpeed ||
+      command.parameter.id == protocol::ParameterId::kMaxAngle) {
+    reapply_limits(servo, context.lane);
+  }
+  const bool serial = servo.format.dialect.framing == protocol::Framing::kSerial;
+  if (serial || servo.format.dialect.parameter_ranges) {  // it shows the value in force
+    return protocol::ParameterValue{get_parameter(servo.ram, command.parameter.id, servo.format),
+                                    protocol::WriteParameter::kOpcode};
+  }
+  return echo(context);
+}
+
+// Max Torque Current of older drives.
+
+Reply execute(const Servo& servo, const protocol::ReadMaxTorque&, const Context&) {
+  return protocol::MaxTorque{
+      get_parameter(servo.ram, ParameterId::kMaxTorqueCurrent, servo.format).number};
+}
+
+Reply execute(Servo& servo, const protocol::WriteMaxTorque& command, const Context& context) {
+  const std::int32_t now =
+      get_parameter(servo.ram, ParameterId::kMaxTorqueCurrent, servo.format).number;
+  const std::int32_t most = std::max(protocol::kMaxTorque_lsb, now);
+  set_parameter(servo.ram,
+                {ParameterId::kMaxTorqueCurrent, {}, std::min(command.max_torque_lsb, most)},
+                servo.format);
+  configure_loops(servo, context.lane);
+  return echo(context);
+}
+
+// Settings of the second print of the V2.36 manual (docs/reference/protocol.md §10.9).
+
+Registers pending_rom(const Servo& servo) {
+  Registers all = servo.rom;
+  for (std::size_t p = 0; p < kRomParameters; ++p) {
+    if (servo.pending_parameters[p])
+      copy_parameter(static_cast<RomParameter>(p), servo.pending, all);
+  }
+  return all;
+}
+
+Reply execute(const Servo& servo, const protocol::ReadStoredSetting& command, const Context&) {
+  return protocol::StoredSettingValue{shown_setting(servo, command.setting)};
+}
+
+Reply execute(Servo& servo, const protocol::WriteStoredSetting& command, const Context& context) {
+  const bool as_read = command.setting == shown_setting(servo, command.setting);
+  if (as_read || is_within_ranges(context.query, servo.format)) {
+    servo.pending = pending_rom(servo);
+    set_stored(servo.pending, command.setting, servo.config, servo.format);
+    servo.pending_parameters.set(
+        static_cast<std::size_t>(rom_parameter_of(command.setting.id(), servo.format.series)));
+    if (servo.config.quirks.id_change == IdChange::kWrite) schedule_address_change(servo);
+  }
+  return protocol::StoredSettingValue{
+      get_stored(pending_rom(servo), command.setting, servo.config, servo.format),
+      protocol::WriteStoredSetting::kOpcode};
+}
+
+Reply execute(Servo& servo, const protocol::SaveSettings& command, const Context&) {
+  if (servo.pending_parameters.none()) return protocol::SettingsSaved{command.table, true};
   std::vector<RomParameter> written;
   for (std::size_t p = 0; p < kRomParameters; ++p) {
-    if (pending_parameters_[p]) written.push_back(static_cast<RomParameter>(p));
+    if (servo.pending_parameters[p]) written.push_back(static_cast<RomParameter>(p));
   }
-  const bool saved = write_rom(written, pending());
+  const bool saved = write_rom(servo, written, pending_rom(servo));
   if (saved) {
-    saved_ = std::exchange(pending_parameters_, {});
-    if (config_.quirks.id_change == IdChange::kSave) schedule_address_change();
+    servo.saved_parameters = std::exchange(servo.pending_parameters, {});
+    if (servo.config.quirks.id_change == IdChange::kSave) schedule_address_change(servo);
   }
   return protocol::SettingsSaved{command.table, saved};
 }
 
-void Servo::restore_rom(const Registers& rom, const RomWear& wear) {
-  rom_ = rom;
-  wear_ = wear;
+void restore_rom(Servo& servo, const Registers& rom, const RomWear& wear) {
+  servo.rom = rom;
+  servo.wear = wear;
   // Settings that 0x44 could not store wait for it again.
   for (std::size_t p = 0; p < kRomParameters; ++p) {
     Registers with = rom;
-    copy_parameter(static_cast<RomParameter>(p), pending_, with);
-    if (saved_[p] && with != rom) pending_parameters_.set(p);
+    copy_parameter(static_cast<RomParameter>(p), servo.pending, with);
+    if (servo.saved_parameters[p] && with != rom) servo.pending_parameters.set(p);
   }
-  saved_.reset();
+  servo.saved_parameters.reset();
 }
 
-void Servo::schedule_address_change() {
-  address_change_pending_ = true;
-  // For kOld the reply leaves first: Bus::answer calls take_address_change() after it.
-  if (config_.quirks.id_change_reply == IdChangeReply::kNew) {
-    bus_address_ = drive_address(pending(), config_);
-  }
-}
-
-bool Servo::take_address_change() {
-  if (!std::exchange(address_change_pending_, false)) return false;
-  const Registers next = pending();
+bool take_address_change(Servo& servo) {
+  if (!std::exchange(servo.address_change_pending, false)) return false;
+  const Registers next = pending_rom(servo);
   for (const auto parameter : {RomParameter::kDriverId, RomParameter::kBusType,
                                RomParameter::kSerialRate, RomParameter::kCanRate}) {
-    copy_parameter(parameter, next, ram_);
+    copy_parameter(parameter, next, servo.ram);
   }
-  bus_address_ = drive_address(ram_, config_);
+  servo.bus_address = drive_address(servo.ram, servo.config);
   return true;
 }
 
-void Servo::change_id(int id) {
-  rom_.driver_id = static_cast<std::uint8_t>(id);
-  ++wear_[static_cast<std::size_t>(RomParameter::kDriverId)];
-  ++stats_.rom_writes;
-  ram_.driver_id = rom_.driver_id;
-  bus_address_ = drive_address(ram_, config_);
-}
-
-Reply Servo::on(const protocol::Restart&, const Context&) {
-  restarts_ = true;
-  return protocol::NoReply{};
-}
-
-// --- Max Torque Current of older drives
-
-Reply Servo::on(const protocol::ReadMaxTorque&, const Context&) const {
-  return protocol::MaxTorque{get_parameter(ram_, ParameterId::kMaxTorqueCurrent, format_).number};
-}
-
-Reply Servo::on(const protocol::WriteMaxTorque& command, const Context& context) {
-  const std::int32_t now = get_parameter(ram_, ParameterId::kMaxTorqueCurrent, format_).number;
-  const std::int32_t most = std::max(protocol::kMaxTorque_lsb, now);
-  set_parameter(ram_, {ParameterId::kMaxTorqueCurrent, {}, std::min(command.max_torque_lsb, most)},
-                format_);
-  configure(context.lane);
-  return echo(context);
-}
-
-// --- calibration
-
-Reply Servo::on(const protocol::Calibrate&, const Context& context) {
-  if (calibrating()) return protocol::NoReply{};  // the running one continues
-  if (run_state_ == RunState::kOff || context.before.errors != 0) return protocol::Calibrated{};
-  motion_ = {};
-  run_state_ = RunState::kRunning;
-  calibration_ = Calibration{.turned_back = false, .from = angles_.position(context.before)};
-  context.lane.command(model::Lead{lead_speed()});
-  return protocol::NoReply{};
-}
-
-/// rad/s, electrical: two turns in half of the calibration time.
-double Servo::lead_speed() const {
-  const double half_s = 0.5 * std::chrono::duration<double>(config_.calibrate_time).count();
-  return kCalibrationTurns * 2 * std::numbers::pi / half_s;
-}
-
-bool Servo::turn_back(const Lane& lane) {
-  const model::Telemetry now = lane.telemetry();
-  turn_off_after_trip(now);
-  if (!calibration_ || calibration_->turned_back || run_state_ != RunState::kRunning) return false;
-  const std::int64_t position = angles_.position(now);
-  calibration_->travel += std::abs(position - calibration_->from);
-  calibration_->from = position;
-  calibration_->turned_back = true;
-  lane.command(model::Lead{-lead_speed()});
-  return true;
-}
-
-Reply Servo::finish_calibration(const Lane& lane, std::uint64_t random) {
-  const model::Telemetry now = lane.telemetry();
-  turn_off_after_trip(now);
-  ++stats_.replies;
-  Calibration done = *std::exchange(calibration_, std::nullopt);
-  if (run_state_ != RunState::kRunning || !done.turned_back) return protocol::Calibrated{};
-  lane.command(model::Idle{});
-  done.travel += std::abs(angles_.position(now) - done.from);
-  const model::DriveParams& drive = config_.profile.drive;
-  const auto counts = static_cast<double>(std::int64_t{1} << drive.encoder.bits);
-  const double commanded = 2 * kCalibrationTurns * counts / drive.motor.pole_pairs;
-  const double ratio = std::min(1000 * static_cast<double>(done.travel) / commanded, 65535.0);
-  protocol::Calibrated reply{
-      .align_value = static_cast<std::uint32_t>(random % static_cast<std::uint64_t>(counts)),
-      .align_ratio = static_cast<std::uint16_t>(protocol::rounded(ratio))};
-  if (drive.encoder.direction < 0) reply.status |= protocol::kPhasesReversed;
-  if (ratio < kLeastAlignRatio || ratio > kMaxAlignRatio) return reply;
-  reply.status |= protocol::kCalibrationDone;
-  Registers wanted = rom_;
-  wanted.align_value = static_cast<std::int32_t>(reply.align_value);
-  ram_.align_value = wanted.align_value;
-  constexpr RomParameter kAlign = RomParameter::kAlignValue;
-  write_rom({&kAlign, 1}, wanted);
-  return reply;
+void change_id(Servo& servo, int id) {
+  servo.rom.driver_id = static_cast<std::uint8_t>(id);
+  ++servo.wear[static_cast<std::size_t>(RomParameter::kDriverId)];
+  ++servo.stats.rom_writes;
+  servo.ram.driver_id = servo.rom.driver_id;
+  servo.bus_address = drive_address(servo.ram, servo.config);
 }
 
 }  // namespace lk::emulator

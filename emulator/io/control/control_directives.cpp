@@ -17,7 +17,7 @@ namespace {
 /// Configuration with the present RAM settings, which hold where a request gives no value.
 BusConfig current_config(const Line& line) {
   BusConfig now = line.config();
-  for (ServoConfig& servo : now.servos) servo.rom = line.bus().servo(servo.id).ram();
+  for (ServoConfig& servo : now.servos) servo.rom = line.bus().servo(servo.id).ram;
   return now;
 }
 

@@ -106,7 +106,7 @@ Json setpoint_json(const model::Setpoint& setpoint, const Servo& servo) {
     return {{"speed_dps", dps_from_rad_s(speed->omega)}};
   }
   if (const auto* position = std::get_if<model::Position>(&setpoint)) {
-    return {{"angle_deg", servo.multi_turn_deg_of(position->theta)}};
+    return {{"angle_deg", servo.angles.multi_turn_deg(position->theta)}};
   }
   if (const auto* open = std::get_if<model::OpenLoop>(&setpoint)) return {{"power", open->power}};
   return nullptr;
@@ -123,14 +123,15 @@ Json place_json(const Servo& servo, const Line& line) {
                 {"rs485_rate", serial_rate_of(address.serial_rate, has_921600)},
                 {"can_rate", can_rate_of(address.can_rate)}};
   };
-  Json place = json(servo.bus_address());
+  Json place = json(servo.bus_address);
   place["heard"] = servo.on_its_bus() && servo.at_its_rate();
-  place["shared_with"] = sharing_drives(bus, servo.config().id, [&line](const ServoConfig& one) {
+  place["shared_with"] = sharing_drives(bus, servo.config.id, [&line](const ServoConfig& one) {
     return line.bus().bus_address(one.id);
   });
-  place["saved"] = json(drive_address(servo.rom(), servo.config()));
-  place["pending"] =
-      servo.has_pending() ? json(drive_address(servo.pending(), servo.config())) : Json(nullptr);
+  place["saved"] = json(drive_address(servo.rom, servo.config));
+  place["pending"] = servo.pending_parameters.any()
+                         ? json(drive_address(pending_rom(servo), servo.config))
+                         : Json(nullptr);
   return place;
 }
 
@@ -140,8 +141,8 @@ Json moved_json(const Line& line) {
   for (const ServoConfig& config : line.config().servos) {
     const Servo& servo = line.bus().servo(config.id);
     const DriveAddress wired = drive_address(Registers{}, config);
-    const bool at_home = servo.bus_address() == wired &&
-                         drive_address(servo.rom(), config) == wired && !servo.has_pending();
+    const bool at_home = servo.bus_address == wired && drive_address(servo.rom, config) == wired &&
+                         !servo.pending_parameters.any();
     if (!at_home) moved.push_back({{"id", config.id}, {"place", place_json(servo, line)}});
   }
   return moved;
@@ -225,7 +226,7 @@ Json bus_json(const Line& line) {
 
 Json drive_json(const Line& line, int id) {
   const DriveView drive = line.bus().view(id);
-  const ServoConfig& servo = drive.servo.config();
+  const ServoConfig& servo = drive.servo.config;
   Json errors = Json::array();
   for (int n = 0; n < model::kErrorKinds; ++n) {
     const auto error = static_cast<model::Error>(n);
@@ -233,7 +234,7 @@ Json drive_json(const Line& line, int id) {
   }
   Json values = Json::object();
   for (const Signal& signal : signals()) values[std::string(signal.name)] = signal.read(drive);
-  const ServoStats& stats = drive.servo.stats();
+  const ServoStats& stats = drive.servo.stats;
   return {{"bus", line.name()},
           {"id", id},
           {"place", place_json(drive.servo, line)},
@@ -241,7 +242,7 @@ Json drive_json(const Line& line, int id) {
           {"model", servo.profile.model},
           {"series", protocol::name_of(servo.profile.series)},
           {"generation", generation_name(servo.generation)},
-          {"state", state_word(drive.servo.run_state(drive.telemetry))},
+          {"state", state_word(drive.servo.run_state_at(drive.telemetry))},
           {"alive", drive.telemetry.alive},
           {"errors", errors},
           {"signals", values},
@@ -249,8 +250,8 @@ Json drive_json(const Line& line, int id) {
           {"surroundings", surroundings_json(line.bus().drive_conditions(id))},
           {"built", built_json(servo)},
           {"registers",
-           {{"ram", registers_json(drive.servo.ram(), servo)},
-            {"rom", registers_json(drive.servo.rom(), servo)}}},
+           {{"ram", registers_json(drive.servo.ram, servo)},
+            {"rom", registers_json(drive.servo.rom, servo)}}},
           {"counters",
            {{"queries", stats.queries},
             {"replies", stats.replies},

@@ -14,8 +14,8 @@ std::vector<BusConfig> buses_of(const World& world) {
   for (const auto& line : world.lines()) {
     buses.push_back(line->config());
     for (ServoConfig& servo : buses.back().servos) {
-      servo.rom = line->bus().servo(servo.id).rom();
-      servo.wear = line->bus().servo(servo.id).wear();
+      servo.rom = line->bus().servo(servo.id).rom;
+      servo.wear = line->bus().servo(servo.id).wear;
     }
   }
   return buses;

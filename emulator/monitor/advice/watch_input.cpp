@@ -132,15 +132,15 @@ void KnownDrive::observe(const Bus& bus) {
   on_bus = servo.on_its_bus() && servo.at_its_rate();
   alive = telemetry.alive;
   errors = telemetry.errors;
-  run_state = servo.run_state(telemetry);
+  run_state = servo.run_state_at(telemetry);
   angle_deg = servo.multi_turn_deg(telemetry);
-  wear = servo.wear();
-  refused_motion = servo.stats().refused_motion;
-  starts = servo.starts();
+  wear = servo.wear;
+  refused_motion = servo.stats.refused_motion;
+  starts = servo.starts;
   calibrating = servo.calibrating();
   if (calibrating) torque_Nm = bus.truth(id).tau_e * gear_ratio;
   clear_reply_before = servo.clear_reply_before();
-  look_at(servo.ram());
+  look_at(servo.ram);
 }
 
 void KnownDrive::look_at(const Registers& ram) {

@@ -326,7 +326,7 @@ class Inputs {
                                 Bus& bus) {
     // Settings that are not given keep their value in RAM.
     BusConfig now = config;
-    for (ServoConfig& servo : now.servos) servo.rom = bus.servo(servo.id).ram();
+    for (ServoConfig& servo : now.servos) servo.rom = bus.servo(servo.id).ram;
     const toml::table table = to_table(parse_json(request.json));
     TableReader reader(table, kInputsFile, "");
     reader.text("bus");

@@ -49,19 +49,19 @@ TEST(MemoryPart, TakesOneWriteAfterTheOtherAndLosesThemWithThePower) {
   const Lane lane = motors.lane(motors.location_of(config, bus));
   Servo servo(config, lane.telemetry());
   Memory memory;
-  Registers value = servo.rom();
+  Registers value = servo.rom;
   const std::int32_t before = value.acceleration_dps_s;
   for (const int acceleration_dps_s : {100, 200}) {
     value.acceleration_dps_s = acceleration_dps_s;
-    servo.write_setting(RomParameter::kAcceleration, value, lane);
+    write_setting(servo, RomParameter::kAcceleration, value, lane);
     EXPECT_EQ(memory.begin(1ms, servo), acceleration_dps_s == 100 ? 3ms : 5ms);
   }
   EXPECT_EQ(memory.size(), 2U);
   EXPECT_EQ(Memory(memory).finish().rom.acceleration_dps_s, 100);
   EXPECT_TRUE(memory.lose_power(servo));
-  EXPECT_EQ(servo.rom().acceleration_dps_s, before);
+  EXPECT_EQ(servo.rom.acceleration_dps_s, before);
   EXPECT_FALSE(memory.lose_power(servo));
-  EXPECT_FALSE(memory.damage(RomParameter::kAcceleration, servo.rom()));
+  EXPECT_FALSE(memory.damage(RomParameter::kAcceleration, servo.rom));
 }
 
 TEST(LinkPart, SendsInOrderAndHoldsOneBackUntilTheNextHasLeft) {

@@ -43,9 +43,9 @@ TEST(BusTiming, QueryReplyTimeReply) {
   bus.receive({0us, frame("141#9A00000000000000")});
   EXPECT_EQ(bus.next_due(), 120us);
   EXPECT_TRUE(run_until(bus, 120us - 1ns).empty());
-  EXPECT_EQ(bus.servo(1).stats().queries, 0U);
+  EXPECT_EQ(bus.servo(1).stats.queries, 0U);
   EXPECT_TRUE(run_until(bus, 120us).empty());
-  EXPECT_EQ(bus.servo(1).stats().queries, 1U);
+  EXPECT_EQ(bus.servo(1).stats.queries, 1U);
   EXPECT_EQ(bus.next_due(), 120us + 100us + 118us);
   EXPECT_TRUE(run_until(bus, 338us - 1ns).empty());
   const auto replies = run_until(bus, 338us);

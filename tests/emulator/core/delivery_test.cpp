@@ -83,8 +83,8 @@ void look(const Bus& bus, std::vector<double>& seen) {
     const model::Truth truth = bus.truth(id);
     seen.insert(seen.end(), {told.v_bus, told.i_q, told.omega, truth.theta_m, truth.v_bus,
                              static_cast<double>(told.alive),
-                             static_cast<double>(bus.servo(id).run_state(told)),
-                             static_cast<double>(bus.servo(id).ram().acceleration_dps_s)});
+                             static_cast<double>(bus.servo(id).run_state_at(told)),
+                             static_cast<double>(bus.servo(id).ram.acceleration_dps_s)});
   }
   const BusStats stats = bus.stats();
   seen.insert(seen.end(), {static_cast<double>(stats.replies_lost),

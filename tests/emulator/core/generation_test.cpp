@@ -114,7 +114,7 @@ TEST(Generation, AnswersWhatTheManualsSay) {
     EXPECT_EQ(answered, c.answered)
         << static_cast<int>(c.generation) << ' ' << static_cast<int>(c.series);
     const std::uint64_t silent = 256 - c.answered.size();
-    EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, silent);
+    EXPECT_EQ(host.bus.servo(1).stats.unknown_commands, silent);
     EXPECT_EQ(host.bus.stats().count(Drop::kUnknownCommand), silent);
   }
 }
@@ -181,7 +181,7 @@ void expect_at_45_deg(int bits, EncoderSpan span, Generation generation, double 
   EXPECT_NEAR(encoder.raw_counts, (expected + offset) % turn, slack);
   EXPECT_EQ(encoder.offset_counts, offset);
   EXPECT_NEAR(host.single_turn_cdeg(), 4500, 36000.0 / (1 << bits));
-  EXPECT_EQ(host.bus.servo(1).ram().encoder_offset, offset);
+  EXPECT_EQ(host.bus.servo(1).ram.encoder_offset, offset);
 }
 
 TEST(Generation, EncodersOfEveryWidth) {
@@ -239,7 +239,7 @@ TEST(Generation, StateTellsOffAndAllErrors) {
 
 TEST(Generation, BusCurrentIsThatOfTheMotor) {
   Host host(drive(Generation::kV236));
-  host.ask(protocol::encode_query(1, protocol::Torque{4}, host.bus.servo(1).format()));
+  host.ask(protocol::encode_query(1, protocol::Torque{4}, host.bus.servo(1).format));
   host.wait(30ms);
   const double expected_A = host.bus.telemetry(1).i_bus;
   EXPECT_GT(expected_A, 0.1);
@@ -344,19 +344,19 @@ TEST(Generation, TargetsCoverTheOutputTurn) {
     Host host(mg4005(Generation::kV236, 90));
     host.ask(text);
     host.wait(3s);
-    EXPECT_EQ(host.bus.servo(1).stats().invalid_targets, 0U);
+    EXPECT_EQ(host.bus.servo(1).stats.invalid_targets, 0U);
     return static_cast<double>(host.multi_turn_cdeg());
   };
   EXPECT_NEAR(moved_to("141#A500000020BF0200"), 180000, 10);  // clockwise to 1800°
   EXPECT_NEAR(moved_to("141#A501000030570500"), -10000, 10);  // back through 0 to 3500°
   Host host(mg4005(Generation::kV236, 90));
   host.ask("141#A5000000407E0500");  // 360000: out of range
-  EXPECT_EQ(host.bus.servo(1).stats().invalid_targets, 1U);
+  EXPECT_EQ(host.bus.servo(1).stats.invalid_targets, 1U);
   Host rotor(drive(Generation::kV236));
   rotor.ask("141#A5000000A08C0000");  // 36000
-  EXPECT_EQ(rotor.bus.servo(1).stats().invalid_targets, 1U);
+  EXPECT_EQ(rotor.bus.servo(1).stats.invalid_targets, 1U);
   rotor.ask("141#A50000009F8C0100");  // 35999 plus a bit above the lower 16
-  EXPECT_EQ(rotor.bus.servo(1).stats().invalid_targets, 2U);
+  EXPECT_EQ(rotor.bus.servo(1).stats.invalid_targets, 2U);
 }
 
 TEST(Generation, ClearAngleSetsTheAngleAndMovesNothing) {
@@ -445,7 +445,7 @@ TEST(Generation, OpenLoopPowerOfMsDrives) {
   EXPECT_NEAR(host.state_2().power_permille, 850, 2);
   host.ask("141#8000000000000000");
   host.ask("141#A0000000FA000000");
-  EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 1U);
+  EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 1U);
 }
 
 TEST(Generation, MsDrivesKnowNoTorque) {
@@ -454,7 +454,7 @@ TEST(Generation, MsDrivesKnowNoTorque) {
   Host host(config);
   EXPECT_TRUE(host.talk(frame("280#6400640064006400")).empty());
   EXPECT_EQ(host.bus.stats().count(Drop::kUnknownCommand), 1U);
-  EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, 1U);
+  EXPECT_EQ(host.bus.servo(1).stats.unknown_commands, 1U);
 }
 
 // --- brake
@@ -465,7 +465,7 @@ TEST(Generation, BrakeTellsItsCoil) {
   EXPECT_EQ(host.ask("141#8C01FFFFFFFFFFFF"), frame("141#8C01000000000000"));
   EXPECT_EQ(host.ask("141#8C10000000000000"), frame("141#8C01000000000000"));
   EXPECT_EQ(host.ask("141#8C02000000000000"), frame("141#8C01000000000000"));
-  EXPECT_EQ(host.bus.servo(1).stats().invalid_targets, 1U);
+  EXPECT_EQ(host.bus.servo(1).stats.invalid_targets, 1U);
   host.ask("141#8000000000000000");  // off releases the shaft, not the brake
   EXPECT_EQ(host.ask("141#8C10000000000000"), frame("141#8C01000000000000"));
   EXPECT_EQ(host.ask("141#8C00000000000000"), frame("141#8C00000000000000"));

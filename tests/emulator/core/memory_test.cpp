@@ -55,7 +55,7 @@ TEST(Memory, AWriteThatThePowerCutShortNeverWas) {
   host.bus.take_rom_writes(writes);
   EXPECT_TRUE(writes.empty());
   EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000646432283232"));  // factory
-  EXPECT_EQ(host.bus.servo(1).wear()[0], 0U);
+  EXPECT_EQ(host.bus.servo(1).wear[0], 0U);
 }
 
 TEST(Memory, WornCellsKeepWhatTheyHave) {
@@ -70,7 +70,7 @@ TEST(Memory, WornCellsKeepWhatTheyHave) {
   host.bus.apply({1, PowerCycle{}});
   host.wait(1s);
   EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000020202020202"));
-  EXPECT_EQ(host.bus.servo(1).wear()[0], 2U);
+  EXPECT_EQ(host.bus.servo(1).wear[0], 2U);
 }
 
 /// A host that writes ROM 15 times as fast as the flash: 5 s of that on two drives.
@@ -134,7 +134,7 @@ TEST(Memory, ASettingIsInForceAtOnceAndSurvivesWhenTheFlashIsDone) {
   wanted.max_speed_dps = 90;
   wanted.broadcast_mode = true;  // another setting
   ASSERT_TRUE(host.bus.write_setting(1, RomParameter::kMaxSpeed, wanted));
-  EXPECT_EQ(host.bus.servo(1).ram().max_speed_dps, 90);
+  EXPECT_EQ(host.bus.servo(1).ram.max_speed_dps, 90);
   host.ask("141#A3000000A08C0000");  // to 360.00 degrees
   std::vector<RomWrite> writes;
   host.wait(4ms);
@@ -153,19 +153,19 @@ TEST(Memory, ASettingIsInForceAtOnceAndSurvivesWhenTheFlashIsDone) {
   wanted.max_speed_dps = 50;
   ASSERT_TRUE(host.bus.write_setting(1, RomParameter::kMaxSpeed, wanted));
   host.bus.power_cycle(1);  // before the flash has finished
-  EXPECT_EQ(host.bus.servo(1).ram().max_speed_dps, 90);
+  EXPECT_EQ(host.bus.servo(1).ram.max_speed_dps, 90);
   for (const double speed_dps : {60.0, 70.0}) {
     wanted.max_speed_dps = speed_dps;
     ASSERT_TRUE(host.bus.write_setting(1, RomParameter::kMaxSpeed, wanted));
     host.wait(5ms);
   }
   host.bus.power_cycle(1);
-  EXPECT_EQ(host.bus.servo(1).ram().max_speed_dps, 60) << "worn";
+  EXPECT_EQ(host.bus.servo(1).ram.max_speed_dps, 60) << "worn";
 }
 
 TEST(Memory, EverySettingCanBeWritten) {
   Host host(powered_drive());
-  Registers wanted = host.bus.servo(1).rom();
+  Registers wanted = host.bus.servo(1).rom;
   wanted.gains.speed_kp = 77;
   wanted.acceleration_dps_s = 360;
   wanted.encoder_offset = 1024;
@@ -179,8 +179,8 @@ TEST(Memory, EverySettingCanBeWritten) {
     EXPECT_TRUE(host.bus.write_setting(1, static_cast<RomParameter>(p), wanted));
     host.wait(1ms);
   }
-  EXPECT_EQ(host.bus.servo(1).rom(), wanted);
-  EXPECT_EQ(host.bus.servo(1).ram(), wanted);
+  EXPECT_EQ(host.bus.servo(1).rom, wanted);
+  EXPECT_EQ(host.bus.servo(1).ram, wanted);
   EXPECT_EQ(host.single_turn_cdeg(), 4500 - 2250);  // relative to the new zero
 }
 
@@ -214,12 +214,12 @@ struct LostWrite {
     config.flash.write_time = 20ms;
     return config;
   }
-  int angle_kp() const { return host.bus.servo(1).rom().gains.angle_kp; }
+  int angle_kp() const { return host.bus.servo(1).rom.gains.angle_kp; }
   void lose() { host.bus.restore_rom(1, before, wear_before); }
 
   Host host{config()};
-  Registers before = host.bus.servo(1).rom();
-  RomWear wear_before = host.bus.servo(1).wear();
+  Registers before = host.bus.servo(1).rom;
+  RomWear wear_before = host.bus.servo(1).wear;
   std::vector<RomWrite> taken;
 };
 
@@ -228,8 +228,8 @@ TEST(Memory, ALostWriteIsTakenBack) {
   ASSERT_EQ(drive.taken.size(), 1U);
   EXPECT_EQ(drive.angle_kp(), kFirst);
   drive.lose();
-  EXPECT_EQ(drive.host.bus.servo(1).rom(), drive.before);
-  EXPECT_EQ(drive.host.bus.servo(1).wear(), drive.wear_before);
+  EXPECT_EQ(drive.host.bus.servo(1).rom, drive.before);
+  EXPECT_EQ(drive.host.bus.servo(1).wear, drive.wear_before);
 }
 
 TEST(Memory, ALaterWriteBringsTheLostOneWithIt) {

@@ -77,7 +77,7 @@ TEST(MovedDrives, ADeadDriveAtAnotherRateDestroysNothingHoweverTimeIsSplit) {
 
 TEST(MovedDrives, AChangedRateDisturbsFromThenOnAndNoLonger) {
   Host host(two(1'000'000));
-  Registers value = host.bus.servo(7).rom();
+  Registers value = host.bus.servo(7).rom;
   value.can_rate = 3;
   host.bus.write_setting(7, RomParameter::kCanRate, value);
   EXPECT_EQ(replies_to(host, "141#9C00000000000000", 20ms), 1U + 16U);
@@ -111,16 +111,16 @@ TEST(MovedDrives, TheSecondDriveIsOnTheBusOfTheFirst) {
 
 TEST(MovedDrives, WhatADiskHasLostIsSavedAgain) {
   Host host(two());
-  const Registers before = host.bus.servo(7).rom();
-  const RomWear wear = host.bus.servo(7).wear();
+  const Registers before = host.bus.servo(7).rom;
+  const RomWear wear = host.bus.servo(7).wear;
   save_id_nine(host);
   host.wait(1ms);  // the flash has finished
   std::vector<RomWrite> written;
   host.bus.take_rom_writes(written);
   host.bus.restore_rom(7, before, wear);
-  EXPECT_EQ(host.bus.servo(7).rom(), before);
+  EXPECT_EQ(host.bus.servo(7).rom, before);
   EXPECT_EQ(host.ask("147#4405FA0000000000"), frame("147#4405010000000000"));
-  EXPECT_EQ(host.bus.servo(7).rom().driver_id, 9);
+  EXPECT_EQ(host.bus.servo(7).rom.driver_id, 9);
   EXPECT_EQ(host.bus.stats().rom_writes, 2U);
 }
 
@@ -138,7 +138,7 @@ TEST(MovedDrives, SeveralAnswerInTheOrderOfTheIdsThatTheyHaveNow) {
 TEST(MovedDrives, AnIdChangedByAFaultCountsAsWritten) {
   Host host(two());
   test::inject(host, "id_changed", {9.0}, {}, {7});
-  EXPECT_EQ(host.bus.servo(7).wear()[static_cast<std::size_t>(RomParameter::kDriverId)], 1U);
+  EXPECT_EQ(host.bus.servo(7).wear[static_cast<std::size_t>(RomParameter::kDriverId)], 1U);
 }
 
 }  // namespace moved_drives_test

@@ -52,8 +52,8 @@ TEST(Parameters, UnknownOnesGetNoReply) {
   Host host(drive());
   EXPECT_TRUE(host.talk(frame("141#C00D000000000000")).empty());
   EXPECT_TRUE(host.talk(frame("141#C10D000000000000")).empty());
-  EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, 2U);
-  EXPECT_EQ(host.bus.servo(1).stats().queries, 0U);
+  EXPECT_EQ(host.bus.servo(1).stats.unknown_commands, 2U);
+  EXPECT_EQ(host.bus.servo(1).stats.queries, 0U);
 }
 
 TEST(Parameters, WrittenToRamAndReadBack) {
@@ -68,7 +68,7 @@ TEST(Parameters, WrittenToRamAndReadBack) {
   EXPECT_EQ(written(host, "141#C1260000FFFFFF7F"), frame("141#C0260000FFFFFF7F"));
   EXPECT_EQ(host.bus.stats().rom_writes, 0U);
   host.bus.power_cycle(1);
-  EXPECT_EQ(host.bus.servo(1).ram(), host.bus.servo(1).config().rom);
+  EXPECT_EQ(host.bus.servo(1).ram, host.bus.servo(1).config.rom);
 }
 
 TEST(Parameters, AreClampedToTheirRange) {
@@ -222,7 +222,7 @@ TEST(Parameters, MsHaveMaxPowerInstead) {
   EXPECT_EQ(host.ask("141#C01E000000000000"), frame("141#C01E000052030000"));  // 850
   EXPECT_EQ(written(host, "141#C11E0000FF7F0000"), frame("141#C01E000052030000"));
   EXPECT_EQ(written(host, "141#C11E000064000000"), frame("141#C01E000064000000"));
-  EXPECT_EQ(host.bus.servo(1).ram().max_torque_current_lsb, 1000);
+  EXPECT_EQ(host.bus.servo(1).ram.max_torque_current_lsb, 1000);
 }
 
 TEST(Parameters, ByteCommandsLeaveKdAlone) {
@@ -242,9 +242,9 @@ TEST(Parameters, ByteCommandsWriteNoKdToRom) {
   Host host(config);
   host.ask("141#C10A0102030405FF");  // RAM
   host.ask("141#3200010203040506");
-  EXPECT_EQ(host.bus.servo(1).ram().gains.angle_kd, 0xFF05);
-  EXPECT_EQ(host.bus.servo(1).rom().gains.angle_kd, 7);
-  EXPECT_EQ(host.bus.servo(1).rom().gains.current_ki, 6);
+  EXPECT_EQ(host.bus.servo(1).ram.gains.angle_kd, 0xFF05);
+  EXPECT_EQ(host.bus.servo(1).rom.gains.angle_kd, 7);
+  EXPECT_EQ(host.bus.servo(1).rom.gains.current_ki, 6);
 }
 
 }  // namespace parameter_test

@@ -186,7 +186,7 @@ TEST(Power, ARestartOfTheControllerLosesWhatItWasAboutToSayAndToWrite) {
   EXPECT_FALSE(host.bus.next_due());
   EXPECT_EQ(host.bus.stats().replies_lost, 1U);
   EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000646432283232"));  // factory
-  EXPECT_EQ(host.bus.servo(1).wear()[0], 0U);
+  EXPECT_EQ(host.bus.servo(1).wear[0], 0U);
   std::vector<RomWrite> writes;
   host.bus.take_rom_writes(writes);
   EXPECT_TRUE(writes.empty());
@@ -197,10 +197,10 @@ TEST(Power, ARestartOfADeadControllerIsNothing) {
   host.ask("141#3400000068010000");  // acceleration, RAM
   host.bus.apply({1, SupplyVoltage{0.0, 0ns}});
   host.wait(50ms);
-  const Registers ram = host.bus.servo(1).ram();
+  const Registers ram = host.bus.servo(1).ram;
   host.bus.power_cycle(1);
   EXPECT_FALSE(answers(host));
-  EXPECT_EQ(host.bus.servo(1).ram(), ram);  // kept until it restarts
+  EXPECT_EQ(host.bus.servo(1).ram, ram);  // kept until it restarts
 }
 
 /// Returns the replies of a run with a frame every `pause`, cut into `slices` at random instants.

@@ -40,7 +40,7 @@ TEST(RunState, OffRefusesMotionUntilRunWhereTheSwitchSaysSo) {
   host.wait(100ms);
   EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
   EXPECT_EQ(host.multi_turn_cdeg(), 4500);
-  EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 8U);
+  EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 8U);
   EXPECT_EQ(host.bus.stats().refused_motion, 8U);
 
   host.ask("141#8800000000000000");
@@ -68,7 +68,7 @@ TEST(RunState, MotionCommandLeavesOff) {
     host.wait(100ms);
     EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
     EXPECT_NE(host.multi_turn_cdeg(), 4500);
-    EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 0U);
+    EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 0U);
   }
 }
 
@@ -78,7 +78,7 @@ TEST(RunState, AnInvalidTargetLeavesADriveOff) {
   host.ask("141#8000000000000000");
   host.ask("141#A5020000 10270000");
   EXPECT_EQ(host.run_state(), RunState::kOff);
-  EXPECT_EQ(host.bus.servo(1).stats().invalid_targets, 1U);
+  EXPECT_EQ(host.bus.servo(1).stats.invalid_targets, 1U);
 }
 
 TEST(RunState, OffLosesTheTurnCount) {
@@ -143,7 +143,7 @@ TEST(RunState, MotionCommandLeavesStopped) {
   EXPECT_EQ(host.run_state(), RunState::kRunning);
   host.wait(1ms);
   EXPECT_NEAR(host.bus.truth(1).i_q_ref, 3.2, 1e-9);
-  EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 0U);
+  EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 0U);
 }
 
 TEST(RunState, StopWhileOffStaysOff) {
@@ -209,7 +209,7 @@ TEST(Errors, TripTurnsOffUntilClearedAndRun) {
   host.ask("141#8800000000000000");
   EXPECT_EQ(host.run_state(), RunState::kOff);
   host.ask("141#A100000064000000");
-  EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 1U);
+  EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 1U);
 
   host.bus.set_supply_voltage(1, 24.0);
   host.wait(100ms);
@@ -218,7 +218,7 @@ TEST(Errors, TripTurnsOffUntilClearedAndRun) {
   EXPECT_EQ(host.run_state(), RunState::kOff);
   EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0x00);  // shows the remaining errors
   host.ask("141#A100000064000000");
-  EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 2U);  // cleared, but still off
+  EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 2U);  // cleared, but still off
   host.ask("141#8800000000000000");
   host.wait(1ms);
   EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
@@ -243,7 +243,7 @@ TEST(Errors, ATripNeedsNobodyToAsk) {
 /// not restore it, even if the error is cleared before the loops run again.
 TEST(Errors, NoSettingBringsBackWhatATripDropped) {
   const auto somebody_writes = [](Host& host) {
-    host.bus.apply({1, Setting{RomParameter::kMaxSpeed, host.bus.servo(1).rom()}});
+    host.bus.apply({1, Setting{RomParameter::kMaxSpeed, host.bus.servo(1).rom}});
   };
   const auto a_bit_flips = [](Host& host) {
     test::inject(host, "ram_flipped", {RomParameter::kMaxSpeed});
@@ -285,7 +285,7 @@ TEST(Errors, OthersThanTheTwoOfTheManualAreNotShown) {
   EXPECT_EQ(error_state(host), 0);
   EXPECT_EQ(host.bus.telemetry(1).errors, model::bit(model::Error::kOverVoltage));
   host.ask("141#A100000064000000");
-  EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 1U);
+  EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 1U);
 }
 
 TEST(Errors, PowerCycleClears) {
@@ -313,7 +313,7 @@ TEST(Errors, LostInput) {
   host.wait(100ms);
   EXPECT_EQ(host.bus.telemetry(1).errors, model::bit(model::Error::kLostInput));
   host.ask("141#A100000064000000");
-  EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 1U);
+  EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 1U);
   host.wait(1ms);
   EXPECT_EQ(host.bus.telemetry(1).errors,
             model::bit(model::Error::kLostInput));  // frames alone do not clear it
@@ -335,7 +335,7 @@ TEST(Errors, LostInputIsClearedByTheFirstFrameAfterTheSilence) {
   host.ask("141#8800000000000000");
   host.ask("141#A100000064000000");
   host.wait(1ms);
-  EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 0U);
+  EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 0U);
   EXPECT_NEAR(host.bus.truth(1).i_q_ref, 1.6, 1e-9);
 }
 
@@ -386,7 +386,7 @@ TEST(MultiDrive, SingleDriveFramesAreIgnored) {
   Host host(multi_drive_config());
   EXPECT_TRUE(host.talk(frame("141#9A00000000000000")).empty());
   EXPECT_EQ(host.talk(frame("142#9A00000000000000")).size(), 1U);
-  EXPECT_EQ(host.bus.servo(1).stats().wrong_mode, 1U);
+  EXPECT_EQ(host.bus.servo(1).stats.wrong_mode, 1U);
   EXPECT_EQ(host.bus.stats().count(Drop::kWrongMode), 1U);
 }
 
@@ -403,7 +403,7 @@ TEST(MultiDrive, RefusedWithAnError) {
   host.bus.set_supply_voltage(1, 6.0);
   host.wait(100ms);
   EXPECT_EQ(host.talk(frame("280#6400640064006400")).size(), 3U);
-  EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 1U);
+  EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 1U);
 }
 
 }  // namespace run_state_test

@@ -219,8 +219,8 @@ void tell(std::ostream& out, const Bus& bus) {
          truth.temp_winding, truth.temp_stage, truth.i_q_ref, truth.omega_ref, truth.theta_ref);
     const model::Telemetry telemetry = bus.telemetry(id);
     bits(telemetry.v_bus, telemetry.i_a, telemetry.omega, telemetry.temp_motor);
-    out << telemetry.errors << telemetry.alive << telemetry.bridge_on << ' '
-        << bus.servo(id).starts() << '\n';
+    out << telemetry.errors << telemetry.alive << telemetry.bridge_on << ' ' << bus.servo(id).starts
+        << '\n';
   }
   for (const FaultReport& report : bus.faults()) {
     const FaultEvidence& evidence = report.evidence;

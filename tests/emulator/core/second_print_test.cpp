@@ -43,7 +43,7 @@ TEST(SecondPrint, TheOtherPrintIsSilent) {
                             "147#0700000000000000", "147#1800000000000000"}) {
     EXPECT_TRUE(is_silent(host, query)) << query;
   }
-  EXPECT_EQ(host.bus.servo(7).starts(), 1U);
+  EXPECT_EQ(host.bus.servo(7).starts, 1U);
 }
 
 TEST(SecondPrint, UnknownSettingsAndOtherSavesGetNoReply) {
@@ -78,13 +78,13 @@ TEST(SecondPrint, EverySettingIsWrittenReadAndInForceAfterTheRestart) {
   }
   // RAM is unchanged, as 0xC0 shows.
   EXPECT_EQ(host.ask("147#C00A000000000000"), frame("147#C00A640064000000"));
-  const Registers before = host.bus.servo(7).ram();
+  const Registers before = host.bus.servo(7).ram;
   EXPECT_EQ(host.bus.stats().rom_writes, 0U);
   host.ask("147#4405FA0000000000");
   EXPECT_EQ(host.bus.stats().rom_writes, 1U);
-  EXPECT_EQ(host.bus.servo(7).ram(), before);
+  EXPECT_EQ(host.bus.servo(7).ram, before);
   host.talk(frame("147#0700000000000000"));
-  const Registers& ram = host.bus.servo(7).ram();
+  const Registers& ram = host.bus.servo(7).ram;
   EXPECT_EQ(ram.max_torque_current_lsb, 2000);
   EXPECT_EQ(ram.max_speed_dps, 6000);
   EXPECT_EQ(ram.max_angle_deg, 360);
@@ -107,7 +107,7 @@ TEST(SecondPrint, ValuesBeyondTheirRangeAreNotWritten) {
                                     {"42A0D10701000100", "42A0640064000000"}}) {  // Kp 2001
     EXPECT_EQ(host.ask(std::string("147#") + write), frame(std::string("147#") + kept)) << write;
   }
-  EXPECT_FALSE(host.bus.servo(7).has_pending());
+  EXPECT_FALSE(host.bus.servo(7).pending_parameters.any());
 }
 
 TEST(SecondPrint, MaxPowerOfMsEndsAt850) {
@@ -176,7 +176,7 @@ TEST(SecondPrint, IdChangeAtOnce) {
         EXPECT_EQ(host.ask("147#42050A0009000000"), frame("147#42050A0009000000"));
         EXPECT_EQ(host.ask("147#4405FA0000000000"), frame(last + "#4405010000000000"));
       }
-      EXPECT_EQ(host.bus.servo(7).starts(), 1U);
+      EXPECT_EQ(host.bus.servo(7).starts, 1U);
       EXPECT_TRUE(is_silent(host, "147#8100000000000000"));
       EXPECT_EQ(host.ask("149#8100000000000000"), frame("149#8100000000000000"));
     }
@@ -211,7 +211,7 @@ TEST(SecondPrint, SeveralSettingsAreOneWriteAndWearEachOnce) {
   host.ask("147#42050A0009000000");
   host.ask("147#4205E200407E0500");
   host.ask("147#4405FA0000000000");
-  const RomWear& wear = host.bus.servo(7).wear();
+  const RomWear& wear = host.bus.servo(7).wear;
   EXPECT_EQ(wear[static_cast<std::size_t>(RomParameter::kDriverId)], 1U);
   EXPECT_EQ(wear[static_cast<std::size_t>(RomParameter::kMaxSpeed)], 1U);
   EXPECT_EQ(wear[static_cast<std::size_t>(RomParameter::kGains)], 0U);
@@ -225,7 +225,7 @@ TEST(SecondPrint, OfAnotherBusTypeItIsSilent) {
   host.talk(frame("147#0700000000000000"));
   EXPECT_TRUE(is_silent(host, "147#9C00000000000000"));
   // Only access to the drive itself restores it.
-  Registers value = host.bus.servo(7).rom();
+  Registers value = host.bus.servo(7).rom;
   value.bus_type = 2;
   host.bus.write_setting(7, RomParameter::kBusType, value);
   EXPECT_FALSE(is_silent(host, "147#9C00000000000000"));
@@ -250,13 +250,13 @@ TEST(SecondPrint, RestartForgetsRamErrorsAndReplies) {
   using namespace std::chrono_literals;
   Host host(bus_of({drive(7)}, 1'000'000));
   host.talk(frame("147#C1200000E8030000"), 2ms);  // Max Speed 10 dps
-  EXPECT_EQ(host.bus.servo(7).ram().max_speed_dps, 10);
+  EXPECT_EQ(host.bus.servo(7).ram.max_speed_dps, 10);
   // The reply to the previous query has not left yet.
   host.bus.receive({host.bus.time(), frame("147#9C00000000000000")});
   host.bus.receive({host.bus.time(), frame("147#0700000000000000")});
   host.wait(5ms);
-  EXPECT_EQ(host.bus.servo(7).starts(), 2U);
-  EXPECT_EQ(host.bus.servo(7).ram().max_speed_dps, host.bus.servo(7).rom().max_speed_dps);
+  EXPECT_EQ(host.bus.servo(7).starts, 2U);
+  EXPECT_EQ(host.bus.servo(7).ram.max_speed_dps, host.bus.servo(7).rom.max_speed_dps);
 }
 
 TEST(SecondPrint, ZeroMakesTheAngleNothingAndStops) {

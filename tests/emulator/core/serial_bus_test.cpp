@@ -75,7 +75,7 @@ TEST(SerialBus, AnyBytesLeaveADriveThatAnswers) {
   std::uint64_t dropped = 0;
   for (const std::uint64_t count : stats.dropped) dropped += count;
   EXPECT_EQ(stats.frames, stats.queries + dropped);
-  EXPECT_EQ(host.bus.servo(1).stats().replies + host.bus.servo(2).stats().replies,
+  EXPECT_EQ(host.bus.servo(1).stats.replies + host.bus.servo(2).stats.replies,
             stats.replies + stats.replies_lost);
 }
 
@@ -149,12 +149,12 @@ TEST(SerialBus, SettingsAreReadAndWrittenAndWhatIsNoneIsRefused) {
   SerialHost host(serial_drive(Generation::kV235));
   EXPECT_EQ(host.ask("3E 42 01 07 88 97 32 00 14 00 00 00 DD"), "3E 42 01 02 83 97 00 97");
   EXPECT_EQ(host.ask("3E 40 01 02 81 97 00 97"), "3E 40 01 07 86 97 32 00 14 00 00 00 DD");
-  EXPECT_EQ(host.bus.servo(1).rom().gains.speed_kp, host.bus.servo(1).config().rom.gains.speed_kp);
+  EXPECT_EQ(host.bus.servo(1).rom.gains.speed_kp, host.bus.servo(1).config.rom.gains.speed_kp);
   EXPECT_EQ(host.ask("3E 44 01 07 8A 97 32 00 14 00 00 00 DD"), "3E 44 01 02 85 97 00 97");
-  EXPECT_EQ(host.bus.servo(1).rom().gains.speed_kp, 50);
+  EXPECT_EQ(host.bus.servo(1).rom.gains.speed_kp, 50);
   // Max Angle: 3600.00° = 0x057E40, in two halves.
   EXPECT_EQ(host.ask("3E 42 01 07 88 9B 40 7E 05 00 00 00 5E"), "3E 42 01 02 83 9B 00 9B");
-  EXPECT_DOUBLE_EQ(host.bus.servo(1).ram().max_angle_deg, 3600);
+  EXPECT_DOUBLE_EQ(host.bus.servo(1).ram.max_angle_deg, 3600);
   EXPECT_EQ(data_of(host.ask("3E 40 01 02 81 9C 00 9C")), "9C 00 00 00 00 00 00");
   EXPECT_EQ(host.ask("3E 42 01 07 88 01 32 00 14 00 00 00 47"), "3E 42 01 02 83 01 01 02");
   EXPECT_EQ(host.ask("3E 40 01 02 81 01 00 01"), "");
@@ -173,18 +173,18 @@ TEST(SerialBus, TheToolConnects) {
   const test::Bytes all = bytes(settings);
   EXPECT_EQ(all[5], 1);
   EXPECT_EQ(all[5 + 1], 1);
-  EXPECT_EQ(all[5 + 50], host.bus.servo(1).ram().gains.angle_kp);
+  EXPECT_EQ(all[5 + 50], host.bus.servo(1).ram.gains.angle_kp);
   // Written back with another gain, the block is in RAM afterwards.
   protocol::Frame write = packet(settings);
   write.data[0] = 0x15;
   write.data[1 + 50] = 77;
   EXPECT_EQ(host.ask(hex(write)), "3E 15 01 00 54");
-  EXPECT_EQ(host.bus.servo(1).ram().gains.angle_kp, 77);
-  Registers as_it_was = host.bus.servo(1).config().profile.factory;
+  EXPECT_EQ(host.bus.servo(1).ram.gains.angle_kp, 77);
+  Registers as_it_was = host.bus.servo(1).config.profile.factory;
   as_it_was.gains.angle_kp = 77;
-  EXPECT_EQ(host.bus.servo(1).ram().max_speed_dps, as_it_was.max_speed_dps);
+  EXPECT_EQ(host.bus.servo(1).ram.max_speed_dps, as_it_was.max_speed_dps);
   EXPECT_EQ(host.ask("3E 48 01 00 87"), "3E 48 01 00 87");
-  EXPECT_NE(host.bus.servo(1).ram().gains.angle_kp, 77);
+  EXPECT_NE(host.bus.servo(1).ram.gains.angle_kp, 77);
 }
 
 TEST(SerialBus, DrivesOfOneBusHaveTheirOwnChipIds) {
@@ -205,7 +205,7 @@ TEST(SerialBus, TheOldestManualsDriveHasAProductOf42BytesAndZeroesInSilence) {
   SerialHost host(serial_drive(Generation::kLegacy));
   EXPECT_EQ(bytes(host.ask("3E 12 01 00 51")).size(), 6 + 42U);
   EXPECT_EQ(host.ask("3E 19 01 00 58"), "");
-  EXPECT_EQ(host.bus.servo(1).stats().rom_writes, 1U);
+  EXPECT_EQ(host.bus.servo(1).stats.rom_writes, 1U);
   EXPECT_EQ(host.ask("3E 33 01 01 73 00 00").substr(0, 14), "3E 33 01 04 76");
 }
 
@@ -266,7 +266,7 @@ TEST(SerialBus, EachModeHasItsPackets) {
   several.ask("02 82 50 46 00 00 00 00 D8 DC CE");
   const auto setpoint = several.bus.setpoint(1);
   ASSERT_TRUE(std::holds_alternative<model::Position>(setpoint));
-  EXPECT_NEAR(several.bus.servo(1).multi_turn_deg_of(std::get<model::Position>(setpoint).theta),
+  EXPECT_NEAR(several.bus.servo(1).angles.multi_turn_deg(std::get<model::Position>(setpoint).theta),
               180, 1e-9);
   SerialHost single(serial_drive(Generation::kV235));
   EXPECT_EQ(single.ask("02 81 00 00 68 01 00 00 30 FD 19"), "");

@@ -44,7 +44,7 @@ TEST(Servo, AnswersEveryCommandInEveryState) {
   host.ask("141#8800000000000000");
   host.ask("141#8100000000000000");
   ask_everything(host);
-  const auto stats = host.bus.servo(1).stats();
+  const auto stats = host.bus.servo(1).stats;
   EXPECT_EQ(stats.queries, 3U * 28 + 3);
   EXPECT_EQ(stats.replies, stats.queries);
 }
@@ -66,7 +66,7 @@ TEST(Servo, UnknownCommandsGetNoReply) {
     silent += host.talk(query).empty() ? 1 : 0;
   }
   EXPECT_EQ(silent, 256 - 28);
-  EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, 228U);
+  EXPECT_EQ(host.bus.servo(1).stats.unknown_commands, 228U);
   EXPECT_EQ(host.bus.stats().count(Drop::kUnknownCommand), 228U);
 }
 
@@ -173,7 +173,7 @@ TEST(Angles, OffsetWriteCanWaitForPowerUp) {
 TEST(Angles, OffsetIsClampedToTheEncoder) {
   Host host(servo_config(1));
   EXPECT_EQ(host.ask("141#910000000000FFFF"), frame("141#910000000000FFFF"));
-  EXPECT_EQ(host.bus.servo(1).ram().encoder_offset, 16383);
+  EXPECT_EQ(host.bus.servo(1).ram.encoder_offset, 16383);
 }
 
 TEST(Angles, PresentPositionBecomesZeroAfterPowerUp) {

@@ -95,9 +95,9 @@ TEST(SeveralDrives, AnyCommand) {
   EXPECT_EQ(replies[2], frame("143#9294110000000000"));
   // MS lacks torque, v236 lacks 0x30; the other slots are answered.
   EXPECT_EQ(ids(host.talk(frame("288#3000 8100 A100 9A00"))), (Ids{0x142}));
-  EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, 1U);
-  EXPECT_EQ(host.bus.servo(3).stats().unknown_commands, 1U);
-  EXPECT_EQ(host.bus.servo(6).stats().unknown_commands, 0U);
+  EXPECT_EQ(host.bus.servo(1).stats.unknown_commands, 1U);
+  EXPECT_EQ(host.bus.servo(3).stats.unknown_commands, 1U);
+  EXPECT_EQ(host.bus.servo(6).stats.unknown_commands, 0U);
   EXPECT_EQ(host.run_state(2), RunState::kStopped);
   EXPECT_EQ(host.bus.stats().queries, 2U);
 }
@@ -107,7 +107,7 @@ TEST(SeveralDrives, AnEmptySlotIsNoCommand) {
   EXPECT_EQ(ids(host.talk(frame("288#00FF9A0000000000"))), (Ids{0x142}));
   EXPECT_TRUE(host.talk(frame("288#0000000000000000")).empty());
   for (const int id : {1, 2, 3, 6}) {
-    EXPECT_EQ(host.bus.servo(id).stats().unknown_commands, 0U) << id;
+    EXPECT_EQ(host.bus.servo(id).stats.unknown_commands, 0U) << id;
   }
   EXPECT_EQ(host.bus.stats().count(Drop::kUnknownCommand), 0U);
   EXPECT_EQ(host.bus.stats().count(Drop::kForeignId), 1U);
@@ -122,7 +122,7 @@ TEST(SeveralDrives, OnlyInMultiDriveMode) {
   EXPECT_EQ(host.bus.stats().count(Drop::kWrongMode), 4U);
   // Drives outside the mode do not count unknown commands.
   EXPECT_TRUE(host.talk(frame("288#3000000000000000")).empty());
-  EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, 0U);
+  EXPECT_EQ(host.bus.servo(1).stats.unknown_commands, 0U);
   EXPECT_EQ(host.bus.stats().count(Drop::kUnknownCommand), 0U);
   Host legacy = Host(drive(Generation::kLegacy));
   EXPECT_TRUE(legacy.talk(frame("281#0000000000000000")).empty());

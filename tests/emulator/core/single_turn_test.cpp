@@ -118,7 +118,7 @@ TEST(SingleTurn, InvalidTargetsAreAnsweredAndCounted) {
     EXPECT_EQ(host.ask(text).data[0], frame(text).data[0]);
   }
   EXPECT_NEAR(rest_cdeg(host), 9000, kArrived_cdeg);
-  EXPECT_EQ(host.bus.servo(1).stats().invalid_targets, 4U);
+  EXPECT_EQ(host.bus.servo(1).stats.invalid_targets, 4U);
   EXPECT_EQ(host.bus.stats().invalid_targets, 4U);
 }
 

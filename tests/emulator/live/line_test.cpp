@@ -57,9 +57,9 @@ TEST(Line, KeepsSoManyFramesForLaterAndCountsTheRest) {
   line.advance_to(std::chrono::milliseconds(1), MonoTime::max(), Line::WaitPolicy::kNone);
   EXPECT_EQ(line.backlog(), 0U);
   EXPECT_EQ(line.bus().stats().frames, Line::kMaxBacklog);
-  EXPECT_EQ(line.bus().servo(1).stats().replies, 1U) << "the first";
-  EXPECT_EQ(line.bus().servo(2).stats().replies, 1U) << "the last that was kept";
-  EXPECT_EQ(line.bus().servo(3).stats().replies, 0U) << "lost";
+  EXPECT_EQ(line.bus().servo(1).stats.replies, 1U) << "the first";
+  EXPECT_EQ(line.bus().servo(2).stats.replies, 1U) << "the last that was kept";
+  EXPECT_EQ(line.bus().servo(3).stats.replies, 0U) << "lost";
 }
 
 /// A host that waits 50 ms for each reply and then retries, with a process that was stopped for 0.4
@@ -85,7 +85,7 @@ TEST(Line, PacketsThatWaitedWhileTimeSlippedAreHeardOneByOne) {
   ASSERT_EQ(line.backlog(), 0U);
   line.accept({line.bus().time(), packet});
   advance_by(std::chrono::milliseconds(400));
-  EXPECT_EQ(line.bus().servo(1).stats().replies, 41U);
+  EXPECT_EQ(line.bus().servo(1).stats.replies, 41U);
   EXPECT_EQ(line.bus().stats().replies, 41U);
   EXPECT_EQ(line.backlog(), 0U);
   EXPECT_TRUE(line.adviser().advice().empty())

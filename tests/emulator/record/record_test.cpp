@@ -98,7 +98,7 @@ class Live {
   void directive(std::size_t n, const std::string& json) {
     const toml::table table = to_table(parse_json(json));
     BusConfig now = configs_[n];
-    for (ServoConfig& servo : now.servos) servo.rom = buses_[n].servo(servo.id).ram();
+    for (ServoConfig& servo : now.servos) servo.rom = buses_[n].servo(servo.id).ram;
     TableReader reader(table, "request", "");
     for (const auto& one : read_directives(reader, now, Timing::kOptional)) {
       one.when || one.at > buses_[n].time() ? buses_[n].plan(one) : buses_[n].apply(one.directive);

@@ -261,13 +261,13 @@ TEST_F(BlockedDisk, NobodyElseWaits) {
 }
 
 TEST_F(BlockedDisk, AFullOneLeavesRomAsItWasAndRamAsCommanded) {
-  const Registers before = bus_.servo(1).rom();
+  const Registers before = bus_.servo(1).rom;
   EXPECT_TRUE(talk(1, protocol::WritePidToRom{kNewGains}).empty());
-  EXPECT_NE(bus_.servo(1).rom(), before);
+  EXPECT_NE(bus_.servo(1).rom, before);
   EXPECT_TRUE(finish_one(ENOSPC).empty()) << "what is not done is not acknowledged";
-  EXPECT_EQ(bus_.servo(1).rom(), before);
-  EXPECT_EQ(bus_.servo(1).wear(), RomWear{});
-  EXPECT_EQ(bus_.servo(1).ram().gains.angle_kp, 11);
+  EXPECT_EQ(bus_.servo(1).rom, before);
+  EXPECT_EQ(bus_.servo(1).wear, RomWear{});
+  EXPECT_EQ(bus_.servo(1).ram.gains.angle_kp, 11);
   EXPECT_EQ(talk(1, protocol::ReadPid{}).size(), 1U);
 }
 
@@ -320,8 +320,8 @@ class LaterWrite : public testing::Test {
     wait(std::chrono::milliseconds(100));
   }
   void expect_rom(std::uint16_t gain, std::uint16_t offset) const {
-    EXPECT_EQ(bus_.servo(1).rom().gains.angle_kp, gain);
-    EXPECT_EQ(bus_.servo(1).rom().encoder_offset, offset);
+    EXPECT_EQ(bus_.servo(1).rom.gains.angle_kp, gain);
+    EXPECT_EQ(bus_.servo(1).rom.encoder_offset, offset);
   }
 
   Bus bus_{config()};

@@ -54,9 +54,9 @@ TEST(Calibration, TurnsTwoElectricalTurnsToAndFroAndAnswersWhenDone) {
     EXPECT_GE(ratio, 900);
     EXPECT_LE(ratio, 1010);
     EXPECT_EQ(data[7] & protocol::kCalibrationDone, protocol::kCalibrationDone);
-    const double turns = 2.0 / host.bus.servo(1).config().profile.drive.motor.pole_pairs;
+    const double turns = 2.0 / host.bus.servo(1).config.profile.drive.motor.pole_pairs;
     EXPECT_NEAR(most / (2 * std::numbers::pi), turns, 0.15 * turns);
-    EXPECT_EQ(host.bus.servo(1).wear()[static_cast<std::size_t>(RomParameter::kAlignValue)], 1U);
+    EXPECT_EQ(host.bus.servo(1).wear[static_cast<std::size_t>(RomParameter::kAlignValue)], 1U);
   }
 }
 

@@ -179,11 +179,11 @@ class Polled {
     std::vector<TimedFrame> late;
     bus_.take_replies(late);
     for (int id = 1; id <= kDrives; ++id) {
-      const std::uint32_t starts = bus_.servo(id).starts();
+      const std::uint32_t starts = bus_.servo(id).starts;
       const bool was_alive = bus_.telemetry(id).alive;
       ++checked_;
       if (ask(id) || !was_alive) continue;
-      if (!bus_.telemetry(id).alive || bus_.servo(id).starts() != starts) continue;  // brown-out
+      if (!bus_.telemetry(id).alive || bus_.servo(id).starts != starts) continue;  // brown-out
       return "drive " + std::to_string(id) + " did not answer after" + faults_;
     }
     return "";

@@ -185,7 +185,7 @@ class LongRun {
     for (const RomWrite& write : rom_writes_) {
       if (!life_.one_in(20)) continue;  // the disk refuses
       const Servo& servo = bus_.servo(write.id);
-      bus_.restore_rom(write.id, servo.rom_before(), servo.wear_before());
+      bus_.restore_rom(write.id, servo.rom_before, servo.wear_before);
       ++refused_writes_;
     }
   }
@@ -216,8 +216,8 @@ class LongRun {
     std::uint64_t accepted = 0;
     std::uint64_t given = 0;
     for (int id = 1; id <= kDrives; ++id) {
-      accepted += bus_.servo(id).stats().queries;
-      given += bus_.servo(id).stats().replies;
+      accepted += bus_.servo(id).stats.queries;
+      given += bus_.servo(id).stats.replies;
     }
     if (stats.frames != sent_) return "frames of hosts were lost";
     if (sent_ != stats.queries + dropped + stats.frames_waiting) return "frames do not add up";

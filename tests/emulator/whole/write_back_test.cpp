@@ -84,9 +84,9 @@ std::vector<Frame> ask(Host& host, const Frame& frame) { return host.talk(frame,
 /// All stored state of the drive.
 struct Kept {
   explicit Kept(const Host& host)
-      : ram(host.bus.servo(1).ram()),
-        rom(host.bus.servo(1).rom()),
-        pending(host.bus.servo(1).pending()) {}
+      : ram(host.bus.servo(1).ram),
+        rom(host.bus.servo(1).rom),
+        pending(pending_rom(host.bus.servo(1))) {}
   Registers ram, rom, pending;
   bool operator==(const Kept&) const = default;
 };

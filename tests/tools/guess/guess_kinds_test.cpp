@@ -81,7 +81,7 @@ void interview(Logged& log) {
     log.send("141#9100000000000000", 20ms);
     ask(log, {"9C"});
   }
-  const double ratio = log.bus().servo(1).config().profile.drive.mechanics.gear_ratio;
+  const double ratio = log.bus().servo(1).config.profile.drive.mechanics.gear_ratio;
   for (int round = 0; round < 3; ++round) {
     ask(log, {"80", "9A", "88"});
     // Far from 0 and from the sent values, also if the drive counts within one turn.
@@ -113,7 +113,7 @@ TEST(GuessKinds, EveryGenerationOfEveryMotor) {
           << found.dump(1);
       EXPECT_EQ(found["contradictory"], Json::array());
       EXPECT_EQ(found["odd_currents"], 0);
-      const bool ms = log.bus().servo(1).format().series == Series::kMs;
+      const bool ms = log.bus().servo(1).format.series == Series::kMs;
       EXPECT_EQ(possible_value_names(found, "series"), Keys{ms ? "MS" : "MF, MG or MH"});
     }
   }
@@ -234,7 +234,7 @@ TEST(GuessKinds, EverySingleSwitch) {
 /// Sends a trait's probe with its preparation, as described in the trait's row.
 void follow(Trait trait, Logged& log) {
   const TraitRow& row = row_of(trait);
-  const double ratio = log.bus().servo(1).config().profile.drive.mechanics.gear_ratio;
+  const double ratio = log.bus().servo(1).config.profile.drive.mechanics.gear_ratio;
   if (trait == Trait::kClearAngle) {
     for (const char* const payload : {"9500000050460000", "95000000A08C0000"}) {
       EXPECT_NE(row.how.en.find(payload), std::string_view::npos);

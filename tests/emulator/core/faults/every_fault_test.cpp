@@ -185,7 +185,7 @@ class CanRun {
     std::vector<RomWrite> writes;
     bus.take_rom_writes(writes);
     for (const RomWrite& write : writes) seen.rom.push_back(write.rom);
-    seen.rom.push_back(bus.servo(1).rom());
+    seen.rom.push_back(bus.servo(1).rom);
     return seen;
   }
 

@@ -146,7 +146,7 @@ class LostWrites : public testing::TestWithParam<const char*> {};
 TEST_P(LostWrites, AreAcknowledgedAndGoneAfterTheNextStart) {
   Host host(test::powered_drive());
   host.ask("141#3200010203040506");
-  const RomWear wear = host.bus.servo(1).wear();
+  const RomWear wear = host.bus.servo(1).wear;
   std::vector<RomWrite> writes;
   host.bus.take_rom_writes(writes);
   writes.clear();
@@ -165,11 +165,11 @@ TEST_P(LostWrites, AreAcknowledgedAndGoneAfterTheNextStart) {
   restart(host);
   EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000010203040506"));
 
-  Registers wanted = host.bus.servo(1).rom();
+  Registers wanted = host.bus.servo(1).rom;
   wanted.max_speed_dps = 77;
   EXPECT_TRUE(host.bus.write_setting(1, RomParameter::kMaxSpeed, wanted));
-  EXPECT_EQ(host.bus.servo(1).ram().max_speed_dps, 77);
-  EXPECT_NE(host.bus.servo(1).rom().max_speed_dps, 77);
+  EXPECT_EQ(host.bus.servo(1).ram.max_speed_dps, 77);
+  EXPECT_NE(host.bus.servo(1).rom.max_speed_dps, 77);
   EXPECT_EQ(evidence(host).effects, 2U);
 
   clear(host);
@@ -228,7 +228,7 @@ TEST(MemoryFaults, ADamagedParameterIsAsDeliveredAtTheNextStart) {
   inject(host, "rom_damaged", {kAllParameters});
   restart(host);
   EXPECT_EQ(host.get<protocol::Encoder>(protocol::ReadEncoder{}).offset_counts, 0);
-  EXPECT_EQ(host.bus.servo(1).rom(), Profile{}.factory);
+  EXPECT_EQ(host.bus.servo(1).rom, Profile{}.factory);
   host.bus.take_rom_writes(writes);
   EXPECT_EQ(writes.back().number, 4U);
 }
@@ -250,8 +250,8 @@ TEST(MemoryFaults, DamageWhileTheFlashWritesIsNotUndoneByWhatTheWriteDoes) {
     if (!cut_short) {
       EXPECT_EQ(writes[0].rom.max_speed_dps, Registers{}.max_speed_dps);
     }
-    EXPECT_EQ(host.bus.servo(1).rom().max_speed_dps, Registers{}.max_speed_dps);
-    EXPECT_EQ(host.bus.servo(1).rom().gains.angle_kp, cut_short ? 100 : 10);
+    EXPECT_EQ(host.bus.servo(1).rom.max_speed_dps, Registers{}.max_speed_dps);
+    EXPECT_EQ(host.bus.servo(1).rom.gains.angle_kp, cut_short ? 100 : 10);
   }
 }
 
@@ -275,7 +275,7 @@ TEST(MemoryFaults, AFlippedBitLeavesWhatTheRegisterCanHold) {
       Host host(bus);
       for (int p = 0; p < 9; ++p) inject(host, "ram_flipped", {static_cast<RomParameter>(p)});
       for (std::size_t p = 0; p < 9; ++p) expect_once(evidence(host, p), 0ns);
-      const Registers& ram = host.bus.servo(1).ram();
+      const Registers& ram = host.bus.servo(1).ram;
       const int gain_bits =
           bits_apart(ram.gains.angle_kp, 100) + bits_apart(ram.gains.angle_ki, 100) +
           bits_apart(ram.gains.speed_kp, 50) + bits_apart(ram.gains.speed_ki, 40) +
@@ -302,7 +302,7 @@ TEST(MemoryFaults, AFlippedBitLeavesWhatTheRegisterCanHold) {
       EXPECT_EQ(bits_apart(ram.current_ramp_A_s, 0), 1);
       EXPECT_LE(ram.current_ramp_A_s, 1e6);
       EXPECT_TRUE(ram.broadcast_mode);
-      EXPECT_EQ(host.bus.servo(1).rom(), config.rom);
+      EXPECT_EQ(host.bus.servo(1).rom, config.rom);
       if (testing::Test::HasFailure()) return;
     }
   }
@@ -314,7 +314,7 @@ TEST(MemoryFaults, WhereNoBitCanFlipNoneDoes) {
   config.rom.gains = {0x300, 0x300, 0x300, 0x300, 0x300, 0x300};
   Host host(config);
   inject(host, "ram_flipped", {RomParameter::kGains});
-  EXPECT_EQ(host.bus.servo(1).ram(), config.rom);
+  EXPECT_EQ(host.bus.servo(1).ram, config.rom);
   EXPECT_EQ(evidence(host).state, FaultEvidence::State::kOver);
   EXPECT_EQ(evidence(host).effects, 0U);
 }
@@ -346,7 +346,7 @@ TEST(MemoryFaults, ADriveForgetsItsModeForSeveral) {
   EXPECT_TRUE(host.talk(test::frame("280#0000000000000000")).empty());
   EXPECT_EQ(evidence(host).effects, 1U);
   EXPECT_GT(evidence(host).first_effect_at, 500ms);
-  EXPECT_TRUE(host.bus.servo(1).rom().broadcast_mode);
+  EXPECT_TRUE(host.bus.servo(1).rom.broadcast_mode);
   clear(host);
   restart(host);
   EXPECT_FALSE(answers(host));
@@ -367,8 +367,8 @@ TEST(MemoryFaults, ADriveForgetsItsLimits) {
   inject(host, "reset");
   EXPECT_EQ(evidence(host).first_effect_at, host.bus.time());
   EXPECT_EQ(evidence(host).effects, 1U);
-  EXPECT_EQ(host.bus.servo(1).ram().max_speed_dps, Registers{}.max_speed_dps);
-  EXPECT_EQ(host.bus.servo(1).ram().gains.speed_kp, 60);  // no limit
+  EXPECT_EQ(host.bus.servo(1).ram.max_speed_dps, Registers{}.max_speed_dps);
+  EXPECT_EQ(host.bus.servo(1).ram.gains.speed_kp, 60);  // no limit
   EXPECT_GT(speed_dps(), 500.0);
   clear(host);
   inject(host, "reset");

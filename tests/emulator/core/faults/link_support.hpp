@@ -77,7 +77,7 @@ inline void expect_balanced(const Bus& bus, const std::vector<TimedFrame>& seen,
   EXPECT_EQ(stats.frames, stats.queries + dropped + stats.frames_waiting) << what;
   std::uint64_t given = 0;
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
-    if (bus.has(id)) given += bus.servo(id).stats().replies;
+    if (bus.has(id)) given += bus.servo(id).stats.replies;
   }
   EXPECT_EQ(given + stats.extra_frames, stats.replies + stats.replies_lost + stats.replies_waiting)
       << what;

@@ -104,7 +104,7 @@ TEST(SerialFaults, CarriageReturnsBecomeLineFeeds) {
   SerialHost host = with(fault("cr_to_lf", {}), Generation::kLegacy);
   EXPECT_EQ(host.ask("3E 31 01 06 76 0D 64 32 28 32 32 2F"), "3E 31 01 06 76 0A 64 32 28 32 32 2F");
   EXPECT_EQ(effects(host), 1U);
-  EXPECT_EQ(host.bus.servo(1).ram().gains.angle_kp, 13);  // bytes from the host are unchanged
+  EXPECT_EQ(host.bus.servo(1).ram.gains.angle_kp, 13);  // bytes from the host are unchanged
   EXPECT_EQ(host.ask("3E 88 01 00 C7"), "3E 88 01 00 C7");
   EXPECT_EQ(effects(host), 1U);
   host.write(host.bus.time(), bytes("3E 30 01 00 6F"));
