@@ -19,7 +19,7 @@ struct CommandSeen {
 };
 enum class Edge : std::uint8_t { kAbove, kBelow, kCrosses };
 /// A signal is at or above the level, at or below it, or crosses it in either direction. Sampled
-/// every Bus::kSamplePeriod.
+/// every kSamplePeriod.
 struct SignalReaches {
   const Signal* signal = nullptr;
   Edge edge = Edge::kAbove;

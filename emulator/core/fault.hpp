@@ -69,7 +69,7 @@ struct FaultEvidence {
   SimTime armed_at{0};
   std::optional<SimTime> began_at;         // of the first beginning
   std::optional<SimTime> first_effect_at;  // first difference from a run without it
-  // Affected frames; kicks and writes; of lasting faults: samples (Bus::kSamplePeriod) with a
+  // Affected frames; kicks and writes; of lasting faults: samples (kSamplePeriod) with a
   // visible effect, counted per drive.
   std::uint64_t effects = 0;
   std::string first_on;  // object of the first effect: "drive 2", "drive 2, 142#9C…"

@@ -48,7 +48,7 @@ void turn(const lk_shafts_accept& terms, const std::vector<ShaftStates>& all) {
   if (terms.owner == LK_SHAFTS_NOT_COUPLED || terms.owner > LK_SHAFTS_DRIVE) return;
   Bus bus(test::bus_config({1}));
   Bus* const buses[] = {&bus};
-  const double armature = bus.mounted_shaft(1).armature;
+  const double armature = bus.state().mounted_shaft(1).armature;
   auto made = std::make_unique<ShaftBody>(
       std::vector<ShaftJoint>{{"test:1", terms, 0, 0, armature}}, kStep);
   ShaftBody& body = *made;

@@ -9,82 +9,168 @@
 
 namespace lk::emulator {
 
-Bus::Bus(const BusConfig& config)
-    : wire_(config),
-      serial_(config.serial),
-      seed_(config.seed),
-      motors_(config),
-      own_adapter_(config.adapter != nullptr ? config.adapter->times : AdapterTimes{}),
-      adapter_(own_adapter_, stream_seed(config.seed, kWholeBus, SeedStream::kAdapter)),
-      faults_(config.seed),
-      body_signals_(config.body_signals) {
-  for (const ServoConfig& servo : config.servos) {
-    const MotorLocation motor = motors_.location_of(servo, config);
-    Servo firmware(servo, motors_.telemetry(motor));
-    const Power power(servo.profile.drive.supply.v_source, motors_.alive(motor));
-    const DriveLink link{.owner = protocol::kSingleDriveId + static_cast<std::uint32_t>(servo.id)};
-    nodes_.add({std::move(firmware), motor, power, Memory(), link});
-    on_controller_start(nodes_.of(servo.id));
-  }
-  rom_writes_.reserve(nodes_.size());
-  if (body_signals_) body_ = body_signals_->beginning();
-  for (const TimedDirective& event : config.events) plan_as_configured(event);
+namespace {
+
+void deliver_to_host(BusState& bus, const TimedFrame& frame) {
+  bus.replies.push_back(frame);
+  if (frame.sender != 0) return;
+  ++(frame.frame.kind == protocol::FrameKind::kError ? bus.own_stats.error_frames
+                                                     : bus.own_stats.replies);
 }
 
-void Bus::receive(const TimedFrame& in) {
-  ++stats_.frames;
+void count_adapter_overrun(BusState& bus) {
+  ++bus.own_stats.replies_lost;
+  ++bus.own_stats.replies_overrun;
+}
+
+/// Serial ports handle bytes only: those that do not fit are lost without a report.
+void bytes_to_host(BusState& bus, TimedFrame frame) {
+  const protocol::WireBytes bytes = protocol::wire_bytes(frame.frame);
+  const std::size_t fits = std::min(bytes.size, bus.adapter.room());
+  if (fits > 0 && fits < bytes.size) frame.frame = protocol::bytes_frame(bytes.view().first(fits));
+  AdapterEffects shown = bus.adapter.from_wire(frame, fits > 0 ? fits : bytes.size);
+  if (shown.lost) count_adapter_overrun(bus);
+  shown.lost = shown.lost || fits < bytes.size;
+  bus.faults.count_adapter(shown, frame.frame, bus.time);
+}
+
+/// Hosts that receive while they send read their own frame first.
+void echo(BusState& bus, SimTime at) {
+  LiveFault* const fault = bus.faults.echo();
+  if (fault == nullptr) return;
+  const SerialWire* const wire = bus.wire.serial();
+  if (wire == nullptr) return;
+  const TimedFrame echo{.at = at, .frame = wire->written(), .echo = true};
+  fault->took_effect(bus.time, kWholeBus, &echo.frame);
+  ++bus.own_stats.extra_frames;
+  to_host(bus, echo);
+}
+
+void deliver(BusState& bus, const WireDelivery& delivery) {
+  if (bus.had_errors) {  // a success decrements the error counters
+    count_success(bus.host_errors, delivery.from_host);
+    if (!delivery.from_host) {
+      int& errors = transmit_errors(bus, {delivery.frame, false, delivery.owner});
+      errors = std::max(errors - 1, 0);
+    }
+  }
+  if (delivery.from_host) {
+    if (delivery.from_pieces) {
+      ++bus.own_stats.frames;
+    } else {
+      echo(bus, delivery.at);
+    }
+    if (delivery.owner != 0) {
+      to_host(bus, {.at = delivery.at, .frame = delivery.frame, .sender = delivery.owner});
+    }
+    process_query(bus, delivery.at, delivery.frame);
+    bus.own_stats.extra_frames +=
+        bus.duplicates.process(delivery.at, delivery.frame, bus.wire, bus.faults, bus.time);
+    return;
+  }
+  if (delivery.frame.dlc == 0 && bus.serial) {  // its bytes cannot be told from another's
+    ++bus.own_stats.replies_lost;
+    ++bus.own_stats.replies_collided;
+    return;
+  }
+  if (delivery.met_host) {
+    if (LiveFault* const holder = bus.faults.line_holder()) {
+      holder->took_effect(bus.time, kWholeBus, &delivery.frame);
+    }
+  }
+  const std::uint32_t id = delivery.owner & 0x3FU;
+  const bool tells = (delivery.frame.id & 0x3FU) == id;
+  to_host(bus, {delivery.at, delivery.frame, delivery.after_rom_write,
+                tells ? 0 : static_cast<int>(id)});
+}
+
+void deliver_next(BusState& bus) {
+  if (destroy_next(bus)) return;
+  const auto delivery = bus.wire.deliver(bus.time);
+  assert(delivery || bus.serial);
+  if (delivery) deliver(bus, *delivery);
+}
+
+}  // namespace
+
+BusState::BusState(const BusConfig& config)
+    : wire(config),
+      serial(config.serial),
+      seed(config.seed),
+      motors(config),
+      own_adapter(config.adapter != nullptr ? config.adapter->times : AdapterTimes{}),
+      adapter(own_adapter, stream_seed(config.seed, kWholeBus, SeedStream::kAdapter)),
+      faults(config.seed),
+      body_signals(config.body_signals) {
+  for (const ServoConfig& one : config.servos) {
+    const MotorLocation location = motors.location_of(one, config);
+    Servo firmware(one, motors.telemetry(location));
+    const Power power(one.profile.drive.supply.v_source, motors.alive(location));
+    const DriveLink link{.owner = protocol::kSingleDriveId + static_cast<std::uint32_t>(one.id)};
+    nodes.add({std::move(firmware), location, power, Memory(), link});
+    on_controller_start(*this, nodes.of(one.id));
+  }
+  rom_writes.reserve(nodes.size());
+  if (body_signals) body = body_signals->beginning();
+  for (const TimedDirective& event : config.events) plan_as_configured(*this, event);
+}
+
+void receive(BusState& bus, const TimedFrame& in) {
+  ++bus.own_stats.frames;
   if (in.frame.kind == protocol::FrameKind::kError) {
-    stats_.drop(Drop::kErrorFrame);
+    bus.own_stats.drop(Drop::kErrorFrame);
     return;
   }
   if (in.frame.kind == protocol::FrameKind::kFd) {
-    stats_.drop(Drop::kCanFd);  // no classical bus carries it
+    bus.own_stats.drop(Drop::kCanFd);  // no classical bus carries it
     return;
   }
-  if (protocol::is_serial(in.frame) != serial_.has_value() || (serial_ && in.frame.dlc == 0)) {
-    stats_.drop(serial_ ? Drop::kNoPacket : Drop::kForeignId);
+  if (protocol::is_serial(in.frame) != bus.serial.has_value() ||
+      (bus.serial && in.frame.dlc == 0)) {
+    bus.own_stats.drop(bus.serial ? Drop::kNoPacket : Drop::kForeignId);
     return;
   }
-  const SimTime at = std::max(in.at, time_);
-  if (adapted() || wire_.host_queue_full()) advance_to(at);
-  if (wire_.host_queue_full()) {
-    stats_.drop(Drop::kQueueFull);
+  const SimTime at = std::max(in.at, bus.time);
+  if (bus.adapted() || bus.wire.host_queue_full()) advance_to(bus, at);
+  if (bus.wire.host_queue_full()) {
+    bus.own_stats.drop(Drop::kQueueFull);
     return;
   }
-  if (adapted()) {
-    const HostAdapter::ToWire written = adapter_.to_wire(at);
-    faults_.count_adapter(written.shown, in.frame, at);
-    wire_.send_from_host(written.at, in.frame, in.sender);
+  if (bus.adapted()) {
+    const HostAdapter::ToWire written = bus.adapter.to_wire(at);
+    bus.faults.count_adapter(written.shown, in.frame, at);
+    bus.wire.send_from_host(written.at, in.frame, in.sender);
   } else {
-    wire_.send_from_host(at, in.frame, in.sender);
+    bus.wire.send_from_host(at, in.frame, in.sender);
   }
-  stats_.queue_peak = std::max<std::uint64_t>(stats_.queue_peak, wire_.host_queue_size());
+  bus.own_stats.queue_peak =
+      std::max<std::uint64_t>(bus.own_stats.queue_peak, bus.wire.host_queue_size());
 }
 
-bool Bus::advance_to(SimTime until) { return deliver_to(until) && settle(); }
+bool advance_to(BusState& bus, SimTime until) { return deliver_to(bus, until) && settle(bus); }
 
-bool Bus::deliver_to(SimTime until) {
-  until = std::max(until, time_);
+bool deliver_to(BusState& bus, SimTime until) {
+  until = std::max(until, bus.time);
   for (;;) {
-    const std::optional<SimTime> due = next_due();
-    SimTime target = std::max(std::min(due.value_or(until), until), time_);
+    const std::optional<SimTime> due = next_due(bus);
+    SimTime target = std::max(std::min(due.value_or(until), until), bus.time);
     // When all motors advance together, stop at the start of a reply. If its drive dies before,
     // other frames take the wire, and no motor may be ahead of them.
-    const std::optional<SimTime> start = wire_.next_reply_start();
-    if ((faults_or_conditions() || flags_left_ > 0) && start && *start > time_) {
+    const std::optional<SimTime> start = bus.wire.next_reply_start();
+    if ((bus.faults_or_conditions() || bus.flags_left > 0) && start && *start > bus.time) {
       target = std::min(target, *start);
     }
-    const Advance advance = advance_affected_motors_to(target);
+    const Advance advance = advance_affected_motors_to(bus, target);
     if (advance == Advance::kWaiting) return false;
     if (advance == Advance::kPowerEdge) continue;  // the due event may be void now
-    time_ = target;
+    bus.time = target;
     if (due && *due <= target) {
-      if (agenda_.next_due() && *agenda_.next_due() <= time_) {
-        perform(agenda_.take());
-      } else if (adapter_.next_due() && *adapter_.next_due() <= time_) {
-        deliver_to_host(adapter_.take());
+      if (bus.agenda.next_due() && *bus.agenda.next_due() <= bus.time) {
+        perform(bus, bus.agenda.take());
+      } else if (bus.adapter.next_due() && *bus.adapter.next_due() <= bus.time) {
+        deliver_to_host(bus, bus.adapter.take());
       } else {
-        deliver_next();
+        deliver_next(bus);
       }
     } else if (target == until) {
       return true;
@@ -93,144 +179,75 @@ bool Bus::deliver_to(SimTime until) {
 }
 
 void Bus::take_replies(std::vector<TimedFrame>& out) {
-  out.insert(out.end(), replies_.begin(), replies_.end());
-  replies_.clear();
+  out.insert(out.end(), state_.replies.begin(), state_.replies.end());
+  state_.replies.clear();
 }
 
 void Bus::take_rom_writes(std::vector<RomWrite>& out) {
-  out.insert(out.end(), rom_writes_.begin(), rom_writes_.end());
-  rom_writes_.clear();
+  out.insert(out.end(), state_.rom_writes.begin(), state_.rom_writes.end());
+  state_.rom_writes.clear();
 }
 
-void Bus::restore_rom(int id, const Registers& rom, const RomWear& wear) {
-  settle();
-  if (std::ranges::find(rom_writes_, id, &RomWrite::id) != rom_writes_.end()) {
+void restore_rom(BusState& bus, int id, const Registers& rom, const RomWear& wear) {
+  settle(bus);
+  if (std::ranges::find(bus.rom_writes, id, &RomWrite::id) != bus.rom_writes.end()) {
     return;  // who takes that write learns whether it is durable
   }
-  Node& node = nodes_.of(id);
+  Node& node = bus.nodes.of(id);
   if (node.memory.idle()) {
-    emulator::restore_rom(node.servo, rom, wear);
+    restore_rom(node.servo, rom, wear);
   } else {
     // The pending write repeats the failed change; a power loss before its end undoes both.
     node.memory.set_before(rom, wear);
   }
 }
 
-std::optional<SimTime> Bus::next_due() const {
+std::optional<SimTime> next_due(const BusState& bus) {
   std::optional<SimTime> next;
-  for (const auto& due : {wire_.next_due(), agenda_.next_due(), adapter_.next_due()}) {
+  for (const auto& due : {bus.wire.next_due(), bus.agenda.next_due(), bus.adapter.next_due()}) {
     if (due && (!next || *due < *next)) next = due;
   }
   return next;
 }
 
-/// Hosts that receive while they send read their own frame first.
-void Bus::echo(SimTime at) {
-  LiveFault* const fault = faults_.echo();
-  if (fault == nullptr) return;
-  const SerialWire* const wire = wire_.serial();
-  if (wire == nullptr) return;
-  const TimedFrame echo{.at = at, .frame = wire->written(), .echo = true};
-  fault->took_effect(time_, kWholeBus, &echo.frame);
-  ++stats_.extra_frames;
-  to_host(echo);
-}
-
-void Bus::to_host(TimedFrame frame) {
-  if (serial_) {
+void to_host(BusState& bus, TimedFrame frame) {
+  if (bus.serial) {
     const int id = static_cast<int>(frame.frame.id & 0x3FU);
-    faults_.apply_to_read(frame.frame, time_);
+    bus.faults.apply_to_read(frame.frame, bus.time);
     if (!frame.echo && frame.drive_id == 0) frame.drive_id = id;  // the bytes give no ID
   }
-  if (!adapter_.in_use()) {
-    deliver_to_host(frame);
+  if (!bus.adapter.in_use()) {
+    deliver_to_host(bus, frame);
     return;
   }
-  if (serial_) {
-    bytes_to_host(frame);
+  if (bus.serial) {
+    bytes_to_host(bus, frame);
     return;
   }
-  const AdapterEffects shown = adapter_.from_wire(frame);
-  faults_.count_adapter(shown, frame.frame, time_);
+  const AdapterEffects shown = bus.adapter.from_wire(frame);
+  bus.faults.count_adapter(shown, frame.frame, bus.time);
   const bool reply = frame.sender == 0 && frame.frame.kind != protocol::FrameKind::kError;
-  if (shown.lost && reply) count_adapter_overrun();
-  if (shown.reported) adapter_.from_wire({time_, report_overrun()}, 0);
+  if (shown.lost && reply) count_adapter_overrun(bus);
+  if (shown.reported) bus.adapter.from_wire({bus.time, report_overrun()}, 0);
 }
 
-void Bus::count_adapter_overrun() {
-  ++stats_.replies_lost;
-  ++stats_.replies_overrun;
-}
-
-/// Serial ports handle bytes only: those that do not fit are lost without a report.
-void Bus::bytes_to_host(TimedFrame frame) {
-  const protocol::WireBytes bytes = protocol::wire_bytes(frame.frame);
-  const std::size_t fits = std::min(bytes.size, adapter_.room());
-  if (fits > 0 && fits < bytes.size) frame.frame = protocol::bytes_frame(bytes.view().first(fits));
-  AdapterEffects shown = adapter_.from_wire(frame, fits > 0 ? fits : bytes.size);
-  if (shown.lost) count_adapter_overrun();
-  shown.lost = shown.lost || fits < bytes.size;
-  faults_.count_adapter(shown, frame.frame, time_);
-}
-
-void Bus::deliver_to_host(const TimedFrame& frame) {
-  replies_.push_back(frame);
-  if (frame.sender != 0) return;
-  ++(frame.frame.kind == protocol::FrameKind::kError ? stats_.error_frames : stats_.replies);
-}
-
-void Bus::deliver_next() {
-  if (destroy_next()) return;
-  const auto delivery = wire_.deliver(time_);
-  assert(delivery || serial_);
-  if (delivery) deliver(*delivery);
-}
-
-void Bus::deliver(const WireDelivery& delivery) {
-  if (had_errors_) {  // a success decrements the error counters
-    count_success(host_errors_, delivery.from_host);
-    if (!delivery.from_host) {
-      int& errors = transmit_errors({delivery.frame, false, delivery.owner});
-      errors = std::max(errors - 1, 0);
-    }
-  }
-  if (delivery.from_host) {
-    if (delivery.from_pieces) {
-      ++stats_.frames;
-    } else {
-      echo(delivery.at);
-    }
-    if (delivery.owner != 0) {
-      to_host({.at = delivery.at, .frame = delivery.frame, .sender = delivery.owner});
-    }
-    process_query(delivery.at, delivery.frame);
-    stats_.extra_frames += duplicates_.process(delivery.at, delivery.frame, wire_, faults_, time_);
-    return;
-  }
-  if (delivery.frame.dlc == 0 && serial_) {  // its bytes cannot be told from another's
-    ++stats_.replies_lost;
-    ++stats_.replies_collided;
-    return;
-  }
-  if (delivery.met_host) {
-    if (LiveFault* const holder = faults_.line_holder()) {
-      holder->took_effect(time_, kWholeBus, &delivery.frame);
-    }
-  }
-  const std::uint32_t id = delivery.owner & 0x3FU;
-  const bool tells = (delivery.frame.id & 0x3FU) == id;
-  to_host(
-      {delivery.at, delivery.frame, delivery.after_rom_write, tells ? 0 : static_cast<int>(id)});
-}
-
-BusStats Bus::stats() const {
+const Servo& BusState::servo(int id) const {
   assert(settled());
-  BusStats sum = stats_;
-  sum.wire_busy = wire_.busy();
-  if (wire_.serial() != nullptr) sum.receiver = wire_.serial()->receiver_stats();
-  sum.frames_waiting = wire_.host_queue_size();
-  sum.replies_waiting = wire_.drive_frames() + adapter_.waiting();
-  for (const Node& node : nodes_) {
+  return nodes.of(id).servo;
+}
+
+DriveView BusState::view(int id) const {
+  return {servo(id), telemetry(id), truth(id), nodes.of(id).joint, &body};
+}
+
+BusStats BusState::stats() const {
+  assert(settled());
+  BusStats sum = own_stats;
+  sum.wire_busy = wire.busy();
+  if (wire.serial() != nullptr) sum.receiver = wire.serial()->receiver_stats();
+  sum.frames_waiting = wire.host_queue_size();
+  sum.replies_waiting = wire.drive_frames() + adapter.waiting();
+  for (const Node& node : nodes) {
     sum.replies_waiting += node.link.held_back ? 1U : 0U;
     sum.refused_motion += node.servo.stats.refused_motion;
     sum.invalid_targets += node.servo.stats.invalid_targets;

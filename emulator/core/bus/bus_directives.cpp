@@ -13,38 +13,71 @@
 
 namespace lk::emulator {
 
-/// Interval at which a power cycle checks whether the drive is dead.
-constexpr SimTime kPowerOffPollPeriod = std::chrono::milliseconds(1);
+namespace {
 
-void Bus::check(const Directive& directive) const {
+/// Throws if no bus with these drives can execute it.
+void check(const BusState& bus, const Directive& directive) {
   std::visit(overloaded{
                  [&](const SetFault& set) {
                    const std::string problem = fault_problem(set.fault);
                    if (!problem.empty()) throw std::invalid_argument(problem);
-                   for (const int id : set.fault.ids) nodes_.of(id);
+                   for (const int id : set.fault.ids) bus.nodes.of(id);
                  },
                  [](const ClearFault&) {},
                  [](const BodyAct&) {},
                  [](const Mark&) {},
-                 [&](const auto&) { nodes_.of(directive.id); },
+                 [&](const auto&) { bus.nodes.of(directive.id); },
              },
              directive.what);
 }
 
-bool Bus::apply(const Directive& directive) {
-  check(directive);
-  settle();
+void step_supply(BusState& bus, Node& node) {
+  if (const auto next = node.power.step(bus.time))
+    bus.agenda.schedule(*next, SupplyStep{node.id()});
+  const Lane motor = bus.lane(node);
+  motor.bank.set_supply_voltage(motor.index, node.power.supply_V());
+}
+
+bool schedule(BusState& bus, const TimedDirective& planned, Agenda::Rank rank) {
+  check(bus, planned.directive);
+  if (planned.when) bus.nodes.of(planned.when->id);
+  const SimTime armed_at = rank == Agenda::Rank::kConfigured ? SimTime{0} : bus.time;
+  const auto* set = std::get_if<SetFault>(&planned.directive.what);
+  if ((set != nullptr && bus.faults.full()) || (planned.when && bus.conditions.full()))
+    return false;
+  Task task = planned.directive;
+  if (set != nullptr) {
+    task = FaultBegin{bus.faults.arm(set->fault, armed_at)};
+  }
+  const SimTime from = std::max(planned.at, bus.time);
+  if (planned.when) {
+    bus.conditions.add(from, *planned.when, std::move(task));
+    bus.agenda.sample_by(from, rank);
+  } else {
+    bus.agenda.schedule(from, std::move(task), rank);
+  }
+  return true;
+}
+
+}  // namespace
+
+/// Interval at which a power cycle checks whether the drive is dead.
+constexpr SimTime kPowerOffPollPeriod = std::chrono::milliseconds(1);
+
+bool apply(BusState& bus, const Directive& directive) {
+  check(bus, directive);
+  settle(bus);
   const int id = directive.id;
-  const auto motor = [&] { return lane(nodes_.of(id)); };
+  const auto motor = [&] { return bus.lane(bus.nodes.of(id)); };
   const auto connect = [&](bool connected) {
-    agenda_.cancel<Reconnect>(id);  // the last request wins
+    bus.agenda.cancel<Reconnect>(id);  // the last request wins
     motor().bank.connect_supply(motor().index, connected);
   };
   // A new supply request cancels the pending one.
   const auto start_supply = [&] {
-    agenda_.cancel<SupplyStep>(id);
-    agenda_.cancel<SagEnd>(id);
-    step_supply(nodes_.of(id));
+    bus.agenda.cancel<SupplyStep>(id);
+    bus.agenda.cancel<SagEnd>(id);
+    step_supply(bus, bus.nodes.of(id));
   };
   bool done = true;
   std::visit(
@@ -52,16 +85,16 @@ bool Bus::apply(const Directive& directive) {
           [&](const PowerOn&) { connect(true); }, [&](const PowerOff&) { connect(false); },
           [&](const PowerCycle& cycle) {
             connect(false);
-            agenda_.schedule(time_ + cycle.off_for, Reconnect{id});
+            bus.agenda.schedule(bus.time + cycle.off_for, Reconnect{id});
           },
           [&](const SupplyVoltage& supply) {
-            nodes_.of(id).power.move(supply.supply_V, time_, supply.ramp);
+            bus.nodes.of(id).power.move(supply.supply_V, bus.time, supply.ramp);
             start_supply();
           },
           [&](const Sag& sag) {
-            nodes_.of(id).power.sag(sag.to_V, time_);
+            bus.nodes.of(id).power.sag(sag.to_V, bus.time);
             start_supply();
-            agenda_.schedule(time_ + sag.duration, SagEnd{id});
+            bus.agenda.schedule(bus.time + sag.duration, SagEnd{id});
           },
           [&](const AmbientTemperature& ambient) {
             motor().bank.set_ambient_temperature(motor().index, ambient.ambient_C);
@@ -70,138 +103,105 @@ bool Bus::apply(const Directive& directive) {
           [&](const TurnShaft& turn) {
             motor().bank.turn_shaft(motor().index, turn.turn_deg * kRadPerDeg);
           },
-          [&](const Setting& setting) { write_setting(id, setting.parameter, setting.value); },
+          [&](const Setting& setting) { write_setting(bus, id, setting.parameter, setting.value); },
           [&](const SetFault& set) {
-            done = !faults_.full();
-            if (done) begin_fault(faults_.arm(set.fault, time_));
+            done = !bus.faults.full();
+            if (done) begin_fault(bus, bus.faults.arm(set.fault, bus.time));
           },
           [&](const ClearFault& clear) {
             if (clear.which == kPlanned) {
-              agenda_.cancel_directives();
-              conditions_.cancel_directives();
+              bus.agenda.cancel_directives();
+              bus.conditions.cancel_directives();
               return;
             }
-            for (const std::size_t fault : faults_.find(clear.which)) {
-              agenda_.cancel_fault<FaultBegin>(fault);
-              agenda_.cancel_fault<FaultEnd>(fault);
-              conditions_.cancel_fault(fault);
-              if (faults_[fault].active()) end_fault(fault);
-              faults_[fault].evidence.state = FaultEvidence::State::kCleared;
+            for (const std::size_t fault : bus.faults.find(clear.which)) {
+              bus.agenda.cancel_fault<FaultBegin>(fault);
+              bus.agenda.cancel_fault<FaultEnd>(fault);
+              bus.conditions.cancel_fault(fault);
+              if (bus.faults[fault].active()) end_fault(bus, fault);
+              bus.faults[fault].evidence.state = FaultEvidence::State::kCleared;
             }
           },
-          [&](const BodyAct& act) { body_acts_.push_back(act); },
+          [&](const BodyAct& act) { bus.body_acts.push_back(act); },
           [](const Mark&) {},  // only noted in logs and recordings
       },
       directive.what);
   return done;
 }
 
-bool Bus::plan(const TimedDirective& planned) {
-  settle();
-  return schedule(planned, Agenda::Rank::kRuntime);
+bool plan(BusState& bus, const TimedDirective& planned) {
+  settle(bus);
+  return schedule(bus, planned, Agenda::Rank::kRuntime);
 }
 
-bool Bus::plan_as_configured(const TimedDirective& event) {
-  settle();
-  return schedule(event, Agenda::Rank::kConfigured);
+bool plan_as_configured(BusState& bus, const TimedDirective& event) {
+  settle(bus);
+  return schedule(bus, event, Agenda::Rank::kConfigured);
 }
 
-bool Bus::schedule(const TimedDirective& planned, Agenda::Rank rank) {
-  check(planned.directive);
-  if (planned.when) nodes_.of(planned.when->id);
-  const SimTime armed_at = rank == Agenda::Rank::kConfigured ? SimTime{0} : time_;
-  const auto* set = std::get_if<SetFault>(&planned.directive.what);
-  if ((set != nullptr && faults_.full()) || (planned.when && conditions_.full())) return false;
-  Task task = planned.directive;
-  if (set != nullptr) {
-    task = FaultBegin{faults_.arm(set->fault, armed_at)};
-  }
-  const SimTime from = std::max(planned.at, time_);
-  if (planned.when) {
-    conditions_.add(from, *planned.when, std::move(task));
-    agenda_.sample_by(from, rank);
-  } else {
-    agenda_.schedule(from, std::move(task), rank);
-  }
-  return true;
-}
-
-void Bus::perform(const Task& task) {
+void perform(BusState& bus, const Task& task) {
   std::visit(overloaded{
-                 [&](const Directive& directive) { apply(directive); },
-                 [&](const SupplyStep& step) { step_supply(nodes_.of(step.id)); },
+                 [&](const Directive& directive) { apply(bus, directive); },
+                 [&](const SupplyStep& step) { step_supply(bus, bus.nodes.of(step.id)); },
                  [&](const SagEnd& sag) {
-                   const double supply_V = nodes_.of(sag.id).power.after_sag_V();
-                   apply({sag.id, SupplyVoltage{supply_V, SimTime{0}}});
+                   const double supply_V = bus.nodes.of(sag.id).power.after_sag_V();
+                   apply(bus, {sag.id, SupplyVoltage{supply_V, SimTime{0}}});
                  },
                  [&](const RomWritten& written) {
-                   rom_writes_.push_back(nodes_.of(written.id).memory.finish());
+                   bus.rom_writes.push_back(bus.nodes.of(written.id).memory.finish());
                  },
-                 [&](const CalibrationStep& step) { step_calibration(nodes_.of(step.id)); },
+                 [&](const CalibrationStep& step) { step_calibration(bus, bus.nodes.of(step.id)); },
                  [&](const Reconnect& reconnect) {
-                   if (nodes_.of(reconnect.id).power.alive) {
-                     agenda_.schedule(time_ + kPowerOffPollPeriod, reconnect);
+                   if (bus.nodes.of(reconnect.id).power.alive) {
+                     bus.agenda.schedule(bus.time + kPowerOffPollPeriod, reconnect);
                    } else {
-                     apply({reconnect.id, PowerOn{}});
+                     apply(bus, {reconnect.id, PowerOn{}});
                    }
                  },
-                 [&](const BusOffEnd& off) { nodes_.of(off.id).link.bus_off = false; },
-                 [&](const FaultBegin& begin) { begin_fault(begin.fault); },
-                 [&](const FaultEnd& end) { end_fault(end.fault); },
+                 [&](const BusOffEnd& off) { bus.nodes.of(off.id).link.bus_off = false; },
+                 [&](const FaultBegin& begin) { begin_fault(bus, begin.fault); },
+                 [&](const FaultEnd& end) { end_fault(bus, end.fault); },
                  [&](const Babbling& babbling) {
-                   LiveFault& live = faults_[babbling.fault];
-                   Node& node = nodes_.of(babbling.id);
-                   OnBabble on{live, node.servo, node.link, time_ - node.started};
+                   LiveFault& live = bus.faults[babbling.fault];
+                   Node& node = bus.nodes.of(babbling.id);
+                   OnBabble on{live, node.servo, node.link, bus.time - node.started};
                    Babble next = live.row().babble(on);
-                   if (serial_ && next.frame) {
+                   if (bus.serial && next.frame) {
                      next.frame->kind = protocol::FrameKind::kBytes, next.frame->id = 0;
                    }
-                   agenda_.schedule(time_ + next.pause, babbling);
-                   const bool silent = faults_.first(node.id(), &FaultRow::silences) != nullptr;
+                   bus.agenda.schedule(bus.time + next.pause, babbling);
+                   const bool silent = bus.faults.first(node.id(), &FaultRow::silences) != nullptr;
                    if (!next.frame || !node.power.alive || silent ||
-                       !node.link.babble(wire_, *next.frame, time_)) {
+                       !node.link.babble(bus.wire, *next.frame, bus.time)) {
                      return;
                    }
-                   ++stats_.extra_frames;
-                   live.took_effect(time_, node.id(), &*next.frame);
+                   ++bus.own_stats.extra_frames;
+                   live.took_effect(bus.time, node.id(), &*next.frame);
                  },
-                 [&](const Sample&) { sample(); },
+                 [&](const Sample&) { sample(bus); },
              },
              task);
 }
 
-void Bus::step_supply(Node& node) {
-  if (const auto next = node.power.step(time_)) agenda_.schedule(*next, SupplyStep{node.id()});
-  const Lane motor = lane(node);
-  motor.bank.set_supply_voltage(motor.index, node.power.supply_V());
+void sample(BusState& bus) {
+  bus.agenda.clear_due_sample(bus.time);
+  const std::vector<Task> due =
+      bus.conditions.take_due(bus.time, [&bus](int id) { return bus.view(id); });
+  for (const Task& task : due) perform(bus, task);
+  sample_faults(bus);
+  if (bus.faults_or_conditions()) bus.agenda.sample_by(bus.time + kSamplePeriod);
 }
 
-void Bus::sample() {
-  agenda_.clear_due_sample(time_);
-  const std::vector<Task> due = conditions_.take_due(time_, [this](int id) { return view(id); });
-  for (const Task& task : due) perform(task);
-  sample_faults();
-  if (faults_or_conditions()) agenda_.sample_by(time_ + kSamplePeriod);
-}
-
-bool Bus::write_setting(int id, RomParameter parameter, const Registers& value) {
-  settle();
-  Node& node = nodes_.of(id);
+bool write_setting(BusState& bus, int id, RomParameter parameter, const Registers& value) {
+  settle(bus);
+  Node& node = bus.nodes.of(id);
   if (!node.power.alive || node.memory.size() >= Wire::kDriveQueue) return false;
   const DriveAddress address = node.servo.bus_address;
-  emulator::write_setting(node.servo, parameter, value, lane(node));
-  if (node.servo.bus_address != address) on_address_change(node);
-  agenda_.schedule(node.memory.begin(time_, node.servo), RomWritten{id});
-  faults_.count_firmware_effects(node.servo, time_);
+  write_setting(node.servo, parameter, value, bus.lane(node));
+  if (node.servo.bus_address != address) on_address_change(bus, node);
+  bus.agenda.schedule(node.memory.begin(bus.time, node.servo), RomWritten{id});
+  bus.faults.count_firmware_effects(node.servo, bus.time);
   return true;
-}
-
-void Bus::set_load(int id, const model::LoadParams& load) { apply({id, Load{load}}); }
-void Bus::set_supply_voltage(int id, double supply_V) {
-  apply({id, SupplyVoltage{supply_V, SimTime{0}}});
-}
-void Bus::set_ambient_temperature(int id, double ambient_C) {
-  apply({id, AmbientTemperature{ambient_C}});
 }
 
 }  // namespace lk::emulator

@@ -31,42 +31,103 @@ Drop drop_cause(protocol::Reject reject) {
   return Drop::kForeignId;
 }
 
-}  // namespace
+/// Addressees of a query.
+enum class Addressees : std::uint8_t { kOne, kSeveral };
 
-void Bus::process_query(SimTime at, const protocol::Frame& frame) {
-  const auto addressed = protocol::address(frame);
-  if (const auto* reject = std::get_if<protocol::Reject>(&addressed)) {
-    stats_.drop(drop_cause(*reject));
-    return;
+/// State before a command.
+struct PriorState {
+  bool mute;                 // nothing that the drive sends leaves it
+  std::uint64_t rom_writes;  // number of ROM writes so far
+};
+
+/// A CAN bus without bit timing has no reply time; flash writes still take time. After a
+/// multi-drive packet each drive has a time slot, whether or not those before it answer
+/// (docs/reference/rs485.md).
+SimTime reply_time(const BusState& bus, Node& node, Addressees whom) {
+  const ServoConfig& config = node.servo.config;
+  if (!bus.serial) return bus.wire.bitrate() > 0 ? config.reply_time : SimTime{0};
+  if (whom == Addressees::kSeveral) {
+    constexpr int kReplyBits = 130;
+    const SimTime before = bus.serial->broadcast_reply_time.value_or(
+        bus.wire.bitrate() >= 4'000'000   ? std::chrono::microseconds(30)
+        : bus.wire.bitrate() >= 2'000'000 ? std::chrono::microseconds(45)
+                                          : std::chrono::microseconds(90));
+    return before +
+           (node.servo.address() - protocol::kMinId) * (bus.wire.bits(kReplyBits) + before);
   }
-  const int id = std::get<int>(addressed);
-  if (id == protocol::kMultiDrive) {
-    process_multi_drive(at, frame);
-    return;
-  }
-  if (line_is_held()) return;
-  const std::uint32_t drives = nodes_.at_address(id);
-  if (drives == 0) {
-    stats_.drop(Drop::kNoSuchDrive);
-    return;
-  }
-  bool answered = false;
-  Drop cause = Drop::kNoSuchDrive;
-  nodes_.each(drives, [&](Node& node) {
-    const auto silent = process_for_drive(at, node, frame);
-    answered = answered || !silent;
-    cause = silent.value_or(cause);
-  });
-  if (answered) {
-    ++stats_.queries;
-  } else {
-    stats_.drop(cause);
-  }
+  if (config.reply_spread == SimTime{0}) return config.reply_time;
+  const std::uint64_t drawn =
+      mix(stream_seed(bus.seed, node.id(), SeedStream::kReplyTime) + node.link.replies_drawn++);
+  const double share = 2 * uniform(drawn) - 1;
+  return std::max(
+      config.reply_time + SimTime(static_cast<std::int64_t>(
+                              share * static_cast<double>(config.reply_spread.count()))),
+      SimTime{0});
 }
 
-std::optional<Drop> Bus::process_for_drive(SimTime at, Node& node, const protocol::Frame& frame) {
+/// Sends the reply at `ready`, or later when the flash is done.
+void send_reply(BusState& bus, SimTime at, SimTime ready, Node& node, const protocol::Reply& reply,
+                PriorState before) {
+  Servo& servo = node.servo;
+  const bool silent = std::holds_alternative<protocol::NoReply>(reply);
+  Outgoing sent{.ready = ready, .frame = silent ? protocol::Frame{} : encode(servo, reply)};
+  if (servo.stats.rom_writes != before.rom_writes) {
+    sent.after_rom_write = servo.stats.rom_writes;
+    const SimTime done = node.memory.begin(at, servo);
+    bus.agenda.schedule(done, RomWritten{node.id()});
+    sent.ready = std::max(sent.ready, done);
+  }
+  if (silent) return;
+  if (before.mute) {
+    bus.faults.count_firmware_effects(servo, bus.time);
+    ++bus.own_stats.replies_lost;
+    return;
+  }
+  if (!bus.faults.any_active()) {
+    node.link.last_frame = sent;
+    bus.own_stats.replies_lost += node.link.send(bus.wire, sent);
+    return;
+  }
+  bus.faults.count_firmware_effects(servo, bus.time);
+  const FaultBoard::FaultedReply made =
+      bus.faults.apply_to_reply(node.id(), node.link, sent, bus.wire.bitrate(), bus.time);
+  if (!made.stale) node.link.last_frame = sent;
+  bus.own_stats.extra_frames += made.extra;
+  bus.own_stats.replies_lost += made.lost + node.link.send_all(bus.wire, made.out);
+}
+
+void answer(BusState& bus, SimTime at, Node& node, const protocol::Query& query, Addressees whom) {
+  Servo& servo = node.servo;
+  const PriorState before{servo.is_mute(), servo.stats.rom_writes};
+  const bool calibrated = servo.calibrating();
+  const DriveAddress address = servo.bus_address;
+  const protocol::Reply reply = handle(servo, query, bus.lane(node));
+  if (!calibrated && servo.calibrating()) {
+    bus.agenda.schedule(at + servo.config.calibrate_time / 2, CalibrationStep{node.id()});
+  }
+  send_reply(bus, at, at + reply_time(bus, node, whom), node, reply, before);
+  if (take_address_change(servo) && servo.bus_address != address) on_address_change(bus, node);
+  if (take_restart(servo)) restart(bus, node);
+}
+
+/// Returns true, and counts the drop, if a drive holds the RS-485 line: no drive receives frames.
+bool line_is_held(BusState& bus) {
+  if (!bus.serial) return false;
+  const auto holder = std::ranges::find_if(
+      bus.nodes, [](const Node& node) { return node.power.alive && node.servo.holds_line(); });
+  if (holder == bus.nodes.end()) return false;
+  holder->servo.effective_faults.hangs_after_off |= holder->servo.faults.hangs_after_off;
+  bus.faults.count_firmware_effects(holder->servo, bus.time);
+  bus.own_stats.drop(Drop::kFault);
+  return true;
+}
+
+/// A drive receives a frame addressed to it. Returns why it does not answer; nullopt if it does.
+std::optional<Drop> process_for_drive(BusState& bus, SimTime at, Node& node,
+                                      const protocol::Frame& frame) {
   // A condition on this query acts before the drive processes it.
-  if (!conditions_.empty() && conditions_.count(node.id(), frame.data[0], time_)) sample();
+  if (!bus.conditions.empty() && bus.conditions.count(node.id(), frame.data[0], bus.time))
+    sample(bus);
   if (!node.power.alive) return Drop::kNoPower;
   Servo& servo = node.servo;
   if (servo.multi_drive_mode()) {
@@ -74,55 +135,43 @@ std::optional<Drop> Bus::process_for_drive(SimTime at, Node& node, const protoco
     return Drop::kWrongMode;
   }
   protocol::Frame received = frame;
-  if (!faults_.apply_to_query(node.link, servo, received, time_)) return Drop::kFault;
+  if (!bus.faults.apply_to_query(node.link, servo, received, bus.time)) return Drop::kFault;
   if (servo.ignores_queries()) {
-    lane(node).feed_input();  // restarts the lost-input window
+    bus.lane(node).feed_input();  // restarts the lost-input window
     return Drop::kDriveBusy;
   }
-  if (wire_.cannot_receive(node.link.owner, at)) return Drop::kDriveBusy;
-  if (serial_) keep_received(servo, received);
+  if (bus.wire.cannot_receive(node.link.owner, at)) return Drop::kDriveBusy;
+  if (bus.serial) keep_received(servo, received);
   const auto understood = understand(servo, received);
   const auto* query = std::get_if<protocol::Query>(&understood);
   if (query == nullptr) {
     ++servo.stats.unknown_commands;
     return drop_cause(std::get<protocol::Reject>(understood));
   }
-  if (node.link.full(wire_)) {
-    faults_.count_ignored(node.id(), received, time_);
+  if (node.link.full(bus.wire)) {
+    bus.faults.count_ignored(node.id(), received, bus.time);
     return Drop::kDriveBusy;
   }
-  answer(at, node, *query, Addressees::kOne);
+  answer(bus, at, node, *query, Addressees::kOne);
   return std::nullopt;
-}
-
-/// Returns true, and counts the drop, if a drive holds the RS-485 line: no drive receives frames.
-bool Bus::line_is_held() {
-  if (!serial_) return false;
-  const auto holder = std::ranges::find_if(
-      nodes_, [](const Node& node) { return node.power.alive && node.servo.holds_line(); });
-  if (holder == nodes_.end()) return false;
-  holder->servo.effective_faults.hangs_after_off |= holder->servo.faults.hangs_after_off;
-  faults_.count_firmware_effects(holder->servo, time_);
-  stats_.drop(Drop::kFault);
-  return true;
 }
 
 /// Every drive processes the frame and answers in the order of addresses. If none answers, the
 /// cause is that of the drive that came closest.
-void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
-  if (nodes_.size() > 0 &&
-      std::ranges::none_of(nodes_, [](const Node& node) { return node.power.alive; })) {
-    stats_.drop(Drop::kNoPower);
+void process_multi_drive(BusState& bus, SimTime at, const protocol::Frame& frame) {
+  if (bus.nodes.size() > 0 &&
+      std::ranges::none_of(bus.nodes, [](const Node& node) { return node.power.alive; })) {
+    bus.own_stats.drop(Drop::kNoPower);
     return;
   }
-  if (line_is_held()) return;
+  if (line_is_held(bus)) return;
   bool answered = false;
   Drop cause = frame.id == protocol::MultiTorque::kIdentifier ? Drop::kWrongMode : Drop::kForeignId;
-  nodes_.each_by_address([&](Node& node) {
+  bus.nodes.each_by_address([&](Node& node) {
     Servo& servo = node.servo;
     if (!node.power.alive) return;
     protocol::Frame received = frame;
-    if (!faults_.apply_to_query(node.link, servo, received, time_)) {
+    if (!bus.faults.apply_to_query(node.link, servo, received, bus.time)) {
       cause = Drop::kFault;
       return;
     }
@@ -136,104 +185,69 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
         cause = Drop::kUnknownCommand;
       }
     } else if (servo.multi_drive_mode()) {
-      if (servo.ignores_queries()) lane(node).feed_input();
-      if (node.link.cannot_receive(wire_, at) || servo.ignores_queries()) {
-        faults_.count_ignored(node.id(), received, time_);
+      if (servo.ignores_queries()) bus.lane(node).feed_input();
+      if (node.link.cannot_receive(bus.wire, at) || servo.ignores_queries()) {
+        bus.faults.count_ignored(node.id(), received, bus.time);
         cause = Drop::kDriveBusy;
         return;
       }
-      answer(at, node, *query, Addressees::kSeveral);
+      answer(bus, at, node, *query, Addressees::kSeveral);
       answered = true;
     } else if (cause == Drop::kForeignId) {
       cause = Drop::kWrongMode;
     }
   });
   if (answered) {
-    ++stats_.queries;
+    ++bus.own_stats.queries;
   } else {
-    stats_.drop(cause);
+    bus.own_stats.drop(cause);
   }
 }
 
-void Bus::answer(SimTime at, Node& node, const protocol::Query& query, Addressees whom) {
-  Servo& servo = node.servo;
-  const PriorState before{servo.is_mute(), servo.stats.rom_writes};
-  const bool calibrated = servo.calibrating();
-  const DriveAddress address = servo.bus_address;
-  const protocol::Reply reply = handle(servo, query, lane(node));
-  if (!calibrated && servo.calibrating()) {
-    agenda_.schedule(at + servo.config.calibrate_time / 2, CalibrationStep{node.id()});
-  }
-  send_reply(at, at + reply_time(node, whom), node, reply, before);
-  if (take_address_change(servo) && servo.bus_address != address) on_address_change(node);
-  if (take_restart(servo)) restart(node);
-}
+}  // namespace
 
-void Bus::send_reply(SimTime at, SimTime ready, Node& node, const protocol::Reply& reply,
-                     PriorState before) {
-  Servo& servo = node.servo;
-  const bool silent = std::holds_alternative<protocol::NoReply>(reply);
-  Outgoing sent{.ready = ready, .frame = silent ? protocol::Frame{} : encode(servo, reply)};
-  if (servo.stats.rom_writes != before.rom_writes) {
-    sent.after_rom_write = servo.stats.rom_writes;
-    const SimTime done = node.memory.begin(at, servo);
-    agenda_.schedule(done, RomWritten{node.id()});
-    sent.ready = std::max(sent.ready, done);
-  }
-  if (silent) return;
-  if (before.mute) {
-    faults_.count_firmware_effects(servo, time_);
-    ++stats_.replies_lost;
+void process_query(BusState& bus, SimTime at, const protocol::Frame& frame) {
+  const auto addressed = protocol::address(frame);
+  if (const auto* reject = std::get_if<protocol::Reject>(&addressed)) {
+    bus.own_stats.drop(drop_cause(*reject));
     return;
   }
-  if (!faults_.any_active()) {
-    node.link.last_frame = sent;
-    stats_.replies_lost += node.link.send(wire_, sent);
+  const int id = std::get<int>(addressed);
+  if (id == protocol::kMultiDrive) {
+    process_multi_drive(bus, at, frame);
     return;
   }
-  faults_.count_firmware_effects(servo, time_);
-  const FaultBoard::FaultedReply made =
-      faults_.apply_to_reply(node.id(), node.link, sent, wire_.bitrate(), time_);
-  if (!made.stale) node.link.last_frame = sent;
-  stats_.extra_frames += made.extra;
-  stats_.replies_lost += made.lost + node.link.send_all(wire_, made.out);
+  if (line_is_held(bus)) return;
+  const std::uint32_t drives = bus.nodes.at_address(id);
+  if (drives == 0) {
+    bus.own_stats.drop(Drop::kNoSuchDrive);
+    return;
+  }
+  bool answered = false;
+  Drop cause = Drop::kNoSuchDrive;
+  bus.nodes.each(drives, [&](Node& node) {
+    const auto silent = process_for_drive(bus, at, node, frame);
+    answered = answered || !silent;
+    cause = silent.value_or(cause);
+  });
+  if (answered) {
+    ++bus.own_stats.queries;
+  } else {
+    bus.own_stats.drop(cause);
+  }
 }
 
-void Bus::step_calibration(Node& node) {
+void step_calibration(BusState& bus, Node& node) {
   const SimTime part = node.servo.config.calibrate_time / 2;
   if (!node.servo.calibrating()) return;
-  if (turn_back(node.servo, lane(node))) {
-    agenda_.schedule(time_ + part, CalibrationStep{node.id()});
+  if (turn_back(node.servo, bus.lane(node))) {
+    bus.agenda.schedule(bus.time + part, CalibrationStep{node.id()});
     return;
   }
   const PriorState before{node.servo.is_mute(), node.servo.stats.rom_writes};
-  const protocol::Reply reply =
-      finish_calibration(node.servo, lane(node), stream_seed(seed_, node.id(), SeedStream::kAlign));
-  send_reply(time_, time_, node, reply, before);
-}
-
-/// A CAN bus without bit timing has no reply time; flash writes still take time. After a
-/// multi-drive packet each drive has a time slot, whether or not those before it answer
-/// (docs/reference/rs485.md).
-SimTime Bus::reply_time(Node& node, Addressees whom) const {
-  const ServoConfig& config = node.servo.config;
-  if (!serial_) return wire_.bitrate() > 0 ? config.reply_time : SimTime{0};
-  if (whom == Addressees::kSeveral) {
-    constexpr int kReplyBits = 130;
-    const SimTime before = serial_->broadcast_reply_time.value_or(
-        wire_.bitrate() >= 4'000'000   ? std::chrono::microseconds(30)
-        : wire_.bitrate() >= 2'000'000 ? std::chrono::microseconds(45)
-                                       : std::chrono::microseconds(90));
-    return before + (node.servo.address() - protocol::kMinId) * (wire_.bits(kReplyBits) + before);
-  }
-  if (config.reply_spread == SimTime{0}) return config.reply_time;
-  const std::uint64_t drawn =
-      mix(stream_seed(seed_, node.id(), SeedStream::kReplyTime) + node.link.replies_drawn++);
-  const double share = 2 * uniform(drawn) - 1;
-  return std::max(
-      config.reply_time + SimTime(static_cast<std::int64_t>(
-                              share * static_cast<double>(config.reply_spread.count()))),
-      SimTime{0});
+  const protocol::Reply reply = finish_calibration(
+      node.servo, bus.lane(node), stream_seed(bus.seed, node.id(), SeedStream::kAlign));
+  send_reply(bus, bus.time, bus.time, node, reply, before);
 }
 
 }  // namespace lk::emulator

@@ -22,7 +22,7 @@ Battery::Battery(std::span<const BusConfig> robot, std::span<Bus* const> buses)
     for (const ServoConfig& servo : robot[n].servos) {
       const Bus& bus = *buses[n];
       const double C = servo.profile.drive.supply.C_link;
-      links_.push_back({n, servo.id, C, bus.drawn_J(servo.id), bus.truth(servo.id).v_bus});
+      links_.push_back({n, servo.id, C, bus.state().drawn_J(servo.id), bus.truth(servo.id).v_bus});
       C_F_ += C;
     }
   }
@@ -33,7 +33,7 @@ void Battery::exchange(std::span<Bus* const> buses, SimTime passed) {
   double used_A = 0.0;
   for (Link& link : links_) {
     const Bus& bus = *buses[link.bus];
-    const double drawn_J = bus.drawn_J(link.id);
+    const double drawn_J = bus.state().drawn_J(link.id);
     const double v_link = bus.truth(link.id).v_bus;
     const double v_mean = 0.5 * (v_link + link.v_link);
     const double stored_J = link.C_link * v_mean * (v_link - link.v_link);
@@ -42,7 +42,7 @@ void Battery::exchange(std::span<Bus* const> buses, SimTime passed) {
     link.v_link = v_link;
   }
   drop_V_ += (R_ohm_ * used_A - drop_V_) * (1.0 - model::exp_decay(-passed_s / (R_ohm_ * C_F_)));
-  for (const Link& link : links_) buses[link.bus]->set_supply_drop(link.id, drop_V_);
+  for (const Link& link : links_) buses[link.bus]->state().set_supply_drop(link.id, drop_V_);
 }
 
 }  // namespace lk::emulator

@@ -139,7 +139,7 @@ void Coupling::mount(std::span<Bus* const> buses) {
   const bool posed = take_acts(buses);
   apply_pushes();
   for (Link& link : links_) {
-    link.armature = buses[link.bus]->mounted_shaft(link.id).armature;
+    link.armature = buses[link.bus]->state().mounted_shaft(link.id).armature;
     mechanism_->set_armature(link.joint.joint, link.armature * link.joint.rate * link.joint.rate);
   }
   mechanism_->update();
@@ -153,11 +153,11 @@ void Coupling::mount(std::span<Bus* const> buses) {
                   .tau = joint.body_torque_Nm / rate,
                   .stiff = link.stiff,
                   .posed = posed};
-    buses[link.bus]->mount(link.id, link.mount,
-                           {joint.angle_rad, joint.speed_rad_s, link.torque_Nm});
+    buses[link.bus]->state().mount(link.id, link.mount,
+                                   {joint.angle_rad, joint.speed_rad_s, link.torque_Nm});
   }
   mechanism_->read_state(state_);
-  for (Bus* const bus : buses) bus->set_body(state_);
+  for (Bus* const bus : buses) bus->state().body = state_;
 }
 
 /// Called where a step begins or ends: `end_` is the present time.
@@ -190,7 +190,7 @@ void Coupling::finish(std::span<Bus* const> buses) {
   if (battery_) battery_->exchange(buses, step_);
   if (!mechanism_ || failure_) return;
   for (Link& link : links_) {
-    const model::MountedShaft shaft = buses[link.bus]->mounted_shaft(link.id);
+    const model::MountedShaft shaft = buses[link.bus]->state().mounted_shaft(link.id);
     torques_[link.joint.joint] = drive_torque(link, shaft);
     const double own = link.armature * (shaft.omega - link.mount.omega) / seconds(step_);
     link.torque_Nm = torques_[link.joint.joint].mean_Nm - own * link.joint.rate;

@@ -142,7 +142,7 @@ void Judge::on_query(const TimedFrame& query, const Bus& bus) {
   if (!can_be_of_a_drive(query.frame) || query.frame.dlc == 0) return;
   const bool for_several = protocol::find_multi_drive(query.frame.id) != nullptr;
   for (ReplyingDrive& drive : drives_) {
-    if (bus.multi_drive_mode(drive.id) != for_several) continue;
+    if (bus.state().nodes.of(drive.id).servo.multi_drive_mode() != for_several) continue;
     std::optional<std::uint8_t> command;
     if (query.frame.id ==
         protocol::kSingleDriveId + static_cast<std::uint32_t>(bus.bus_address(drive.id).id)) {

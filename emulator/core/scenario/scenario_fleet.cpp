@@ -13,7 +13,7 @@ ScenarioFleet::ScenarioFleet(std::vector<ScenarioRun> runs) : runs_(std::move(ru
     assert(runs_[run].time() == time());
     for (std::size_t bus = 0; bus < runs_[run].size(); ++bus) {
       progress_.push_back({run, bus, SimTime::max()});
-      motors.push_back(&runs_[run].lines_[bus].bus.motors());
+      motors.push_back(&runs_[run].lines_[bus].bus.state().motors);
     }
   }
   motors_.emplace(motors);
@@ -23,7 +23,7 @@ void ScenarioFleet::continue_bus(BusProgress& one, SimTime until) {
   ScenarioRun& run = runs_[one.run];
   const bool due = run.coupling_ && run.coupling_->next_due() == until;
   const bool there = due ? run.reach(one.bus, until) : run.advance(one.bus, until);
-  one.waits_for = there ? SimTime::max() : run.bus(one.bus).waits_for();
+  one.waits_for = there ? SimTime::max() : run.bus(one.bus).state().waits_for;
 }
 
 /// Motors advance together to the next instant at which a bus waits for its own. So they never pass

@@ -26,7 +26,7 @@ void add_to_verdict(const Judge& judge, const Bus& bus, const std::string& inter
   for (ExpectationResult& result : judge.results(bus.time())) {
     verdict.expectations.push_back(std::move(result));
   }
-  std::size_t dropped = bus.faults_armed() - beginning.faults;
+  std::size_t dropped = bus.state().faults.armed() - beginning.faults;
   for (const FaultReport& report : bus.faults()) {
     if (report.order < beginning.faults) continue;
     --dropped;
@@ -55,7 +55,7 @@ void add_to_verdict(const Judge& judge, const Bus& bus, const std::string& inter
                                 ": no such motor: its state has run out of all bounds");
     }
   }
-  const std::size_t unmet = bus.unmet_directives();
+  const std::size_t unmet = bus.state().conditions.directives();
   if (unmet > beginning.unmet) {
     verdict.invalid.push_back(interface + ": " + std::to_string(unmet - beginning.unmet) +
                               " events wait for a condition that never held");
@@ -149,7 +149,7 @@ bool ScenarioRun::advance(std::size_t index, SimTime until) {
     const SimTime due = line.host.next_due();
     if (!deliver_watched(line.bus, due, line.judge)) return false;
     // Such a bus advances when it receives, and must not wait there.
-    const bool moves = line.bus.adapted() || line.bus.host_queue_full();
+    const bool moves = line.bus.state().adapted() || line.bus.state().wire.host_queue_full();
     if (moves && !line.bus.advance_to(due)) return false;
     take_replies();
     send(index, line.host.take());

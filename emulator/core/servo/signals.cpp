@@ -51,7 +51,7 @@ constexpr Signal kSignals[] = {
     {"iq_ref_A", "what the current loop was told", [](const DriveView& d) { return d.truth.i_q_ref; }},
     {"speed_ref_dps", "what the speed loop was told, of the rotor", [](const DriveView& d) { return deg(d.truth.omega_ref); }},
     {"angle_ref_deg", "what the position loop was told, of the rotor's multi-turn angle",
-     [](const DriveView& d) { return d.servo.multi_turn_deg_of(d.truth.theta_ref); }},
+     [](const DriveView& d) { return d.servo.angles.multi_turn_deg(d.truth.theta_ref); }},
     {"duty_a", "duty of leg a, 0 to 1", [](const DriveView& d) { return d.truth.duty_abc[0]; }},
     {"duty_b", "duty of leg b, 0 to 1", [](const DriveView& d) { return d.truth.duty_abc[1]; }},
     {"duty_c", "duty of leg c, 0 to 1", [](const DriveView& d) { return d.truth.duty_abc[2]; }},

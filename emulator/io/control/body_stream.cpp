@@ -102,7 +102,7 @@ Json body_json(const World& world) {
   const Line& line = *world.lines().front();
   if (const BodySignals* const all = line.config().body_signals.get()) {
     for (const Signal& one : all->all()) {
-      values[std::string(one.name)] = one.of_body(line.bus().body(), one.part);
+      values[std::string(one.name)] = one.of_body(line.bus().state().body, one.part);
     }
   }
   return {{"mass_kg", shape.mass_kg},

@@ -22,7 +22,7 @@ BusConfig current_config(const Line& line) {
 }
 
 void check_fault(const Line& line) {
-  if (line.bus().faults_full()) {
+  if (line.bus().state().faults.full()) {
     throw ApiError(409, "fault",
                    "this bus has " + std::to_string(Bus::kMaxFaults) +
                        " faults that are not over, and keeps no more: clear some");
@@ -74,7 +74,7 @@ void check_planned(const std::vector<TimedDirective>& directives, const Line& li
            !std::holds_alternative<SetFault>(directive.directive.what);
   });
   if (wanted == 0) return;
-  if (line.bus().planned_directives() + static_cast<std::size_t>(wanted) > kMaxPlanned) {
+  if (line.bus().state().agenda.directives() + static_cast<std::size_t>(wanted) > kMaxPlanned) {
     throw ApiError(409, "at_s",
                    "a bus keeps no more than " + std::to_string(kMaxPlanned) +
                        " directives for later; clear = \"planned\" forgets them");
@@ -90,7 +90,7 @@ void check_places(const std::vector<TimedDirective>& directives, const Line& lin
   const auto armed = static_cast<std::size_t>(std::ranges::count(
       faults, FaultEvidence::State::kArmed, [](const auto& one) { return one.evidence.state; }));
   // Some armed faults wait for a time, not for a condition: this refuses too early, never too late.
-  if (line.bus().unmet_directives() + armed + wanted > Bus::kMaxWaiting) {
+  if (line.bus().state().conditions.directives() + armed + wanted > Bus::kMaxWaiting) {
     throw ApiError(409, "when",
                    "a bus waits for no more than " + std::to_string(Bus::kMaxWaiting) +
                        " conditions: clear some faults");
@@ -141,8 +141,8 @@ Json send_frames(const Json& request, Line& line) {
   const auto frames = read_frames(reader, line.config());
   reader.finish();
   const Bus& bus = line.bus();
-  if (bus.stats().frames_waiting + frames.size() > CanWire::kHostQueue || bus.host_queue_full() ||
-      line.backlog() > 0) {
+  if (bus.stats().frames_waiting + frames.size() > CanWire::kHostQueue ||
+      bus.state().wire.host_queue_full() || line.backlog() > 0) {
     throw ApiError(409, "frame", "too many frames wait for the wire, or for the clock to move");
   }
   Json texts = Json::array();

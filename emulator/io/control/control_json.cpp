@@ -220,7 +220,8 @@ Json bus_json(const Line& line) {
           {"time_s", seconds(line.bus().time())},
           {"bitrate", line.config().bitrate},
           {"moved", moved_json(line)},
-          {"planned", line.bus().planned_directives() + line.bus().unmet_directives()},
+          {"planned",
+           line.bus().state().agenda.directives() + line.bus().state().conditions.directives()},
           {"counters", counters}};
 }
 
@@ -246,8 +247,8 @@ Json drive_json(const Line& line, int id) {
           {"alive", drive.telemetry.alive},
           {"errors", errors},
           {"signals", values},
-          {"setpoint", setpoint_json(line.bus().setpoint(id), drive.servo)},
-          {"surroundings", surroundings_json(line.bus().drive_conditions(id))},
+          {"setpoint", setpoint_json(line.bus().state().setpoint(id), drive.servo)},
+          {"surroundings", surroundings_json(line.bus().state().drive_conditions(id))},
           {"built", built_json(servo)},
           {"registers",
            {{"ram", registers_json(drive.servo.ram, servo)},

@@ -76,8 +76,8 @@ class FrameStream : public StreamClient {
   Json row(const Gathered& gathered) {
     const TimedFrame& timed = gathered.frame;
     const bool query = gathered.direction == Direction::kQuery;
-    if (std::exchange(address_changes_, line_.bus().address_changes()) !=
-        line_.bus().address_changes())
+    if (std::exchange(address_changes_, line_.bus().state().nodes.address_changes()) !=
+        line_.bus().state().nodes.address_changes())
       reader_.update_addresses(line_.bus());
     const FrameWords words = query ? reader_.query(timed.frame) : reader_.reply(timed.frame);
     Json json = {{"time_s", seconds(timed.at)},

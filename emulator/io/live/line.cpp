@@ -76,8 +76,9 @@ void Line::connect(boost::asio::io_context& loop, Interfaces allowed,
 }
 
 void Line::accept(const TimedFrame& in) {
-  waits_for_quiet_line_ = waits_for_quiet_line_ && (bus_.time() < waits_at_least_until_ ||
-                                                    !backlog_.empty() || !bus_.line_is_quiet());
+  waits_for_quiet_line_ =
+      waits_for_quiet_line_ &&
+      (bus_.time() < waits_at_least_until_ || !backlog_.empty() || !bus_.state().line_is_quiet());
   if (waits_for_quiet_line_ && backlog_.size() >= kMaxSpaced) {
     waits_for_quiet_line_ = false;
     flooded_ = true;
@@ -90,13 +91,15 @@ void Line::accept(const TimedFrame& in) {
     }
   }
   // The bus drops a frame for which there is no room in either queue.
-  const bool is_lost = flooded_ && backlog_.size() >= kMaxSpaced && bus_.host_queue_full();
+  const bool is_lost =
+      flooded_ && backlog_.size() >= kMaxSpaced && bus_.state().wire.host_queue_full();
   if (waits_for_quiet_line_ || (!backlog_.empty() && !is_lost)) {
     enqueue(in);
     return;
   }
   // Called here, as the bus alone would advance without calling watchers.
-  if (in.at > bus_.time() && (bus_.host_queue_full() || bus_.adapted() || !listeners_.empty())) {
+  if (in.at > bus_.time() &&
+      (bus_.state().wire.host_queue_full() || bus_.state().adapted() || !listeners_.empty())) {
     advance_watched(in.at);
   }
   put_on_bus(in);
@@ -138,9 +141,9 @@ void Line::note_slip() {
 }
 
 bool Line::backlog_waits() const {
-  if (bus_.host_queue_full()) return true;
+  if (bus_.state().wire.host_queue_full()) return true;
   return waits_for_quiet_line_ && bus_.time() < waits_at_least_until_ + kLongestWait &&
-         !bus_.line_is_quiet();
+         !bus_.state().line_is_quiet();
 }
 
 void Line::take_from_backlog() {
@@ -162,7 +165,8 @@ void Line::advance_watched(SimTime until) {
 }
 
 void Line::update_advice() {
-  if (std::exchange(address_changes_, bus_.address_changes()) != bus_.address_changes() &&
+  if (std::exchange(address_changes_, bus_.state().nodes.address_changes()) !=
+          bus_.state().nodes.address_changes() &&
       on_address_change)
     on_address_change();
   adviser_.observe(bus_);

@@ -24,7 +24,7 @@ std::size_t faults_in(const std::vector<TimedDirective>& events) {
 
 void check_room(const Scenario& scenario, const std::vector<Line*>& lines) {
   for (std::size_t n = 0; n < lines.size(); ++n) {
-    const std::size_t there = lines[n]->bus().unfinished_faults();
+    const std::size_t there = lines[n]->bus().state().faults.unfinished();
     if (there + faults_in(scenario.robot[n].events) <= Bus::kMaxFaults) continue;
     throw std::invalid_argument(lines[n]->name() + ": a bus keeps no more than " +
                                 std::to_string(Bus::kMaxFaults) + " faults, " +
@@ -49,7 +49,8 @@ LiveScenario::LiveScenario(Scenario scenario, std::vector<Line*> lines,
                  .judge = Judge(scenario_.robot[n], scenario_.expectations, n, start),
                  .errors = ErrorWatch(scenario_.robot[n], start),
                  .events = scenario_.robot[n].events,
-                 .beginning = {start, bus.faults_armed(), bus.unmet_directives()}}));
+                 .beginning = {start, bus.state().faults.armed(),
+                               bus.state().conditions.directives()}}));
     Part& part = *parts_.back();
     Watcher watcher;
     watcher.next_due = [this, &part] { return next_due(part); };

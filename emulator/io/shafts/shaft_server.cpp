@@ -90,7 +90,7 @@ bool ShaftServer::is_stiff(const Shaft& shaft) const {
 
 /// State as the joint needs it: with a stiff gear, rotor and output are one.
 model::MountedShaft ShaftServer::now(const Shaft& shaft) const {
-  model::MountedShaft is = world_.lines()[shaft.bus]->bus_on_body().mounted_shaft(shaft.id);
+  model::MountedShaft is = world_.lines()[shaft.bus]->bus_on_body().state().mounted_shaft(shaft.id);
   const model::MechanicsParams& m = shaft.servo->profile.drive.mechanics;
   if (is_stiff(shaft)) is.armature = m.J_out + m.J * m.gear_ratio * m.gear_ratio;
   return is;

@@ -30,14 +30,16 @@ std::optional<Finding> WireWatch::on_query() const {
 void Disturbances::observe(const Bus& bus, const BusStats& stats) {
   // A babbling drive or a disturbed wire is not the host's fault.
   const std::uint64_t foreign = stats.extra_frames + stats.error_frames;
-  if (foreign > std::exchange(foreign_, foreign) || bus.replies_are_held()) extend(bus.time());
-  stalled_until_ = bus.hosts_stalled_until();
+  if (foreign > std::exchange(foreign_, foreign) || bus.state().replies_are_held())
+    extend(bus.time());
+  stalled_until_ = bus.state().adapter.stalled_until();
   if (stalled_until_ > SimTime{0}) extend(stalled_until_);
 }
 
 void WireWatch::observe(const Bus& bus, const BusStats& stats, bool disturbed) {
   const SimTime now = bus.time();
-  waiting_ = stats.frames_waiting > kWaiting ? bus.host_frames_ready() : stats.frames_waiting;
+  waiting_ = stats.frames_waiting > kWaiting ? bus.state().wire.host_frames_ready(bus.time())
+                                             : stats.frames_waiting;
   const std::uint64_t lost = stats.count(Drop::kQueueFull);
   const bool runs_over = lost > std::exchange(lost_, lost) && waiting_ > kWaiting;
   if (waiting_ <= kWaiting || disturbed) {

@@ -264,7 +264,7 @@ TEST(SerialBus, EachModeHasItsPackets) {
   EXPECT_EQ(bytes(several.ask("02 88 9C 00 00 00 00 00 81 00 A7")).size(), 13 + 5U);
   // 180° to drive 1 are 180.00°.
   several.ask("02 82 50 46 00 00 00 00 D8 DC CE");
-  const auto setpoint = several.bus.setpoint(1);
+  const auto setpoint = several.bus.state().setpoint(1);
   ASSERT_TRUE(std::holds_alternative<model::Position>(setpoint));
   EXPECT_NEAR(several.bus.servo(1).angles.multi_turn_deg(std::get<model::Position>(setpoint).theta),
               180, 1e-9);

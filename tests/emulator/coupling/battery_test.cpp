@@ -50,9 +50,9 @@ double power_W(double iq_A) {
   ScenarioRun run(clamped(1, 0));
   torque(run, 1, iq_A);
   run.advance_to(milliseconds(400));
-  const double before_J = run.bus(0).drawn_J(1);
+  const double before_J = run.bus(0).state().drawn_J(1);
   run.advance_to(milliseconds(500));
-  return (run.bus(0).drawn_J(1) - before_J) / 0.1;
+  return (run.bus(0).state().drawn_J(1) - before_J) / 0.1;
 }
 
 /// Returns the voltage in V at which drive and resistances balance: v·(V − v)/R = P.

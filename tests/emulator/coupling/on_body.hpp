@@ -58,8 +58,8 @@ class OnBody {
   emulator::DriveView view() const { return bus_.view(1); }
   const HandBody& body() const { return dynamic_cast<const HandBody&>(*coupling_.body()); }
   model::EnergyLedger energy() {
-    const auto place = bus_.motors().place_of(config_.servos.front(), config_);
-    return bus_.motors().bank(place).energy(bus_.motors().index(place));
+    const auto place = bus_.state().motors.place_of(config_.servos.front(), config_);
+    return bus_.state().motors.bank(place).energy(bus_.state().motors.index(place));
   }
 
  private:

@@ -40,7 +40,7 @@ std::vector<double> run(double B, const lk_shafts_accept& terms, double speed_ra
                         const lk_shafts_state& first, const Simulator& simulator, int steps) {
   Bus bus(one_drive(B));
   Bus* const buses[] = {&bus};
-  const double armature = bus.mounted_shaft(1).armature;
+  const double armature = bus.state().mounted_shaft(1).armature;
   auto made = std::make_unique<ShaftBody>(
       std::vector<ShaftJoint>{{"test:1", terms, 0, speed_rad_s, armature}}, kStep);
   ShaftBody& body = *made;
@@ -61,7 +61,7 @@ std::vector<double> run(double B, const lk_shafts_accept& terms, double speed_ra
   return speeds;
 }
 
-double armature() { return Bus(one_drive(0)).mounted_shaft(1).armature; }
+double armature() { return Bus(one_drive(0)).state().mounted_shaft(1).armature; }
 
 /// Returns the largest of the last ten speeds relative to the largest of the first ten.
 double growth(const std::vector<double>& speeds) {

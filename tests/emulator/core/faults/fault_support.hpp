@@ -82,7 +82,7 @@ std::pair<double, double> statistics(Host& host, int samples, Read read) {
 inline void expect_shown(const FaultEvidence& evidence, SimTime since, std::uint64_t effects = 1) {
   ASSERT_TRUE(evidence.first_effect_at);
   EXPECT_GE(*evidence.first_effect_at, since);
-  EXPECT_LE(*evidence.first_effect_at, since + emulator::Bus::kSamplePeriod);
+  EXPECT_LE(*evidence.first_effect_at, since + emulator::kSamplePeriod);
   EXPECT_GE(evidence.effects, effects);
   EXPECT_EQ(evidence.first_on.substr(0, 7), "drive 1");
 }

@@ -311,10 +311,10 @@ TEST(Faults, OfTheConfigurationArePlannedAndABusIsCopiedWithThem) {
 TEST(Faults, ABusKeepsSoManyAndDoesNothingOfMore) {
   Host host(test::bus_config({1}));
   for (std::size_t n = 0; n < Bus::kMaxFaults; ++n) {
-    EXPECT_FALSE(host.bus.faults_full());
+    EXPECT_FALSE(host.bus.state().faults.full());
     plan(host, 1s, fault("bridge_dead", {}, {}, {1}, std::to_string(n)));
   }
-  EXPECT_TRUE(host.bus.faults_full());
+  EXPECT_TRUE(host.bus.state().faults.full());
   const Directive one_more{kWholeBus, SetFault{fault("hang", {})}};
   EXPECT_FALSE(host.bus.apply(one_more));
   EXPECT_FALSE(host.bus.plan({0ms, one_more}));
@@ -332,15 +332,15 @@ TEST(Faults, ANewOneTakesThePlaceOfTheOldestThatIsOver) {
   };
   ASSERT_TRUE(inject("bridge_dead", 0));  // lasting
   for (std::size_t n = 1; n < Bus::kMaxFaults; ++n) ASSERT_TRUE(inject("reset", n));
-  EXPECT_FALSE(host.bus.faults_full());
+  EXPECT_FALSE(host.bus.state().faults.full());
   ASSERT_TRUE(inject("reset", Bus::kMaxFaults));
   const std::vector<FaultReport> kept = host.bus.faults();
   ASSERT_EQ(kept.size(), Bus::kMaxFaults);
   EXPECT_EQ(kept[0].fault.name, "bridge_dead0");
   EXPECT_EQ(kept[1].fault.name, "reset2");
   EXPECT_EQ(kept.back().fault.name, "reset" + std::to_string(Bus::kMaxFaults));
-  EXPECT_EQ(host.bus.faults_armed(), Bus::kMaxFaults + 1);
-  EXPECT_EQ(host.bus.unfinished_faults(), 1U);
+  EXPECT_EQ(host.bus.state().faults.armed(), Bus::kMaxFaults + 1);
+  EXPECT_EQ(host.bus.state().faults.unfinished(), 1U);
 }
 
 TEST(Faults, TheLastArmedHoldsWhicheverMadeRoomForIt) {
@@ -364,9 +364,9 @@ TEST(Faults, ThoseThatAreClearedMakeRoom) {
     return host.bus.plan({at, {kWholeBus, SetFault{fault("bridge_dead", {}, {}, {1})}}});
   };
   for (std::size_t n = 0; n < Bus::kMaxFaults; ++n) ASSERT_TRUE(plan_one(1s));
-  EXPECT_TRUE(host.bus.faults_full());
+  EXPECT_TRUE(host.bus.state().faults.full());
   host.bus.apply({kWholeBus, ClearFault{"all"}});
-  EXPECT_FALSE(host.bus.faults_full());
+  EXPECT_FALSE(host.bus.state().faults.full());
   ASSERT_TRUE(plan_one(2s));
   host.wait(1500ms);  // a cleared fault is not replaced by another
   EXPECT_FALSE(host.bus.faults().back().evidence.began_at);

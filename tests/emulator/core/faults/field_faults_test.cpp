@@ -28,7 +28,7 @@ ServoConfig watched_drive() {
 }
 
 bool is_told_a_speed(const Host& host) {
-  return std::holds_alternative<model::Speed>(host.bus.setpoint(1));
+  return std::holds_alternative<model::Speed>(host.bus.state().setpoint(1));
 }
 
 // --- frames

@@ -147,7 +147,7 @@ TEST_F(BusMistakes, ADriveThatIsNotThereIsRefused) {
             absent);
   EXPECT_EQ(refusal([&] { bus.truth(2); }), absent);
   EXPECT_EQ(refusal([&] { bus.telemetry(33); }), "drive 33: not on this bus");
-  EXPECT_EQ(bus.planned_directives(), 0U);
+  EXPECT_EQ(bus.state().agenda.directives(), 0U);
 }
 
 TEST_F(BusMistakes, DrivesWhoseIdsAreNoneAreRefused) {

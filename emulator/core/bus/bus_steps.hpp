@@ -1,0 +1,63 @@
+#pragma once
+
+/// @file What a bus does, step by step. Its class (bus.hpp) offers some of these functions.
+
+#include <cstdint>
+#include <optional>
+
+#include "emulator/core/bus/bus_state.hpp"
+
+namespace lk::emulator {
+
+// bus.cpp: frames between hosts, wire and drives, in the order of time.
+void receive(BusState& bus, const TimedFrame& in);
+bool advance_to(BusState& bus, SimTime until);
+bool deliver_to(BusState& bus, SimTime until);
+std::optional<SimTime> next_due(const BusState& bus);
+void restore_rom(BusState& bus, int id, const Registers& rom, const RomWear& wear);
+/// Passes a frame from the wire to the hosts, through their adapter.
+void to_host(BusState& bus, TimedFrame frame);
+
+// bus_motors.cpp: advancing the motors, and controllers that die or start.
+enum class Advance : std::uint8_t {
+  kReached,
+  kPowerEdge,  // at the first earlier instant at which a drive dies or starts
+  kWaiting,    // shared motors have not arrived
+};
+bool settle(BusState& bus);
+bool reach(BusState& bus, SimTime t);
+/// Advances all motors to `t`, or only `one` and those that are computed with it.
+Advance advance_motors_to(BusState& bus, SimTime t, const Node* one = nullptr);
+/// As `advance_motors_to`, for the drives that the events due by `t` affect.
+Advance advance_affected_motors_to(BusState& bus, SimTime t);
+void power_cycle(BusState& bus, int id);
+/// Pre: the motor of the drive is at the time of the bus. Restarts its controller.
+void restart(BusState& bus, Node& node);
+/// The firmware has started, perhaps at another address.
+void on_controller_start(BusState& bus, Node& node);
+/// The ID, bus or rate in force has changed.
+void on_address_change(BusState& bus, Node& node);
+
+// bus_queries.cpp: reaction of drives to frames of hosts.
+void process_query(BusState& bus, SimTime at, const protocol::Frame& frame);
+/// A half of 0x18 is over.
+void step_calibration(BusState& bus, Node& node);
+
+// bus_directives.cpp: actions besides sending frames.
+bool apply(BusState& bus, const Directive& directive);
+bool plan(BusState& bus, const TimedDirective& planned);
+bool plan_as_configured(BusState& bus, const TimedDirective& event);
+bool write_setting(BusState& bus, int id, RomParameter parameter, const Registers& value);
+void perform(BusState& bus, const Task& task);
+void sample(BusState& bus);
+
+// bus_faults.cpp: beginning, end, effects and evidence of faults.
+void begin_fault(BusState& bus, std::size_t fault);
+void end_fault(BusState& bus, std::size_t fault);
+void sample_faults(BusState& bus);
+/// Lets a fault destroy the CAN frame that is due (RS-485: spoil it). Returns true if destroyed.
+bool destroy_next(BusState& bus);
+/// Transmit error counter of the sender of this frame.
+int& transmit_errors(BusState& bus, const WireCandidate& frame);
+
+}  // namespace lk::emulator
