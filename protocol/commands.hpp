@@ -2,9 +2,8 @@
 
 /// @file Queries to one drive. Positions of their bytes: command_table.hpp.
 ///
-/// Angles, counts and gains stay integers of the wire: their LSB is the same for all drives, and
-/// the drive computes with them. Besides, 0.01° has no exact binary fraction. Quantities whose LSB
-/// depends on the drive (A) or on the wire, or that only loops use (dps), are doubles.
+/// Angles, counts and gains stay integers of the wire: drives compute with them, and 0.01° has no
+/// exact binary fraction. Quantities whose LSB depends on drive or wire, or in dps, are doubles.
 
 #include <array>
 #include <cstdint>

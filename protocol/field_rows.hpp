@@ -5,9 +5,9 @@
 #include <array>
 #include <type_traits>
 
-#include "protocol/bit_rates.hpp"
 #include "protocol/commands.hpp"
 #include "protocol/field.hpp"
+#include "protocol/meanings.hpp"
 #include "protocol/multi_drive_commands.hpp"
 #include "protocol/quantities.hpp"
 #include "protocol/replies.hpp"
@@ -31,57 +31,6 @@ constexpr FieldRow<Member> row(Member member, Field field) {
   return {member, field};
 }
 
-// --- meaning of numbers
-
-inline constexpr Value kDirections[] = {{kClockwise, "clockwise"},
-                                        {kCounterClockwise, "counterclockwise"}};
-inline constexpr Value kBrakeActions[] = {
-    {kBrakeEngage, "engage"}, {kBrakeRelease, "release"}, {kBrakeRead, "read"}};
-inline constexpr Value kCoil[] = {{0, "unpowered, the brake holds"},
-                                  {1, "powered, the brake is open"}};
-inline constexpr Value kBridge[] = {{0x00, "on"}, {kBridgeOff, "off"}};
-inline constexpr Flag kErrors[] = {{"error_under_voltage", "Under-voltage"},
-                                   {"error_over_voltage", "Over-voltage"},
-                                   {"error_driver_temperature", "Driver over-temperature"},
-                                   {"error_motor_temperature", "Motor over-temperature"},
-                                   {"error_over_current", "Over-current"},
-                                   {"error_short_circuit", "Short circuit"},
-                                   {"error_stall", "Stall"},
-                                   {"error_lost_input", "Lost input"}};
-inline constexpr Value kParameters[] = {
-    {static_cast<unsigned>(ParameterId::kAngleGains), "gains of the angle loop"},
-    {static_cast<unsigned>(ParameterId::kSpeedGains), "gains of the speed loop"},
-    {static_cast<unsigned>(ParameterId::kCurrentGains), "gains of the current loop"},
-    {static_cast<unsigned>(ParameterId::kMaxTorqueCurrent), "Max Torque Current, on MS Max Power"},
-    {static_cast<unsigned>(ParameterId::kMaxSpeed), "Max Speed"},
-    {static_cast<unsigned>(ParameterId::kMaxAngle), "Max Angle"},
-    {static_cast<unsigned>(ParameterId::kCurrentRamp), "current ramp"},
-    {static_cast<unsigned>(ParameterId::kSpeedRamp), "speed ramp"}};
-
-inline constexpr Value kCalibrations[] = {
-    {0, "not done"},
-    {protocol::kCalibrationDone, "done"},
-    {protocol::kCalibrationDone | kPhasesReversed, "done, phases reversed"},
-    {kPhasesReversed, "not done, phases reversed"}};
-inline constexpr Value kSettingTables[] = {{kNamedSettings, "named by the next byte"},
-                                           {0xA0, "gains of the angle loop"},
-                                           {0xA4, "gains of the speed loop"},
-                                           {0xA8, "gains of the current loop"}};
-inline constexpr Value kSettingItems[] = {{0x0A, "driver ID"},
-                                          {0x0B, "bus type"},
-                                          {0x0C, "bit rate on RS-485"},
-                                          {0x0D, "bit rate on CAN"},
-                                          {0xE0, "Max Torque Current, on MS Max Power"},
-                                          {0xE2, "Max Speed"},
-                                          {0xE4, "Max Angle"},
-                                          {0xEA, "current ramp"},
-                                          {0xEC, "speed ramp"}};
-inline constexpr Value kSaveTable[] = {{kNamedSettings, "settings"}};
-inline constexpr Value kSaveItems[] = {{kSaveItem, "save"}};
-inline constexpr Value kBusTypes[] = {{0, "none"}, {1, "RS-485"}, {2, "CAN"}};
-inline constexpr Value kSaved[] = {{0, "failed"}, {1, "saved"}};
-
-// --- fields
 // clang-format off
 
 inline constexpr auto kGains = rows(

@@ -10,7 +10,7 @@
 #include "emulator/config/bus_name.hpp"
 #include "emulator/config/config.hpp"
 #include "emulator/core/text.hpp"
-#include "protocol/bit_rates.hpp"
+#include "protocol/meanings.hpp"
 #include "protocol/rounding.hpp"
 
 namespace lk::emulator {

@@ -27,6 +27,11 @@ std::optional<Finding> WireWatch::on_query() const {
                  {static_cast<double>(waiting_), static_cast<double>(lost_)}};
 }
 
+void Disturbances::note_slip(SimTime now) {
+  slip_until_ = now + kAftermath;
+  extend(now);
+}
+
 void Disturbances::observe(const Bus& bus, const BusStats& stats) {
   // A babbling drive or a disturbed wire is not the host's fault.
   const std::uint64_t foreign = stats.extra_frames + stats.error_frames;

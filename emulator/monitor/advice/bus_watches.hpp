@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <utility>
 
 #include "emulator/core/bus/bus.hpp"
 #include "emulator/core/terminal_flag.hpp"
@@ -23,10 +22,7 @@ class Disturbances {
 
   void observe(const Bus& bus, const BusStats& stats);
   /// Notes that time slipped at `now`: frames that hosts sent meanwhile come together.
-  void note_slip(SimTime now) {
-    slip_until_ = now + kAftermath;
-    extend(now);
-  }
+  void note_slip(SimTime now);
   bool after_slip(SimTime now) const { return now < slip_until_; }
   bool last(SimTime now) const { return now < until_; }
   /// Returns true while a fault delays frames of hosts.
@@ -75,8 +71,8 @@ class BusyWatch {
 /// Detects queries that do not wait for the previous reply.
 class WaitWatch {
  public:
-  /// Consecutive queries. Many hosts send a few queries and then read the replies, which drives
-  /// allow: they queue 16 replies (docs/reference/protocol.md §5).
+  /// Consecutive queries. Fewer are allowed: drives queue 16 replies (docs/reference/protocol.md
+  /// §5).
   static constexpr int kInARow = 20;
 
   std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
@@ -100,16 +96,14 @@ class InputWatch {
   int pauses_ = 0;
 };
 
-/// Detects a stream of targets (0xA3, 0xA4) with a step that the motor cannot follow. A host that
-/// sends single targets does not stream.
+/// Detects a step that the motor cannot follow in a stream of targets (0xA3, 0xA4).
 class JumpWatch {
  public:
   static constexpr SimTime kStream = std::chrono::milliseconds(50);  // between targets (assumed)
   static constexpr int kMoving = 8;        // changed targets in a row (assumed)
   static constexpr double kTooFast = 1.5;  // times the possible speed: room for jitter (assumed)
   static constexpr double kLeast_deg = 1;  // smaller steps do no harm (assumed)
-  /// After a longer pause a host starts a new stream with its own rhythm (assumed).
-  static constexpr SimTime kPause = std::chrono::seconds(1);
+  static constexpr SimTime kPause = std::chrono::seconds(1);  // then a new stream starts (assumed)
 
   std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
 
@@ -188,8 +182,7 @@ class TroubleWatch {
   };
   std::optional<Seen> check_abandoned(SimTime now, const KnownDrive& drive);
   bool should_report(SimTime now) const;
-  /// Returns the first of the last `times` refused commands, among those with numbers above
-  /// `before` and up to `arrived`.
+  /// Returns the first of the last `times` refused commands with numbers in (`before`, `arrived`].
   const Suspect& first_of(std::uint64_t times, std::uint64_t before, std::uint64_t arrived) const;
 
   std::optional<Error> error_;
@@ -234,10 +227,9 @@ class TalkWatch {
   SimTime sent_{0};          // last packet that gets a reply: its time,
   std::uint32_t asked_ = 0;  // its identifier,
   SimTime byte_time_{0};
-  SimTime own_end_{0};  // its end
-  SimTime reply_begins_{
-      0};  // earliest begin of the first pending reply; 0: drives do not receive meanwhile
-  SimTime reply_ends_{0};  // earliest end of the last pending reply
+  SimTime own_end_{0};       // its end
+  SimTime reply_begins_{0};  // earliest, of the first pending reply; 0: drives receive nothing
+  SimTime reply_ends_{0};    // earliest, of the last pending reply
   int over_ = 0;
   int after_echo_ = 0;
 };
