@@ -31,12 +31,12 @@ void bytes_to_host(BusState& bus, TimedFrame frame) {
   AdapterEffects shown = bus.adapter.from_wire(frame, fits > 0 ? fits : bytes.size);
   if (shown.lost) count_adapter_overrun(bus);
   shown.lost = shown.lost || fits < bytes.size;
-  bus.faults.count_adapter(shown, frame.frame, bus.time);
+  count_adapter(bus.faults, shown, frame.frame, bus.time);
 }
 
 /// Hosts that receive while they send read their own frame first.
 void echo(BusState& bus, SimTime at) {
-  LiveFault* const fault = bus.faults.echo();
+  LiveFault* const fault = echo_fault(bus.faults);
   if (fault == nullptr) return;
   const SerialWire* const wire = bus.wire.serial();
   if (wire == nullptr) return;
@@ -74,7 +74,7 @@ void deliver(BusState& bus, const WireDelivery& delivery) {
     return;
   }
   if (delivery.met_host) {
-    if (LiveFault* const holder = bus.faults.line_holder()) {
+    if (LiveFault* const holder = line_holder(bus.faults)) {
       holder->took_effect(bus.time, kWholeBus, &delivery.frame);
     }
   }
@@ -138,7 +138,7 @@ void receive(BusState& bus, const TimedFrame& in) {
   }
   if (bus.adapted()) {
     const HostAdapter::ToWire written = bus.adapter.to_wire(at);
-    bus.faults.count_adapter(written.shown, in.frame, at);
+    count_adapter(bus.faults, written.shown, in.frame, at);
     bus.wire.send_from_host(written.at, in.frame, in.sender);
   } else {
     bus.wire.send_from_host(at, in.frame, in.sender);
@@ -213,7 +213,7 @@ std::optional<SimTime> next_due(const BusState& bus) {
 void to_host(BusState& bus, TimedFrame frame) {
   if (bus.serial) {
     const int id = static_cast<int>(frame.frame.id & 0x3FU);
-    bus.faults.apply_to_read(frame.frame, bus.time);
+    apply_to_read(bus.faults, frame.frame, bus.time);
     if (!frame.echo && frame.drive_id == 0) frame.drive_id = id;  // the bytes give no ID
   }
   if (!bus.adapter.in_use()) {
@@ -225,7 +225,7 @@ void to_host(BusState& bus, TimedFrame frame) {
     return;
   }
   const AdapterEffects shown = bus.adapter.from_wire(frame);
-  bus.faults.count_adapter(shown, frame.frame, bus.time);
+  count_adapter(bus.faults, shown, frame.frame, bus.time);
   const bool reply = frame.sender == 0 && frame.frame.kind != protocol::FrameKind::kError;
   if (shown.lost && reply) count_adapter_overrun(bus);
   if (shown.reported) bus.adapter.from_wire({bus.time, report_overrun()}, 0);

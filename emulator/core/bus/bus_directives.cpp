@@ -200,7 +200,7 @@ bool write_setting(BusState& bus, int id, RomParameter parameter, const Register
   write_setting(node.servo, parameter, value, bus.lane(node));
   if (node.servo.bus_address != address) on_address_change(bus, node);
   bus.agenda.schedule(node.memory.begin(bus.time, node.servo), RomWritten{id});
-  bus.faults.count_firmware_effects(node.servo, bus.time);
+  count_firmware_effects(bus.faults, node.servo, bus.time);
   return true;
 }
 

@@ -12,14 +12,14 @@ namespace {
 
 void update_line_hold(BusState& bus) {
   if (bus.wire.serial() == nullptr) return;
-  const LiveFault* const holder = bus.faults.line_holder();
+  const LiveFault* const holder = line_holder(bus.faults);
   bus.wire.serial()->hold_line(holder != nullptr ? holder->row().line_hold_time(*holder)
                                                  : SimTime{0});
 }
 
 /// Updates motor, link and firmware of a drive for its active faults.
 void apply_faults(BusState& bus, Node& node) {
-  node.servo.faults = bus.faults.firmware_faults(node.id());
+  node.servo.faults = firmware_faults(bus.faults, node.id());
   LiveFault* const blocking = bus.faults.first(node.id(), &FaultRow::blocks);
   if (blocking == nullptr && node.link.blocked) {
     node.link.release(bus.wire, bus.time);
@@ -31,7 +31,7 @@ void apply_faults(BusState& bus, Node& node) {
     bus.own_stats.replies_lost += node.link.release_held_back(bus.wire, bus.time);
   }
   const Lane motor = bus.lane(node);
-  const model::Faults plant = bus.faults.plant_faults(node.servo.config, bus.time);
+  const model::Faults plant = plant_faults(bus.faults, node.servo.config, bus.time);
   if (!(motor.bank.faults(motor.index) == plant)) motor.bank.set_faults(motor.index, plant);
 }
 
@@ -67,10 +67,10 @@ void leave_bus(BusState& bus, const WireCandidate& given_up) {
   if (given_up.owner >= Duplicates::kFirstOwner) return;
   Node& node = bus.nodes.of(static_cast<int>(given_up.owner & 0x3FU));
   bus.own_stats.replies_lost += node.link.drop_all(bus.wire, bus.time);
-  const SimTime recovery = bus.wire.bits(CanWire::kRecoveryBits) + bus.faults.recovery(node.id());
-  if (recovery > SimTime{0}) {
+  const SimTime pause = bus.wire.bits(CanWire::kRecoveryBits) + recovery(bus.faults, node.id());
+  if (pause > SimTime{0}) {
     node.link.bus_off = true;
-    bus.agenda.schedule(bus.time + recovery, BusOffEnd{node.id()});
+    bus.agenda.schedule(bus.time + pause, BusOffEnd{node.id()});
   }
 }
 
@@ -93,7 +93,7 @@ void begin_fault(BusState& bus, std::size_t fault) {
     }
     return;
   }
-  if (row.adapter != nullptr) bus.adapter.set(bus.faults.adapter_times(bus.own_adapter));
+  if (row.adapter != nullptr) bus.adapter.set(adapter_times(bus.faults, bus.own_adapter));
   if (row.line_hold_time != nullptr) update_line_hold(bus);
   if (live.fault.duration) bus.agenda.schedule(bus.time + *live.fault.duration, FaultEnd{fault});
   for (std::size_t n = 0; n < live.fault.ids.size(); ++n) {
@@ -117,7 +117,7 @@ void end_fault(BusState& bus, std::size_t fault) {
   bus.agenda.cancel_fault<Babbling>(fault);
   bus.own_stats.replies_lost += bus.duplicates.remove(fault, bus.wire, bus.time);
   if (bus.faults[fault].row().adapter != nullptr)
-    bus.adapter.set(bus.faults.adapter_times(bus.own_adapter));
+    bus.adapter.set(adapter_times(bus.faults, bus.own_adapter));
   if (bus.faults[fault].row().line_hold_time != nullptr) update_line_hold(bus);
   for (const int id : bus.faults[fault].fault.ids) apply_faults(bus, bus.nodes.of(id));
 }
@@ -140,10 +140,9 @@ bool destroy_next(BusState& bus) {
   const WireCandidate next = bus.wire.next();
   const int id = static_cast<int>(next.owner & 0x3FU);
   const bool of_drive = !next.from_host && next.owner < Duplicates::kFirstOwner;
-  LiveFault* const fault = disturbed
-                               ? nullptr
-                               : bus.faults.destroyer(of_drive ? id : kWholeBus, bus.wire.bitrate(),
-                                                      bus.serial.has_value());
+  LiveFault* const fault = disturbed ? nullptr
+                                     : destroyer(bus.faults, of_drive ? id : kWholeBus,
+                                                 bus.wire.bitrate(), bus.serial.has_value());
   if (!disturbed && fault == nullptr) return false;
   if (fault != nullptr) {
     fault->took_effect(bus.time, fault->row().of_bus ? kWholeBus : id, &next.frame);

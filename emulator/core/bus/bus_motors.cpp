@@ -152,7 +152,7 @@ void restart(BusState& bus, Node& node) {
 }
 
 void on_controller_start(BusState& bus, Node& node) {
-  bus.faults.count_firmware_effects(node.servo, bus.time);
+  count_firmware_effects(bus.faults, node.servo, bus.time);
   on_address_change(bus, node);
 }
 

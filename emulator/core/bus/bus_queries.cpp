@@ -79,7 +79,7 @@ void send_reply(BusState& bus, SimTime at, SimTime ready, Node& node, const prot
   }
   if (silent) return;
   if (before.mute) {
-    bus.faults.count_firmware_effects(servo, bus.time);
+    count_firmware_effects(bus.faults, servo, bus.time);
     ++bus.own_stats.replies_lost;
     return;
   }
@@ -88,9 +88,9 @@ void send_reply(BusState& bus, SimTime at, SimTime ready, Node& node, const prot
     bus.own_stats.replies_lost += node.link.send(bus.wire, sent);
     return;
   }
-  bus.faults.count_firmware_effects(servo, bus.time);
-  const FaultBoard::FaultedReply made =
-      bus.faults.apply_to_reply(node.id(), node.link, sent, bus.wire.bitrate(), bus.time);
+  count_firmware_effects(bus.faults, servo, bus.time);
+  const FaultedReply made =
+      apply_to_reply(bus.faults, node.id(), node.link, sent, bus.wire.bitrate(), bus.time);
   if (!made.stale) node.link.last_frame = sent;
   bus.own_stats.extra_frames += made.extra;
   bus.own_stats.replies_lost += made.lost + node.link.send_all(bus.wire, made.out);
@@ -117,7 +117,7 @@ bool line_is_held(BusState& bus) {
       bus.nodes, [](const Node& node) { return node.power.alive && node.servo.holds_line(); });
   if (holder == bus.nodes.end()) return false;
   holder->servo.effective_faults.hangs_after_off |= holder->servo.faults.hangs_after_off;
-  bus.faults.count_firmware_effects(holder->servo, bus.time);
+  count_firmware_effects(bus.faults, holder->servo, bus.time);
   bus.own_stats.drop(Drop::kFault);
   return true;
 }
@@ -135,7 +135,7 @@ std::optional<Drop> process_for_drive(BusState& bus, SimTime at, Node& node,
     return Drop::kWrongMode;
   }
   protocol::Frame received = frame;
-  if (!bus.faults.apply_to_query(node.link, servo, received, bus.time)) return Drop::kFault;
+  if (!apply_to_query(bus.faults, node.link, servo, received, bus.time)) return Drop::kFault;
   if (servo.ignores_queries()) {
     bus.lane(node).feed_input();  // restarts the lost-input window
     return Drop::kDriveBusy;
@@ -149,7 +149,7 @@ std::optional<Drop> process_for_drive(BusState& bus, SimTime at, Node& node,
     return drop_cause(std::get<protocol::Reject>(understood));
   }
   if (node.link.full(bus.wire)) {
-    bus.faults.count_ignored(node.id(), received, bus.time);
+    count_ignored(bus.faults, node.id(), received, bus.time);
     return Drop::kDriveBusy;
   }
   answer(bus, at, node, *query, Addressees::kOne);
@@ -171,7 +171,7 @@ void process_multi_drive(BusState& bus, SimTime at, const protocol::Frame& frame
     Servo& servo = node.servo;
     if (!node.power.alive) return;
     protocol::Frame received = frame;
-    if (!bus.faults.apply_to_query(node.link, servo, received, bus.time)) {
+    if (!apply_to_query(bus.faults, node.link, servo, received, bus.time)) {
       cause = Drop::kFault;
       return;
     }
@@ -187,7 +187,7 @@ void process_multi_drive(BusState& bus, SimTime at, const protocol::Frame& frame
     } else if (servo.multi_drive_mode()) {
       if (servo.ignores_queries()) bus.lane(node).feed_input();
       if (node.link.cannot_receive(bus.wire, at) || servo.ignores_queries()) {
-        bus.faults.count_ignored(node.id(), received, bus.time);
+        count_ignored(bus.faults, node.id(), received, bus.time);
         cause = Drop::kDriveBusy;
         return;
       }

@@ -150,9 +150,9 @@ bool FaultBoard::any(bool FaultRow::*trait) const {
          });
 }
 
-model::Faults FaultBoard::plant_faults(const ServoConfig& servo, SimTime now) const {
+model::Faults plant_faults(const FaultBoard& faults, const ServoConfig& servo, SimTime now) {
   model::Faults sum;
-  for (const LiveFault& live : faults_) {
+  for (const LiveFault& live : faults) {
     if (live.active() && live.row().plant != nullptr && live.is_of(servo.id)) {
       live.row().plant({live, servo, now - live.since}, sum);
     }
@@ -160,9 +160,9 @@ model::Faults FaultBoard::plant_faults(const ServoConfig& servo, SimTime now) co
   return sum;
 }
 
-FirmwareFaults FaultBoard::firmware_faults(int id) const {
+FirmwareFaults firmware_faults(const FaultBoard& faults, int id) {
   FirmwareFaults sum;
-  for (const LiveFault& live : faults_) {
+  for (const LiveFault& live : faults) {
     if (live.active() && live.row().firmware != nullptr && live.is_of(id)) {
       sum.*live.row().firmware = true;
       if (live.row().firmware_detail != nullptr) live.row().firmware_detail(live, sum);
@@ -171,27 +171,27 @@ FirmwareFaults FaultBoard::firmware_faults(int id) const {
   return sum;
 }
 
-AdapterTimes FaultBoard::adapter_times(AdapterTimes sum) const {
-  for (const LiveFault& live : faults_) {
+AdapterTimes adapter_times(const FaultBoard& faults, AdapterTimes sum) {
+  for (const LiveFault& live : faults) {
     if (live.active() && live.row().adapter != nullptr) live.row().adapter(live, sum);
   }
   return sum;
 }
 
-void FaultBoard::count_adapter(const AdapterEffects& shown, const protocol::Frame& frame,
-                               SimTime now) {
-  if (!any_active()) return;
-  for (LiveFault& live : faults_) {
+void count_adapter(FaultBoard& faults, const AdapterEffects& shown, const protocol::Frame& frame,
+                   SimTime now) {
+  if (!faults.any_active()) return;
+  for (LiveFault& live : faults) {
     if (live.active() && live.row().adapter_shows != nullptr && shown.*live.row().adapter_shows) {
       live.took_effect(now, kWholeBus, &frame);
     }
   }
 }
 
-void FaultBoard::count_firmware_effects(Servo& servo, SimTime now) {
-  if (!any_active()) return;
+void count_firmware_effects(FaultBoard& faults, Servo& servo, SimTime now) {
+  if (!faults.any_active()) return;
   const FirmwareFaults shown = take_effective_faults(servo);
-  for (LiveFault& live : faults_) {
+  for (LiveFault& live : faults) {
     if (live.active() && live.row().firmware != nullptr && shown.*live.row().firmware &&
         live.is_of(servo.id())) {
       live.took_effect(now, servo.id());
@@ -199,12 +199,12 @@ void FaultBoard::count_firmware_effects(Servo& servo, SimTime now) {
   }
 }
 
-bool FaultBoard::apply_to_query(const DriveLink& link, const Servo& servo, protocol::Frame& frame,
-                                SimTime now) {
+bool apply_to_query(FaultBoard& faults, const DriveLink& link, const Servo& servo,
+                    protocol::Frame& frame, SimTime now) {
   if (link.bus_off) return false;
-  if (!any_active()) return true;
+  if (!faults.any_active()) return true;
   bool ignored = false;
-  for (LiveFault& live : faults_) {
+  for (LiveFault& live : faults) {
     if (!live.active() || live.row().on_query == nullptr || !live.is_of(servo.id())) continue;
     OnQuery on{live, servo, now, frame};
     live.row().on_query(on);
@@ -214,15 +214,15 @@ bool FaultBoard::apply_to_query(const DriveLink& link, const Servo& servo, proto
   return !ignored;
 }
 
-void FaultBoard::count_ignored(int id, const protocol::Frame& query, SimTime now) {
-  if (LiveFault* const full = first(id, &FaultRow::blocks)) full->took_effect(now, id, &query);
+void count_ignored(FaultBoard& faults, int id, const protocol::Frame& query, SimTime now) {
+  if (LiveFault* const full = faults.first(id, &FaultRow::blocks))
+    full->took_effect(now, id, &query);
 }
 
-FaultBoard::FaultedReply FaultBoard::apply_to_reply(int id, const DriveLink& link,
-                                                    const Outgoing& reply, std::int64_t bitrate,
-                                                    SimTime now) {
+FaultedReply apply_to_reply(FaultBoard& faults, int id, const DriveLink& link,
+                            const Outgoing& reply, std::int64_t bitrate, SimTime now) {
   FaultedReply faulted{.out = {reply}};
-  for (LiveFault& live : faults_) {
+  for (LiveFault& live : faults) {
     if (!live.active() || live.row().on_reply == nullptr || !live.is_of(id)) continue;
     OnReply on{live, id, now, link, faulted.out, bitrate};
     live.row().on_reply(on);
@@ -233,9 +233,9 @@ FaultBoard::FaultedReply FaultBoard::apply_to_reply(int id, const DriveLink& lin
   return faulted;
 }
 
-LiveFault* FaultBoard::destroyer(int sender, std::int64_t bitrate, bool serial) {
-  if (!any_active()) return nullptr;
-  for (LiveFault& live : faults_) {
+LiveFault* destroyer(FaultBoard& faults, int sender, std::int64_t bitrate, bool serial) {
+  if (!faults.any_active()) return nullptr;
+  for (LiveFault& live : faults) {
     if (!live.active() || live.row().destroys == nullptr) continue;
     OnWire on{live, sender, bitrate, serial};
     if (live.row().destroys(on)) return &live;
@@ -243,36 +243,36 @@ LiveFault* FaultBoard::destroyer(int sender, std::int64_t bitrate, bool serial) 
   return nullptr;
 }
 
-void FaultBoard::apply_to_read(protocol::Frame& frame, SimTime now) {
-  if (!any_active()) return;
-  for (LiveFault& live : faults_) {
+void apply_to_read(FaultBoard& faults, protocol::Frame& frame, SimTime now) {
+  if (!faults.any_active()) return;
+  for (LiveFault& live : faults) {
     if (!live.active() || live.row().on_read == nullptr) continue;
     OnRead on{live, now, frame};
     live.row().on_read(on);
   }
 }
 
-LiveFault* FaultBoard::echo() { return const_cast<LiveFault*>(std::as_const(*this).echo()); }
+LiveFault* echo_fault(FaultBoard& faults) { return const_cast<LiveFault*>(echo_fault(std::as_const(faults))); }
 
-const LiveFault* FaultBoard::echo() const {
-  if (!any_active()) return nullptr;
+const LiveFault* echo_fault(const FaultBoard& faults) {
+  if (!faults.any_active()) return nullptr;
   const auto found = std::ranges::find_if(
-      faults_, [](const LiveFault& live) { return live.active() && live.row().echoes; });
-  return found != faults_.end() ? &*found : nullptr;
+      faults, [](const LiveFault& live) { return live.active() && live.row().echoes; });
+  return found != faults.end() ? &*found : nullptr;
 }
 
-LiveFault* FaultBoard::line_holder() {
-  const auto longest = std::ranges::max_element(faults_, {}, [](const LiveFault& live) {
+LiveFault* line_holder(FaultBoard& faults) {
+  const auto longest = std::ranges::max_element(faults, {}, [](const LiveFault& live) {
     const bool holds = live.active() && live.row().line_hold_time != nullptr;
     return holds ? live.row().line_hold_time(live) : SimTime{-1};
   });
   const bool any =
-      longest != faults_.end() && longest->active() && longest->row().line_hold_time != nullptr;
+      longest != faults.end() && longest->active() && longest->row().line_hold_time != nullptr;
   return any ? &*longest : nullptr;
 }
 
-SimTime FaultBoard::recovery(int id) const {
-  for (const LiveFault& live : faults_) {
+SimTime recovery(const FaultBoard& faults, int id) {
+  for (const LiveFault& live : faults) {
     if (live.active() && live.row().recovery != nullptr && live.is_of(id)) {
       return live.row().recovery(live);
     }

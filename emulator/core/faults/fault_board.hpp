@@ -42,6 +42,8 @@ class FaultBoard {
   const LiveFault& operator[](std::size_t order) const { return faults_[*index_of(order)]; }
   auto begin() { return faults_.begin(); }
   auto end() { return faults_.end(); }
+  auto begin() const { return faults_.begin(); }
+  auto end() const { return faults_.end(); }
   /// In the order of arming.
   std::vector<FaultReport> reports() const;
 
@@ -65,40 +67,6 @@ class FaultBoard {
   LiveFault* first(int id, bool FaultRow::*trait);
   /// Some active fault has a row with `trait`.
   bool any(bool FaultRow::*trait) const;
-  model::Faults plant_faults(const ServoConfig& servo, SimTime now) const;
-  FirmwareFaults firmware_faults(int id) const;
-  /// Returns `sum` plus the times of active faults of the adapter.
-  AdapterTimes adapter_times(AdapterTimes sum) const;
-  /// Counts the adapter faults with an effect on the frame.
-  void count_adapter(const AdapterEffects& shown, const protocol::Frame& frame, SimTime now);
-  /// Counts the faults that changed the behaviour of the firmware.
-  void count_firmware_effects(Servo& servo, SimTime now);
-  /// Applies faults to a frame before the drive receives it; may change it. Returns false if the
-  /// drive does not receive it.
-  bool apply_to_query(const DriveLink& link, const Servo& servo, protocol::Frame& frame,
-                      SimTime now);
-  /// Counts a query that came while the drive's queue was full.
-  void count_ignored(int id, const protocol::Frame& query, SimTime now);
-  /// A reply after the faults have acted on it.
-  struct FaultedReply {
-    std::vector<Outgoing> out;
-    std::uint64_t lost = 0, extra = 0;  // frames that do not leave; additional frames
-    bool stale = false;                 // repeats an earlier reply
-  };
-  FaultedReply apply_to_reply(int id, const DriveLink& link, const Outgoing& reply,
-                              std::int64_t bitrate, SimTime now);
-  /// Fault that destroys the frame of the drive `sender`, or kWholeBus, on the wire; null if none
-  /// does.
-  LiveFault* destroyer(int sender, std::int64_t bitrate, bool serial);
-  /// Applies faults to a frame that the host reads on RS-485.
-  void apply_to_read(protocol::Frame& frame, SimTime now);
-  /// Fault that lets hosts read what they send; null if none does.
-  LiveFault* echo();
-  const LiveFault* echo() const;
-  /// Fault that holds the line longest after frames of hosts; null if none does.
-  LiveFault* line_holder();
-  /// Extra time that the drive stays off the bus after a bus-off.
-  SimTime recovery(int id) const;
 
  private:
   std::string free_name(const Fault& fault) const;
@@ -114,6 +82,44 @@ class FaultBoard {
   bool any_of_adapter_ = false;
   std::size_t turn_ = 0;  // index of the next fault to sample
 };
+
+// Effects of active faults.
+
+model::Faults plant_faults(const FaultBoard& faults, const ServoConfig& servo, SimTime now);
+FirmwareFaults firmware_faults(const FaultBoard& faults, int id);
+/// Returns `sum` plus the times of active faults of the adapter.
+AdapterTimes adapter_times(const FaultBoard& faults, AdapterTimes sum);
+/// Counts the adapter faults with an effect on the frame.
+void count_adapter(FaultBoard& faults, const AdapterEffects& shown, const protocol::Frame& frame,
+                   SimTime now);
+/// Counts the faults that changed the behaviour of the firmware.
+void count_firmware_effects(FaultBoard& faults, Servo& servo, SimTime now);
+/// Applies faults to a frame before the drive receives it; may change it. Returns false if the
+/// drive does not receive it.
+bool apply_to_query(FaultBoard& faults, const DriveLink& link, const Servo& servo,
+                    protocol::Frame& frame, SimTime now);
+/// Counts a query that came while the drive's queue was full.
+void count_ignored(FaultBoard& faults, int id, const protocol::Frame& query, SimTime now);
+/// A reply after the faults have acted on it.
+struct FaultedReply {
+  std::vector<Outgoing> out;
+  std::uint64_t lost = 0, extra = 0;  // frames that do not leave; additional frames
+  bool stale = false;                 // repeats an earlier reply
+};
+FaultedReply apply_to_reply(FaultBoard& faults, int id, const DriveLink& link,
+                            const Outgoing& reply, std::int64_t bitrate, SimTime now);
+/// Fault that destroys the frame of the drive `sender`, or kWholeBus, on the wire; null if none
+/// does.
+LiveFault* destroyer(FaultBoard& faults, int sender, std::int64_t bitrate, bool serial);
+/// Applies faults to a frame that the host reads on RS-485.
+void apply_to_read(FaultBoard& faults, protocol::Frame& frame, SimTime now);
+/// Fault that lets hosts read what they send; null if none does.
+LiveFault* echo_fault(FaultBoard& faults);
+const LiveFault* echo_fault(const FaultBoard& faults);
+/// Fault that holds the line longest after frames of hosts; null if none does.
+LiveFault* line_holder(FaultBoard& faults);
+/// Extra time that the drive stays off the bus after a bus-off.
+SimTime recovery(const FaultBoard& faults, int id);
 
 /// Effect of one fault on the motor of one of its drives.
 model::Faults plant_faults(const LiveFault& live, const ServoConfig& servo, SimTime now);

@@ -164,13 +164,13 @@ TEST(FaultBoardPart, SumsUpWhatADriveHas) {
         test::fault_of("queue_full", {}, {2})}) {
     board.start(board.arm(fault, 0ms), 0ms);
   }
-  EXPECT_EQ(board.plant_faults(servo, 1ms).load_torque, 5);
-  EXPECT_TRUE(board.firmware_faults(1).rom_worn);
-  EXPECT_FALSE(board.firmware_faults(2).rom_worn);
+  EXPECT_EQ(plant_faults(board, servo, 1ms).load_torque, 5);
+  EXPECT_TRUE(firmware_faults(board, 1).rom_worn);
+  EXPECT_FALSE(firmware_faults(board, 2).rom_worn);
   EXPECT_EQ(board.first(1, &FaultRow::blocks), nullptr);
   EXPECT_EQ(board.first(2, &FaultRow::blocks), &board[4]);
-  const FaultBoard::FaultedReply faulted =
-      board.apply_to_reply(2, DriveLink{.owner = 0x142}, {1ms, kReply}, 0, 1ms);
+  const FaultedReply faulted =
+      apply_to_reply(board, 2, DriveLink{.owner = 0x142}, {1ms, kReply}, 0, 1ms);
   EXPECT_EQ(faulted.out.size(), 1U);
   EXPECT_EQ(board[4].evidence.effects, 1U);
 }
