@@ -104,36 +104,260 @@ ApiResponse error_response(int status, const std::string& where, const std::stri
   return {status, {{"error", {{"where", where}, {"reason", reason}}}}, ""};
 }
 
-std::span<const ControlApi::Route> ControlApi::routes() {
-  static constexpr Route kRoutes[] = {
-      {"GET", "/status", &ControlApi::get_status},
-      {"GET", "/drives", &ControlApi::get_drives},
-      {"GET", "/drives/{bus}/{id}", &ControlApi::get_drive},
-      {"POST", "/directives", &ControlApi::post_directives},
-      {"DELETE", "/directives", &ControlApi::delete_directives},
-      {"GET", "/advice", &ControlApi::get_advice},
-      {"GET", "/faults", &ControlApi::get_faults},
-      {"GET", "/faults/kinds", &ControlApi::get_fault_kinds},
-      {"GET", "/signals", &ControlApi::get_signals},
-      {"GET", "/clock", &ControlApi::get_clock},
-      {"PUT", "/clock", &ControlApi::put_clock},
-      {"POST", "/clock/advance", &ControlApi::post_advance},
-      {"DELETE", "/clock/advance", &ControlApi::delete_advance},
-      {"POST", "/recording", &ControlApi::post_recording},
-      {"DELETE", "/recording", &ControlApi::delete_recording},
-      {"POST", "/scenario", &ControlApi::post_scenario},
-      {"GET", "/scenario", &ControlApi::get_scenario},
-      {"DELETE", "/scenario", &ControlApi::delete_scenario},
-      {"GET", "/scenarios", &ControlApi::get_scenarios},
-      {"GET", "/telemetry", &ControlApi::get_telemetry},
-      {"GET", "/body", &ControlApi::get_body},
-      {"GET", "/frames", &ControlApi::get_frames},
-      {"POST", "/frames", &ControlApi::post_frames},
+Line& line_of(World& world, const std::string* bus) {
+  if (bus != nullptr) {
+    if (Line* const line = world.find_line(*bus)) return *line;
+    throw ApiError(400, "bus", "there is no bus " + *bus);
+  }
+  if (world.lines().size() > 1) throw ApiError(400, "bus", "there are several; name one");
+  return *world.lines().front();
+}
+
+namespace {
+
+/// Returns the bus that a request names, and removes the name from `body`.
+Line& take_bus(World& world, Json& body) {
+  if (!body.contains("bus")) return line_of(world, nullptr);
+  if (!body["bus"].is_string()) throw ApiError(400, "bus", "must be a string");
+  const auto bus = body["bus"].get<std::string>();
+  body.erase("bus");
+  return line_of(world, &bus);
+}
+
+// --- reads
+
+Json clock_json(const World& world) {
+  return {{"mode", to_string(world.clock().mode())},
+          {"time_s", seconds(world.time())},
+          {"slipped_s", seconds(world.clock().total_slip())},
+          {"advancing", world.advancing()}};
+}
+
+void get_status(const ApiCall& call) {
+  call.world.serve_all();
+  Json buses = Json::array();
+  for (const auto& line : call.world.lines()) buses.push_back(bus_json(*line));
+  call.reply({200,
+              {{"version", LKEMU_VERSION},
+               {"pid", ::getpid()},
+               {"clock", clock_json(call.world)},
+               {"buses", buses},
+               {"body", drawable_body(call.world) != nullptr},
+               {"recording", call.api.recording.state ? call.api.recording.state() : Json(nullptr)},
+               {"scenario", call.api.scenario.state ? call.api.scenario.state() : Json(nullptr)},
+               {"pages_may_write", call.request.pages_may_write}},
+              ""});
+}
+
+void get_drives(const ApiCall& call) {
+  call.world.serve_all();
+  Json drives = Json::array();
+  for (const auto& line : call.world.lines()) {
+    for (const ServoConfig& servo : line->config().servos) {
+      drives.push_back(drive_json(*line, servo.id));
+    }
+  }
+  call.reply({200, drives, ""});
+}
+
+void get_drive(const ApiCall& call) {
+  call.world.serve_all();
+  const std::string bus = decode_percent(call.parts[0], "path");
+  const Line* const line = call.world.find_line(bus);
+  if (line == nullptr) throw ApiError(404, "path", "there is no bus " + bus);
+  int id = 0;
+  const char* const last = call.parts[1].data() + call.parts[1].size();
+  const auto [end, error] = std::from_chars(call.parts[1].data(), last, id);
+  if (error != std::errc() || end != last || !line->bus().has(id)) {
+    throw ApiError(404, "path", "there is no drive " + call.parts[1] + " on " + bus);
+  }
+  call.reply({200, drive_json(*line, id), ""});
+}
+
+void get_advice(const ApiCall& call) {
+  call.world.serve_all();
+  Json all = Json::array();
+  for (const auto& line : call.world.lines()) {
+    for (const Advice& advice : line->adviser().advice()) all.push_back(advice_json(*line, advice));
+  }
+  call.reply({200, all, ""});
+}
+
+void get_faults(const ApiCall& call) {
+  call.world.serve_all();
+  Json faults = Json::array();
+  for (const auto& line : call.world.lines()) {
+    for (const FaultReport& report : line->bus().faults()) {
+      faults.push_back(fault_json(*line, report));
+    }
+  }
+  call.reply({200, faults, ""});
+}
+
+void get_fault_kinds(const ApiCall& call) {
+  call.world.serve_all();
+  call.reply({200, fault_kinds_json(), ""});
+}
+
+void get_signals(const ApiCall& call) {
+  call.world.serve_all();
+  call.reply({200, signals_json(call.world), ""});
+}
+
+// --- writes
+
+void post_directives(const ApiCall& call) {
+  Json body = body_of(call.request);
+  if (body.contains("clock")) {  // the only directive without a bus
+    const toml::table table = to_table(body);
+    TableReader reader(table, "request", "");
+    const ClockMode mode = read_clock(reader, "clock");
+    reader.finish();
+    check_clock_is_free(call.world);
+    call.world.set_clock(mode);
+    return call.reply(
+        {200, {{"time_s", seconds(call.world.time())}, {"faults", Json::array()}}, ""});
+  }
+  Line& line = take_bus(call.world, body);
+  call.world.serve_all();
+  const auto names = request_all(body, line);
+  call.reply({200, {{"time_s", seconds(line.bus().time())}, {"faults", names}}, ""});
+}
+
+void post_frames(const ApiCall& call) {
+  Json body = body_of(call.request);
+  Line& line = take_bus(call.world, body);
+  call.world.serve_all();
+  call.reply({200, send_frames(body, line), ""});
+}
+
+void delete_directives(const ApiCall& call) {
+  call.world.serve_all();
+  for (const auto& line : call.world.lines()) request_all({{"clear", kPlanned}}, *line);
+  call.reply({200, {{"time_s", seconds(call.world.time())}}, ""});
+}
+
+void get_clock(const ApiCall& call) {
+  call.world.serve_all();
+  call.reply({200, clock_json(call.world), ""});
+}
+
+void put_clock(const ApiCall& call) {
+  const toml::table table = to_table(body_of(call.request));
+  TableReader reader(table, "request", "");
+  const ClockMode mode = read_clock(reader, "mode");
+  reader.finish();
+  check_clock_is_free(call.world);
+  call.world.set_clock(mode);
+  call.reply({200, clock_json(call.world), ""});
+}
+
+void post_advance(const ApiCall& call) {
+  const toml::table table = to_table(body_of(call.request));
+  TableReader reader(table, "request", "");
+  const auto by = read_duration(reader, "by_s");
+  const auto to = read_duration(reader, "to_s");
+  if (by && to) reader.fail("to_s", "give either by_s or to_s");
+  if (!by && !to) reader.note_missing("by_s");
+  reader.finish();
+  check_clock_is_free(call.world);
+  if (!call.world.clock().mode().stepped) {
+    throw ApiError(409, "clock",
+                   "time goes by itself (" + to_string(call.world.clock().mode()) +
+                       "); it is moved by hand when the clock is stepped");
+  }
+  if (call.world.advancing()) throw ApiError(409, "clock", "time is being moved already");
+  const SimTime now = call.world.clock().stepped_time();
+  const SimTime target = std::chrono::round<std::chrono::microseconds>(by ? now + *by : *to);
+  if (target < now) reader.fail("to_s", "is past; it is " + std::to_string(seconds(now)) + " s");
+  call.world.advance(target, [&world = call.world, reply = call.reply](World::Advanced how) {
+    const Json time_s = seconds(world.time());
+    switch (how) {
+      case World::Advanced::kReached:
+        return reply({200, {{"time_s", time_s}}, ""});
+      case World::Advanced::kCancelled:
+        return reply(error_response(409, "clock", "cancelled at " + time_s.dump() + " s"));
+      case World::Advanced::kStuck:
+        return reply(error_response(503, "clock",
+                                    "replies do not leave: the disk or an interface does not take "
+                                    "them; it is " +
+                                        time_s.dump() + " s"));
+    }
+  });
+}
+
+void delete_advance(const ApiCall& call) {
+  call.world.cancel_advance();
+  call.reply({200, {{"time_s", seconds(call.world.time())}}, ""});
+}
+
+ApiResponse absent(const char* what) {
+  return error_response(501, what, std::string("this lk-emu has no ") + what);
+}
+
+void post_recording(const ApiCall& call) {
+  if (!call.api.recording.start) return call.reply(absent("recording"));
+  check_may_record(call.request);
+  call.reply({200, call.api.recording.start(body_of(call.request), call.request.same_user), ""});
+}
+
+void delete_recording(const ApiCall& call) {
+  if (!call.api.recording.stop) return call.reply(absent("recording"));
+  call.reply({200, call.api.recording.stop(), ""});
+}
+
+void post_scenario(const ApiCall& call) {
+  if (!call.api.scenario.start) return call.reply(absent("scenario"));
+  call.reply({200, call.api.scenario.start(body_of(call.request), call.request.same_user), ""});
+}
+
+void get_scenario(const ApiCall& call) {
+  if (!call.api.scenario.report) return call.reply(absent("scenario"));
+  call.world.serve_all();
+  call.reply({200, call.api.scenario.report(), ""});
+}
+
+void delete_scenario(const ApiCall& call) {
+  if (!call.api.scenario.stop) return call.reply(absent("scenario"));
+  call.reply({200, call.api.scenario.stop(), ""});
+}
+void get_scenarios(const ApiCall& call) {
+  call.world.serve_all();
+  call.reply({200, scenarios_json(), ""});
+}
+
+}  // namespace
+
+std::span<const ApiRoute> ControlApi::routes() {
+  static constexpr ApiRoute kRoutes[] = {
+      {"GET", "/status", &get_status},
+      {"GET", "/drives", &get_drives},
+      {"GET", "/drives/{bus}/{id}", &get_drive},
+      {"POST", "/directives", &post_directives},
+      {"DELETE", "/directives", &delete_directives},
+      {"GET", "/advice", &get_advice},
+      {"GET", "/faults", &get_faults},
+      {"GET", "/faults/kinds", &get_fault_kinds},
+      {"GET", "/signals", &get_signals},
+      {"GET", "/clock", &get_clock},
+      {"PUT", "/clock", &put_clock},
+      {"POST", "/clock/advance", &post_advance},
+      {"DELETE", "/clock/advance", &delete_advance},
+      {"POST", "/recording", &post_recording},
+      {"DELETE", "/recording", &delete_recording},
+      {"POST", "/scenario", &post_scenario},
+      {"GET", "/scenario", &get_scenario},
+      {"DELETE", "/scenario", &delete_scenario},
+      {"GET", "/scenarios", &get_scenarios},
+      {"GET", "/telemetry", &get_telemetry},
+      {"GET", "/body", &get_body},
+      {"GET", "/frames", &get_frames},
+      {"POST", "/frames", &post_frames},
   };
   return kRoutes;
 }
 
-void ControlApi::handle(const ApiRequest& request, const Reply& reply) {
+void ControlApi::handle(const ApiRequest& request, const ApiReply& reply) {
   try {
     std::string_view path = request.path;
     const bool below_base =
@@ -142,7 +366,7 @@ void ControlApi::handle(const ApiRequest& request, const Reply& reply) {
     if (!below_base) throw ApiError(404, "path", "there is nothing here; the API is below /api/v1");
     const Parts asked = split(path.substr(kBasePath.size()), '/');
     std::string allowed;
-    for (const Route& route : routes()) {
+    for (const ApiRoute& route : routes()) {
       Parts parts;
       if (!matches(route.path, asked, parts)) continue;
       if (route.method == request.method) {
@@ -152,7 +376,7 @@ void ControlApi::handle(const ApiRequest& request, const Reply& reply) {
         if (world_.stopped() && request.method != "GET") {
           throw ApiError(503, "lk-emu", "the program is ending");
         }
-        (this->*route.handle)(request, parts, reply);
+        route.handle({*this, world_, request, parts, reply});
         return;
       }
       allowed += (allowed.empty() ? "" : ", ") + std::string(route.method);
@@ -174,249 +398,6 @@ void ControlApi::handle(const ApiRequest& request, const Reply& reply) {
     spdlog::error("control: {} {}: {}", request.method, request.path, problem.what());
     reply(error_response(500, "lk-emu", problem.what()));
   }
-}
-
-Line& ControlApi::line_of(const std::string* bus) {
-  if (bus != nullptr) {
-    if (Line* const line = world_.find_line(*bus)) return *line;
-    throw ApiError(400, "bus", "there is no bus " + *bus);
-  }
-  if (world_.lines().size() > 1) throw ApiError(400, "bus", "there are several; name one");
-  return *world_.lines().front();
-}
-
-Line& ControlApi::take_bus(Json& body) {
-  if (!body.contains("bus")) return line_of(nullptr);
-  if (!body["bus"].is_string()) throw ApiError(400, "bus", "must be a string");
-  const auto bus = body["bus"].get<std::string>();
-  body.erase("bus");
-  return line_of(&bus);
-}
-
-// --- reads
-
-Json ControlApi::clock_json() const {
-  return {{"mode", to_string(world_.clock().mode())},
-          {"time_s", seconds(world_.time())},
-          {"slipped_s", seconds(world_.clock().total_slip())},
-          {"advancing", world_.advancing()}};
-}
-
-void ControlApi::get_status(const ApiRequest& request, const Parts& /*parts*/, const Reply& reply) {
-  catch_up();
-  Json buses = Json::array();
-  for (const auto& line : world_.lines()) buses.push_back(bus_json(*line));
-  reply({200,
-         {{"version", LKEMU_VERSION},
-          {"pid", ::getpid()},
-          {"clock", clock_json()},
-          {"buses", buses},
-          {"body", drawable_body(world_) != nullptr},
-          {"recording", recording.state ? recording.state() : Json(nullptr)},
-          {"scenario", scenario.state ? scenario.state() : Json(nullptr)},
-          {"pages_may_write", request.pages_may_write}},
-         ""});
-}
-
-void ControlApi::get_drives(const ApiRequest& /*request*/, const Parts& /*parts*/,
-                            const Reply& reply) {
-  catch_up();
-  Json drives = Json::array();
-  for (const auto& line : world_.lines()) {
-    for (const ServoConfig& servo : line->config().servos) {
-      drives.push_back(drive_json(*line, servo.id));
-    }
-  }
-  reply({200, drives, ""});
-}
-
-void ControlApi::get_drive(const ApiRequest& /*request*/, const Parts& parts, const Reply& reply) {
-  catch_up();
-  const std::string bus = decode_percent(parts[0], "path");
-  const Line* const line = world_.find_line(bus);
-  if (line == nullptr) throw ApiError(404, "path", "there is no bus " + bus);
-  int id = 0;
-  const char* const last = parts[1].data() + parts[1].size();
-  const auto [end, error] = std::from_chars(parts[1].data(), last, id);
-  if (error != std::errc() || end != last || !line->bus().has(id)) {
-    throw ApiError(404, "path", "there is no drive " + parts[1] + " on " + bus);
-  }
-  reply({200, drive_json(*line, id), ""});
-}
-
-void ControlApi::get_advice(const ApiRequest& /*request*/, const Parts& /*parts*/,
-                            const Reply& reply) {
-  catch_up();
-  Json all = Json::array();
-  for (const auto& line : world_.lines()) {
-    for (const Advice& advice : line->adviser().advice()) all.push_back(advice_json(*line, advice));
-  }
-  reply({200, all, ""});
-}
-
-void ControlApi::get_faults(const ApiRequest& /*request*/, const Parts& /*parts*/,
-                            const Reply& reply) {
-  catch_up();
-  Json faults = Json::array();
-  for (const auto& line : world_.lines()) {
-    for (const FaultReport& report : line->bus().faults()) {
-      faults.push_back(fault_json(*line, report));
-    }
-  }
-  reply({200, faults, ""});
-}
-
-void ControlApi::get_fault_kinds(const ApiRequest& /*request*/, const Parts& /*parts*/,
-                                 const Reply& reply) {
-  catch_up();
-  reply({200, fault_kinds_json(), ""});
-}
-
-void ControlApi::get_signals(const ApiRequest& /*request*/, const Parts& /*parts*/,
-                             const Reply& reply) {
-  catch_up();
-  reply({200, signals_json(world_), ""});
-}
-
-// --- writes
-
-void ControlApi::post_directives(const ApiRequest& request, const Parts& /*parts*/,
-                                 const Reply& reply) {
-  Json body = body_of(request);
-  if (body.contains("clock")) {  // the only directive without a bus
-    const toml::table table = to_table(body);
-    TableReader reader(table, "request", "");
-    const ClockMode mode = read_clock(reader, "clock");
-    reader.finish();
-    check_clock_is_free(world_);
-    world_.set_clock(mode);
-    return reply({200, {{"time_s", seconds(world_.time())}, {"faults", Json::array()}}, ""});
-  }
-  Line& line = take_bus(body);
-  catch_up();
-  const auto names = request_all(body, line);
-  reply({200, {{"time_s", seconds(line.bus().time())}, {"faults", names}}, ""});
-}
-
-void ControlApi::post_frames(const ApiRequest& request, const Parts& /*parts*/,
-                             const Reply& reply) {
-  Json body = body_of(request);
-  Line& line = take_bus(body);
-  catch_up();
-  reply({200, send_frames(body, line), ""});
-}
-
-void ControlApi::delete_directives(const ApiRequest& /*request*/, const Parts& /*parts*/,
-                                   const Reply& reply) {
-  catch_up();
-  for (const auto& line : world_.lines()) request_all({{"clear", kPlanned}}, *line);
-  reply({200, {{"time_s", seconds(world_.time())}}, ""});
-}
-
-void ControlApi::get_clock(const ApiRequest& /*request*/, const Parts& /*parts*/,
-                           const Reply& reply) {
-  catch_up();
-  reply({200, clock_json(), ""});
-}
-
-void ControlApi::put_clock(const ApiRequest& request, const Parts& /*parts*/, const Reply& reply) {
-  const toml::table table = to_table(body_of(request));
-  TableReader reader(table, "request", "");
-  const ClockMode mode = read_clock(reader, "mode");
-  reader.finish();
-  check_clock_is_free(world_);
-  world_.set_clock(mode);
-  reply({200, clock_json(), ""});
-}
-
-void ControlApi::post_advance(const ApiRequest& request, const Parts& /*parts*/,
-                              const Reply& reply) {
-  const toml::table table = to_table(body_of(request));
-  TableReader reader(table, "request", "");
-  const auto by = read_duration(reader, "by_s");
-  const auto to = read_duration(reader, "to_s");
-  if (by && to) reader.fail("to_s", "give either by_s or to_s");
-  if (!by && !to) reader.note_missing("by_s");
-  reader.finish();
-  check_clock_is_free(world_);
-  if (!world_.clock().mode().stepped) {
-    throw ApiError(409, "clock",
-                   "time goes by itself (" + to_string(world_.clock().mode()) +
-                       "); it is moved by hand when the clock is stepped");
-  }
-  if (world_.advancing()) throw ApiError(409, "clock", "time is being moved already");
-  const SimTime now = world_.clock().stepped_time();
-  const SimTime target = std::chrono::round<std::chrono::microseconds>(by ? now + *by : *to);
-  if (target < now) reader.fail("to_s", "is past; it is " + std::to_string(seconds(now)) + " s");
-  world_.advance(target, [this, reply](World::Advanced how) {
-    const Json time_s = seconds(world_.time());
-    switch (how) {
-      case World::Advanced::kReached:
-        return reply({200, {{"time_s", time_s}}, ""});
-      case World::Advanced::kCancelled:
-        return reply(error_response(409, "clock", "cancelled at " + time_s.dump() + " s"));
-      case World::Advanced::kStuck:
-        return reply(error_response(503, "clock",
-                                    "replies do not leave: the disk or an interface does not take "
-                                    "them; it is " +
-                                        time_s.dump() + " s"));
-    }
-  });
-}
-
-void ControlApi::delete_advance(const ApiRequest& /*request*/, const Parts& /*parts*/,
-                                const Reply& reply) {
-  world_.cancel_advance();
-  reply({200, {{"time_s", seconds(world_.time())}}, ""});
-}
-
-namespace {
-
-ApiResponse absent(const char* what) {
-  return error_response(501, what, std::string("this lk-emu has no ") + what);
-}
-
-}  // namespace
-
-// The handlers of the table are of one type, so none is const.
-// NOLINTBEGIN(readability-make-member-function-const)
-void ControlApi::post_recording(const ApiRequest& request, const Parts& /*parts*/,
-                                const Reply& reply) {
-  if (!recording.start) return reply(absent("recording"));
-  check_may_record(request);
-  reply({200, recording.start(body_of(request), request.same_user), ""});
-}
-
-void ControlApi::delete_recording(const ApiRequest& /*request*/, const Parts& /*parts*/,
-                                  const Reply& reply) {
-  if (!recording.stop) return reply(absent("recording"));
-  reply({200, recording.stop(), ""});
-}
-
-void ControlApi::post_scenario(const ApiRequest& request, const Parts& /*parts*/,
-                               const Reply& reply) {
-  if (!scenario.start) return reply(absent("scenario"));
-  reply({200, scenario.start(body_of(request), request.same_user), ""});
-}
-
-void ControlApi::get_scenario(const ApiRequest& /*request*/, const Parts& /*parts*/,
-                              const Reply& reply) {
-  if (!scenario.report) return reply(absent("scenario"));
-  catch_up();
-  reply({200, scenario.report(), ""});
-}
-
-void ControlApi::delete_scenario(const ApiRequest& /*request*/, const Parts& /*parts*/,
-                                 const Reply& reply) {
-  if (!scenario.stop) return reply(absent("scenario"));
-  reply({200, scenario.stop(), ""});
-}
-// NOLINTEND(readability-make-member-function-const)
-
-void ControlApi::get_scenarios(const ApiRequest& /*request*/, const Parts& /*parts*/,
-                               const Reply& reply) {
-  catch_up();
-  reply({200, scenarios_json(), ""});
 }
 
 }  // namespace lk::emulator

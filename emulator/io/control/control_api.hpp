@@ -53,6 +53,15 @@ struct Activity {
   std::function<Json()> report;  // for GET
 };
 
+using ApiReply = std::function<void(ApiResponse)>;
+struct ApiCall;
+
+struct ApiRoute {
+  std::string_view method;
+  std::string_view path;  // below ControlApi::kBasePath; {bus} and {id} stand for one part each
+  void (*handle)(const ApiCall& call);
+};
+
 /// Maps requests to actions. Uses no sockets.
 class ControlApi {
  public:
@@ -61,69 +70,44 @@ class ControlApi {
   Activity recording;
   Activity scenario;
 
-  using Reply = std::function<void(ApiResponse)>;
   /// Calls `reply` once: at once, or for an advance when it ends. Does not throw.
-  void handle(const ApiRequest& request, const Reply& reply);
+  void handle(const ApiRequest& request, const ApiReply& reply);
   /// Cancels the advance of a client that has gone.
   void abandon() { world_.cancel_advance(); }
-  const World& world() const { return world_; }
+  World& world() { return world_; }
 
-  /// Reads the parameters of a telemetry stream. Throws ApiError.
-  TelemetryRequest read_telemetry_request(const ApiRequest& request);
-
-  /// Returns the bus of a frame stream. Throws ApiError.
-  Line& read_frames_request(const ApiRequest& request);
-
-  /// Throws ApiError if there is no body.
-  void read_body_request(const ApiRequest& request) const;
-
-  struct Route {
-    std::string_view method;
-    std::string_view path;  // below kBasePath; {bus} and {id} stand for one part each
-    void (ControlApi::*handle)(const ApiRequest&, const std::vector<std::string>& parts,
-                               const Reply&);
-  };
-  static std::span<const Route> routes();
+  static std::span<const ApiRoute> routes();
   static constexpr std::string_view kBasePath = "/api/v1";
   static constexpr std::string_view kTelemetryPath = "/api/v1/telemetry";
   static constexpr std::string_view kFramesPath = "/api/v1/frames";
   static constexpr std::string_view kBodyPath = "/api/v1/body";
 
  private:
-  using Parts = std::vector<std::string>;
-  void get_status(const ApiRequest&, const Parts&, const Reply& reply);
-  void get_drives(const ApiRequest&, const Parts&, const Reply& reply);
-  void get_drive(const ApiRequest&, const Parts& parts, const Reply& reply);
-  void post_directives(const ApiRequest& request, const Parts&, const Reply& reply);
-  void delete_directives(const ApiRequest&, const Parts&, const Reply& reply);
-  void get_advice(const ApiRequest&, const Parts&, const Reply& reply);
-  void get_faults(const ApiRequest&, const Parts&, const Reply& reply);
-  void get_fault_kinds(const ApiRequest&, const Parts&, const Reply& reply);
-  void get_signals(const ApiRequest&, const Parts&, const Reply& reply);
-  void get_clock(const ApiRequest&, const Parts&, const Reply& reply);
-  void put_clock(const ApiRequest& request, const Parts&, const Reply& reply);
-  void post_advance(const ApiRequest& request, const Parts&, const Reply& reply);
-  void delete_advance(const ApiRequest&, const Parts&, const Reply& reply);
-  void post_recording(const ApiRequest& request, const Parts&, const Reply& reply);
-  void delete_recording(const ApiRequest&, const Parts&, const Reply& reply);
-  void post_scenario(const ApiRequest& request, const Parts&, const Reply& reply);
-  void get_scenario(const ApiRequest&, const Parts&, const Reply& reply);
-  void delete_scenario(const ApiRequest&, const Parts&, const Reply& reply);
-  void get_scenarios(const ApiRequest&, const Parts&, const Reply& reply);
-  void get_frames(const ApiRequest&, const Parts&, const Reply& reply);
-  void post_frames(const ApiRequest&, const Parts&, const Reply& reply);
-  void get_telemetry(const ApiRequest&, const Parts&, const Reply& reply);
-  void get_body(const ApiRequest&, const Parts&, const Reply& reply);
-
-  Json clock_json() const;
-  /// Returns the named bus; null: the only one.
-  Line& line_of(const std::string* bus);
-  /// Returns the bus that a request names, and removes the name from `body`.
-  Line& take_bus(Json& body);
-  /// Processes frames that have arrived, so that the answer is current.
-  void catch_up() { world_.serve_all(); }
-
   World& world_;
 };
+
+/// A request on its way to the handler of its route.
+struct ApiCall {
+  ControlApi& api;
+  World& world;
+  const ApiRequest& request;
+  const std::vector<std::string>& parts;  // of the path, in place of {bus} and {id}
+  const ApiReply& reply;
+};
+
+/// Returns the named bus; null: the only one. Throws ApiError.
+Line& line_of(World& world, const std::string* bus);
+
+// Parameters of streams. These throw ApiError.
+TelemetryRequest read_telemetry_request(World& world, const ApiRequest& request);
+/// Returns the bus of a frame stream.
+Line& read_frames_request(World& world, const ApiRequest& request);
+/// Throws if there is no body.
+void check_body_request(const World& world, const ApiRequest& request);
+
+// Handlers of requests for a stream without an upgrade.
+void get_telemetry(const ApiCall& call);
+void get_frames(const ApiCall& call);
+void get_body(const ApiCall& call);
 
 }  // namespace lk::emulator

@@ -246,7 +246,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     }
     if (request_.path == ControlApi::kFramesPath) {
       check_handshake();
-      Line& line = shared_->api.read_frames_request(request_);
+      Line& line = read_frames_request(shared_->api.world(), request_);
       if (shared_->frame_streams >= kMaxFrameStreams) {
         throw ApiError(429, "frames", "others listen already, as many as may");
       }
@@ -256,7 +256,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     }
     if (request_.path == ControlApi::kBodyPath) {
       check_handshake();
-      shared_->api.read_body_request(request_);
+      check_body_request(shared_->api.world(), request_);
       if (shared_->body_streams >= kMaxBodyStreams) {
         throw ApiError(429, "body", "others listen already, as many as may");
       }
@@ -268,7 +268,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       throw ApiError(404, "path", "there is no WebSocket here");
     }
     check_handshake();
-    const TelemetryRequest wanted = shared_->api.read_telemetry_request(request_);
+    const TelemetryRequest wanted = read_telemetry_request(shared_->api.world(), request_);
     const double values = wanted.rate_Hz * wanted.values();
     if (shared_->telemetry_values + values > kMaxTelemetryOfAll) {
       throw ApiError(429, "rate_Hz", "all clients together ask for too many values per second");

@@ -95,39 +95,38 @@ void StreamClient::on_disconnect() {
 }
 
 /// Reached only by requests without an upgrade.
-void ControlApi::get_telemetry(const ApiRequest& request, const Parts& /*parts*/,
-                               const Reply& reply) {
-  read_telemetry_request(request);
-  reply(error_response(426, "Upgrade", "telemetry comes over a WebSocket"));
+void get_telemetry(const ApiCall& call) {
+  read_telemetry_request(call.world, call.request);
+  call.reply(error_response(426, "Upgrade", "telemetry comes over a WebSocket"));
 }
 
-void ControlApi::get_frames(const ApiRequest& request, const Parts& /*parts*/, const Reply& reply) {
-  read_frames_request(request);
-  reply(error_response(426, "Upgrade", "frames come over a WebSocket"));
+void get_frames(const ApiCall& call) {
+  read_frames_request(call.world, call.request);
+  call.reply(error_response(426, "Upgrade", "frames come over a WebSocket"));
 }
 
 /// Without an upgrade: returns the shape to which the stream's poses belong.
-void ControlApi::get_body(const ApiRequest& request, const Parts& /*parts*/, const Reply& reply) {
-  read_body_request(request);
-  catch_up();
-  reply({200, body_json(world_), ""});
+void get_body(const ApiCall& call) {
+  check_body_request(call.world, call.request);
+  call.world.serve_all();
+  call.reply({200, body_json(call.world), ""});
 }
 
-void ControlApi::read_body_request(const ApiRequest& request) const {
+void check_body_request(const World& world, const ApiRequest& request) {
   if (!request.query.empty()) {
     throw ApiError(400, request.query.begin()->first, "unknown; this request has no parameters");
   }
-  if (drawable_body(world_) == nullptr)
+  if (drawable_body(world) == nullptr)
     throw ApiError(404, "body", "the drives turn the joints of no body");
 }
 
-Line& ControlApi::read_frames_request(const ApiRequest& request) {
+Line& read_frames_request(World& world, const ApiRequest& request) {
   const std::string* bus = nullptr;
   for (const auto& [key, value] : request.query) {
     if (key != "bus") throw ApiError(400, key, "unknown; there is bus");
     bus = &value;
   }
-  return line_of(bus);
+  return line_of(world, bus);
 }
 
 }  // namespace lk::emulator

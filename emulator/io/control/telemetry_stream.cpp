@@ -46,7 +46,7 @@ void read_signals(std::string_view names, const BodySignals* body, TelemetryRequ
 
 }  // namespace
 
-TelemetryRequest ControlApi::read_telemetry_request(const ApiRequest& request) {
+TelemetryRequest read_telemetry_request(World& world, const ApiRequest& request) {
   TelemetryRequest wanted;
   std::optional<std::string> bus;
   std::string ids;
@@ -77,7 +77,7 @@ TelemetryRequest ControlApi::read_telemetry_request(const ApiRequest& request) {
                      "unknown; there are bus, ids, signals, rate_Hz and samples_per_message");
     }
   }
-  wanted.line = &line_of(bus ? &*bus : nullptr);
+  wanted.line = &line_of(world, bus ? &*bus : nullptr);
   try {
     if (!ids.empty()) wanted.ids = parse_ids(ids);
   } catch (const std::invalid_argument& problem) {
