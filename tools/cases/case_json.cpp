@@ -7,18 +7,6 @@
 namespace lk::emulator {
 namespace {
 
-const char* status_word(ExpectationResult::Status status) {
-  switch (status) {
-    case ExpectationResult::Status::kPassed:
-      return "passed";
-    case ExpectationResult::Status::kFailed:
-      return "failed";
-    case ExpectationResult::Status::kOpen:
-      break;
-  }
-  return "open";
-}
-
 void add_time(Json& json, const char* key, const std::optional<SimTime>& time) {
   if (time) json[key] = time->count();
 }

@@ -85,6 +85,18 @@ std::optional<std::uint8_t> command_for(int id, const protocol::Frame& frame,
 
 }  // namespace
 
+const char* status_word(ExpectationResult::Status status) {
+  switch (status) {
+    case Status::kPassed:
+      return "passed";
+    case Status::kFailed:
+      return "failed";
+    case Status::kOpen:
+      break;
+  }
+  return "open";
+}
+
 Judge::Judge(const BusConfig& config, const std::vector<Expectation>& expectations, std::size_t bus,
              SimTime start)
     : interface_(config.interface), start_(start) {

@@ -27,6 +27,8 @@ struct ExpectationResult {
   // with bound 0, that of the signal. A passed kBy: the remaining share of its time.
   std::optional<double> margin;
 };
+/// "passed", "failed" or "open".
+const char* status_word(ExpectationResult::Status status);
 
 /// Judges the expectations for one bus. The owner of the bus stops it at `next_due`, calls `sample`
 /// there, and passes on all frames in order of time.

@@ -16,18 +16,6 @@
 namespace lk::emulator {
 namespace {
 
-const char* status_word(ExpectationResult::Status status) {
-  switch (status) {
-    case ExpectationResult::Status::kPassed:
-      return "passed";
-    case ExpectationResult::Status::kFailed:
-      return "failed";
-    case ExpectationResult::Status::kOpen:
-      return "open";
-  }
-  return "";
-}
-
 Json seconds_or_null(const std::optional<SimTime>& time) {
   return time ? Json(in_seconds(*time)) : Json(nullptr);
 }
