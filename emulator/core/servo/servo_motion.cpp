@@ -195,7 +195,7 @@ Reply execute(Servo& servo, const protocol::MultiPosition& command, const Contex
              : state_2_reply(servo, protocol::Position1::kOpcode, context.before);
 }
 
-Reply execute(Servo& servo, const protocol::MultiCommand&, const Context& context) {
+Reply execute(const Servo& servo, const protocol::MultiCommand&, const Context& context) {
   assert(false && "understand() has put the slot's command in its place");
   return state_2_reply(servo, protocol::ReadState2::kOpcode, context.before);
 }
