@@ -12,6 +12,8 @@ namespace lk::emulator {
 /// clock; the shell relates this time to wall time.
 using SimTime = std::chrono::nanoseconds;
 
+constexpr double in_seconds(SimTime time) { return std::chrono::duration<double>(time).count(); }
+
 /// Longest time accepted as input, about three years: sums of such times do not overflow.
 inline constexpr SimTime kLongestTime = std::chrono::seconds(100'000'000);
 

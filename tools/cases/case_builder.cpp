@@ -129,7 +129,7 @@ toml::table load_table(const model::LoadParams& load) {
 
 /// [[expect]] tables: an error bit of a drive each, then those of `detect`.
 std::vector<toml::table> watched(const CaseRequest& request, const Scenario& scenario) {
-  const double duration_s = std::chrono::duration<double>(scenario.duration).count();
+  const double duration_s = in_seconds(scenario.duration);
   std::vector<toml::table> tables;
   for (const BusConfig& bus : scenario.robot) {
     for (const ServoConfig& servo : bus.servos) {

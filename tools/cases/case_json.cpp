@@ -92,7 +92,7 @@ std::string possible_json(const CaseRun& one) {
   }
   return Json{{"case", one.request->number},
               {"inputs", fmt::format("{:016x}", one.course->inputs)},
-              {"duration_s", std::chrono::duration<double>(scenario.duration).count()},
+              {"duration_s", in_seconds(scenario.duration)},
               {"drives", std::move(drives)},
               {"expect", std::move(expectations)}}
              .dump() +

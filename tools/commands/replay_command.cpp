@@ -119,7 +119,7 @@ Recording open_recording(const std::string& directory) {
     throw StartError(fmt::format(
         "{} cannot be replayed: it was begun {:.3f} s after the drives; start with --record DIR "
         "to have one that can",
-        directory, std::chrono::duration<double>(recording.info.start).count()));
+        directory, in_seconds(recording.info.start)));
   }
   return recording;
 }
@@ -166,8 +166,7 @@ int replay_recorded(const ReplayRequest& request) {
   }
   std::string ending;
   if (!end.complete) {
-    ending = fmt::format(" up to {:.6f} s, where the recording breaks off",
-                         std::chrono::duration<double>(end.until).count());
+    ending = fmt::format(" up to {:.6f} s, where the recording breaks off", in_seconds(end.until));
   }
   const auto frames = replay.host_frames();
   const auto replies = replay.equal_replies();
@@ -238,7 +237,7 @@ void check_silences(const std::vector<LoggedFrame>& frames, const std::string& f
     throw StartError(fmt::format(
         "replay: {}:{}: comes {:.0f} s after the frame before it, and no silence may be longer "
         "than an hour: if the clock was set, cut the log there",
-        file, frames[n].line, std::chrono::duration<double>(silence).count()));
+        file, frames[n].line, in_seconds(silence)));
   }
 }
 

@@ -16,7 +16,6 @@ std::string line(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-double seconds_of(SimTime time) { return std::chrono::duration<double>(time).count(); }
 double ms_of(SimTime time) { return static_cast<double>(time.count()) / 1e6; }
 
 /// Writes whole numbers without a decimal point.
@@ -68,7 +67,7 @@ Json command_json(int drive, std::uint32_t asked, const CommandTally& command,
 
 Json bus_json(const std::string& interface, const BusTally& bus) {
   Json json = {{"interface", interface}, {"frames", bus.frames}};
-  if (bus.first_at) json["first_time_s"] = seconds_of(*bus.first_at);
+  if (bus.first_at) json["first_time_s"] = in_seconds(*bus.first_at);
   if (const auto duration = bus.duration_s()) json["duration_s"] = *duration;
   Json commands = Json::array();
   Json errors = Json::array();
@@ -78,7 +77,7 @@ Json bus_json(const std::string& interface, const BusTally& bus) {
   }
   for (const auto& [key, error] : bus.errors) {
     Json one = {{"drive", key.first}, {"error", key.second}, {"replies", error.replies}};
-    if (error.first_at) one["first_time_s"] = seconds_of(*error.first_at);
+    if (error.first_at) one["first_time_s"] = in_seconds(*error.first_at);
     errors.push_back(std::move(one));
   }
   for (const auto& [why, count] : bus.meaningless) meaningless[std::string(why)] = count;
@@ -95,7 +94,7 @@ std::string frame_json(const DecodedFrame& frame) {
   const FrameInfo& told = frame.told;
   const FrameWords& words = frame.words;
   Json json = {{"type", "frame"}, {"line", frame.line}};
-  if (frame.at) json["time_s"] = seconds_of(*frame.at);
+  if (frame.at) json["time_s"] = in_seconds(*frame.at);
   json["interface"] = frame.interface;
   json["frame"] = frame_text(frame.frame);
   json["role"] = role_word(told.role);

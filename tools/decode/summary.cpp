@@ -105,7 +105,7 @@ void BusTally::count(const QueryOutcome& settled) {
 
 std::optional<double> BusTally::duration_s() const {
   if (!first_at || !last_at) return std::nullopt;
-  return std::max(std::chrono::duration<double>(*last_at - *first_at).count(), 0.0);
+  return std::max(in_seconds(*last_at - *first_at), 0.0);
 }
 
 std::optional<double> BusTally::rate_Hz(const CommandTally& command) const {
@@ -171,7 +171,7 @@ Row command_row(int drive, std::uint32_t asked, const CommandTally& command, con
 
 std::string instant(const std::optional<SimTime>& at, const BusTally& bus) {
   if (!at || !bus.first_at) return "–";
-  return fmt::format("{:.6f} s", std::chrono::duration<double>(*at - *bus.first_at).count());
+  return fmt::format("{:.6f} s", in_seconds(*at - *bus.first_at));
 }
 
 /// Formats a line by the text of the language.

@@ -26,7 +26,7 @@ Json finding(Trait trait, const Evidence& evidence) {
     Json frames = Json::array();
     for (const Sighting& one : evidence.examples(trait, value)) {
       Json sighting = {{"frame", frame_text(one.frame)}};
-      if (one.at) sighting["time_s"] = std::chrono::duration<double>(*one.at).count();
+      if (one.at) sighting["time_s"] = in_seconds(*one.at);
       frames.push_back(std::move(sighting));
     }
     values.push_back({{"value", row_of(trait).values.at(value)},

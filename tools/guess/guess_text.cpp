@@ -54,9 +54,7 @@ std::string id_list(const std::vector<int>& ids) {
 
 std::string sighting_line(const Sighting& sighting, std::optional<SimTime> begin) {
   const std::string at =
-      sighting.at && begin
-          ? fmt::format("{:12.6f}  ", std::chrono::duration<double>(*sighting.at - *begin).count())
-          : "";
+      sighting.at && begin ? fmt::format("{:12.6f}  ", in_seconds(*sighting.at - *begin)) : "";
   return "      " + at + frame_text(sighting.frame) + "\n";
 }
 

@@ -43,7 +43,7 @@ std::optional<EncoderSpan> EncoderWatch::angle(std::int64_t angle_cdeg, std::opt
   double since_s = 0;
   if (at && last_->at) {
     if (*at < *last_->at || *at - *last_->at > kTogether) return std::nullopt;
-    since_s = std::chrono::duration<double>(*at - *last_->at).count();
+    since_s = in_seconds(*at - *last_->at);
   } else if (std::abs(*last_->speed_dps) > kAtRest_dps) {
     return std::nullopt;
   }

@@ -197,7 +197,7 @@ std::optional<Action> read_bus_action(TableReader& reader, const BusConfig& bus,
 }  // namespace
 
 std::optional<SimTime> read_duration(TableReader& reader, const std::string& key) {
-  const auto seconds = reader.number(key, 0, std::chrono::duration<double>(kLongestTime).count());
+  const auto seconds = reader.number(key, 0, in_seconds(kLongestTime));
   return seconds ? std::optional(SimTime(protocol::rounded(*seconds * 1e9))) : std::nullopt;
 }
 

@@ -110,7 +110,7 @@ constexpr FaultRow kPlantRows[] = {
      .plant = [](const OnPlant& on, F& f) { f.encoder_noise = with_noise(f.encoder_noise, on.number() * kRadPerDeg); },
      .about = {"noise on the encoder, rms, of the rotor", "编码器噪声，有效值，转子角度"}},
     {.word = "encoder_drift", .group = kSensors, .params = {needed("rate_dps", -36'000, 36'000)},
-     .plant = [](const OnPlant& on, F& f) { f.encoder_offset += on.number() * kRadPerDeg * std::chrono::duration<double>(on.active).count(); }, .varies_in_time = true,
+     .plant = [](const OnPlant& on, F& f) { f.encoder_offset += on.number() * kRadPerDeg * in_seconds(on.active); }, .varies_in_time = true,
      .about = {"the encoder runs away from the rotor at this rate", "编码器以这个速度漂离转子"}},
     {.word = "encoder_garbage", .group = kSensors, .plant = [](const OnPlant&, F& f) { f.encoder = EncoderFault::kGarbage; },
      .about = {"the encoder shows anything, another thing each time", "编码器乱报，每次都不同"}},

@@ -119,7 +119,7 @@ Reply start_motion(Servo& servo, Opcode command, const std::optional<Motion>& mo
 
 /// rad/s, electrical: two turns in half of the calibration time.
 double calibration_speed(const Servo& servo) {
-  const double half_s = 0.5 * std::chrono::duration<double>(servo.config.calibrate_time).count();
+  const double half_s = 0.5 * in_seconds(servo.config.calibrate_time);
   return kCalibrationTurns * 2 * std::numbers::pi / half_s;
 }
 

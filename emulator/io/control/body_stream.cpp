@@ -117,7 +117,7 @@ Json body_json(const World& world) {
 std::string body_state_text(const World& world) {
   const DrawableBody& body = *drawable_body(world);
   std::string text = fmt::format(R"({{"time_s":{},"shape_changes":{},"poses":[)",
-                                 seconds(world.time()), body.shape_changes());
+                                 in_seconds(world.time()), body.shape_changes());
   bool first = true;
   for (const BodyPose& pose : body.poses()) {
     text += std::exchange(first, false) ? "" : ",";

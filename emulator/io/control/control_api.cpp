@@ -128,8 +128,8 @@ Line& take_bus(World& world, Json& body) {
 
 Json clock_json(const World& world) {
   return {{"mode", to_string(world.clock().mode())},
-          {"time_s", seconds(world.time())},
-          {"slipped_s", seconds(world.clock().total_slip())},
+          {"time_s", in_seconds(world.time())},
+          {"slipped_s", in_seconds(world.clock().total_slip())},
           {"advancing", world.advancing()}};
 }
 
@@ -216,12 +216,12 @@ void post_directives(const ApiCall& call) {
     check_clock_is_free(call.world);
     call.world.set_clock(mode);
     return call.reply(
-        {200, {{"time_s", seconds(call.world.time())}, {"faults", Json::array()}}, ""});
+        {200, {{"time_s", in_seconds(call.world.time())}, {"faults", Json::array()}}, ""});
   }
   Line& line = take_bus(call.world, body);
   call.world.serve_all();
   const auto names = request_all(body, line);
-  call.reply({200, {{"time_s", seconds(line.bus().time())}, {"faults", names}}, ""});
+  call.reply({200, {{"time_s", in_seconds(line.bus().time())}, {"faults", names}}, ""});
 }
 
 void post_frames(const ApiCall& call) {
@@ -234,7 +234,7 @@ void post_frames(const ApiCall& call) {
 void delete_directives(const ApiCall& call) {
   call.world.serve_all();
   for (const auto& line : call.world.lines()) request_all({{"clear", kPlanned}}, *line);
-  call.reply({200, {{"time_s", seconds(call.world.time())}}, ""});
+  call.reply({200, {{"time_s", in_seconds(call.world.time())}}, ""});
 }
 
 void get_clock(const ApiCall& call) {
@@ -269,9 +269,9 @@ void post_advance(const ApiCall& call) {
   if (call.world.advancing()) throw ApiError(409, "clock", "time is being moved already");
   const SimTime now = call.world.clock().stepped_time();
   const SimTime target = std::chrono::round<std::chrono::microseconds>(by ? now + *by : *to);
-  if (target < now) reader.fail("to_s", "is past; it is " + std::to_string(seconds(now)) + " s");
+  if (target < now) reader.fail("to_s", "is past; it is " + std::to_string(in_seconds(now)) + " s");
   call.world.advance(target, [&world = call.world, reply = call.reply](World::Advanced how) {
-    const Json time_s = seconds(world.time());
+    const Json time_s = in_seconds(world.time());
     switch (how) {
       case World::Advanced::kReached:
         return reply({200, {{"time_s", time_s}}, ""});
@@ -288,7 +288,7 @@ void post_advance(const ApiCall& call) {
 
 void delete_advance(const ApiCall& call) {
   call.world.cancel_advance();
-  call.reply({200, {{"time_s", seconds(call.world.time())}}, ""});
+  call.reply({200, {{"time_s", in_seconds(call.world.time())}}, ""});
 }
 
 ApiResponse absent(const char* what) {

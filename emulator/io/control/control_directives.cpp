@@ -150,7 +150,7 @@ Json send_frames(const Json& request, Line& line) {
     line.accept({bus.time(), frame});
     texts.push_back(frame_text(frame));
   }
-  return {{"time_s", seconds(bus.time())}, {"frames", texts}};
+  return {{"time_s", in_seconds(bus.time())}, {"frames", texts}};
 }
 
 }  // namespace lk::emulator

@@ -162,7 +162,7 @@ Json built_json(const ServoConfig& servo) {
 }
 
 Json optional_seconds(const std::optional<SimTime>& time) {
-  return time ? Json(seconds(*time)) : Json(nullptr);
+  return time ? Json(in_seconds(*time)) : Json(nullptr);
 }
 
 Json parameter_value(const FaultParam& param, const FaultValue& value) {
@@ -171,8 +171,6 @@ Json parameter_value(const FaultParam& param, const FaultValue& value) {
 }
 
 }  // namespace
-
-double seconds(SimTime time) { return std::chrono::duration<double>(time).count(); }
 
 Json bus_json(const Line& line) {
   const BusStats stats = line.bus().stats();
@@ -197,7 +195,7 @@ Json bus_json(const Line& line) {
                    {"invalid_targets", stats.invalid_targets},
                    {"rom_writes", stats.rom_writes},
                    {"queue_peak", stats.queue_peak},
-                   {"wire_busy_s", seconds(stats.wire_busy)},
+                   {"wire_busy_s", in_seconds(stats.wire_busy)},
                    {"waiting_for_time", line.backlog()},
                    {"lost_while_time_stood", line.backlog_lost()},
                    {"advice_left_out", line.adviser().left_out()},
@@ -217,7 +215,7 @@ Json bus_json(const Line& line) {
   return {{"bus", line.name()},
           {"ids", ids},
           {"up", line.is_up()},
-          {"time_s", seconds(line.bus().time())},
+          {"time_s", in_seconds(line.bus().time())},
           {"bitrate", line.config().bitrate},
           {"moved", moved_json(line)},
           {"planned",
@@ -269,7 +267,7 @@ Json advice_json(const Line& line, const Advice& advice) {
           {"drive", advice.id},
           {"bus", line.name()},
           {"count", advice.count},
-          {"first_s", seconds(advice.first)},
+          {"first_s", in_seconds(advice.first)},
           {"frame", frame_text(advice.frame)},
           {"what", what_text(advice, Language::kEnglish)},
           {"todo", todo_text(advice, Language::kEnglish)},
@@ -286,15 +284,15 @@ Json fault_json(const Line& line, const FaultReport& report) {
     parameters[std::string(row.params[n].word)] = parameter_value(row.params[n], fault.values[n]);
   }
   if (row.per_frame) parameters["probability"] = fault.probability;
-  if (fault.duration) parameters["for_s"] = seconds(*fault.duration);
-  if (fault.every) parameters["every_s"] = seconds(*fault.every);
+  if (fault.duration) parameters["for_s"] = in_seconds(*fault.duration);
+  if (fault.every) parameters["every_s"] = in_seconds(*fault.every);
   if (fault.times > 0) parameters["times"] = fault.times;
   return {{"bus", line.name()},
           {"name", fault.name},
           {"kind", row.word},
           {"ids", fault.ids},
           {"state", state_word(evidence.state)},
-          {"armed_at_s", seconds(evidence.armed_at)},
+          {"armed_at_s", in_seconds(evidence.armed_at)},
           {"began_at_s", optional_seconds(evidence.began_at)},
           {"first_effect_at_s", optional_seconds(evidence.first_effect_at)},
           {"effects", evidence.effects},

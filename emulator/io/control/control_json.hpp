@@ -10,8 +10,6 @@ namespace lk::emulator {
 
 class World;
 
-double seconds(SimTime time);
-
 Json bus_json(const Line& line);
 Json drive_json(const Line& line, int id);
 Json advice_json(const Line& line, const Advice& advice);

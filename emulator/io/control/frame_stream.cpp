@@ -80,7 +80,7 @@ class FrameStream : public StreamClient {
         line_.bus().state().nodes.address_changes())
       reader_.update_addresses(line_.bus());
     const FrameWords words = query ? reader_.query(timed.frame) : reader_.reply(timed.frame);
-    Json json = {{"time_s", seconds(timed.at)},
+    Json json = {{"time_s", in_seconds(timed.at)},
                  {"from", query ? "host" : "drive"},
                  {"id", words.id},
                  {"frame", frame_text(timed.frame)},

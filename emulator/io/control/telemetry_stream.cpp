@@ -165,7 +165,7 @@ class TelemetryStream : public StreamClient {
     std::string& text = gathered_;
     text += gathered_samples_++ == 0 ? "" : ",";
     text += "{\"time_s\":";
-    append_number(text, seconds(bus.time()));
+    append_number(text, in_seconds(bus.time()));
     if (lost_ > 0) fmt::format_to(std::back_inserter(text), ",\"lost\":{}", lost_);
     text += ",\"rows\":[";
     auto value = row_.begin();

@@ -287,7 +287,7 @@ std::string advice_line(const std::string& bus, const Advice& advice, Language l
   text += std::string(kOpen.in(language)) + std::to_string(advice.count);
   text += (advice.count == 1 ? kOnce : kTimes).in(language);
   text += frame_text(advice.frame);
-  const double first_s = std::chrono::duration<double>(advice.first).count();
+  const double first_s = in_seconds(advice.first);
   text +=
       filled(kAt.in(language), {advice.found.kind, nullptr, {first_s}}, protocol::Framing::kCan);
   return text + todo_text(advice, language);

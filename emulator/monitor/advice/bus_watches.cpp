@@ -108,8 +108,6 @@ constexpr BilingualText kBehind{"{1} increments in a row; the shaft is {2}° beh
                         "连续 {1} 次增量；轴落后 {2}°，相当于 {3} s 的增量"};
 // clang-format on
 
-double seconds(SimTime time) { return std::chrono::duration<double>(time).count(); }
-
 }  // namespace
 
 bool JumpWatch::catches_up(double gap_s) {
@@ -138,7 +136,7 @@ std::optional<Finding> JumpWatch::on_query(const DecodedQuery& query, const Know
     mean_gap_s_ = 0;
     return std::nullopt;
   }
-  const double gap_s = seconds(now.at - before->at);
+  const double gap_s = in_seconds(now.at - before->at);
   if (catches_up(gap_s)) return std::nullopt;
   if (now.at - before->at > kStream) {
     moving_ = 0;
@@ -182,7 +180,7 @@ std::optional<Finding> WindUpWatch::on_query(const DecodedQuery& query, const Kn
   if (run_->count <= kIncrements || !run_->shaft_from_deg) return std::nullopt;
   const double turned_deg = drive.angle_deg - *run_->shaft_from_deg;
   const double behind_deg = (forward ? 1 : -1) * (run_->commanded_deg - turned_deg);
-  const double pace_dps = std::abs(run_->commanded_deg) / seconds(query.at - run_->from);
+  const double pace_dps = std::abs(run_->commanded_deg) / in_seconds(query.at - run_->from);
   if (query.at - run_->from < std::chrono::seconds(1) || behind_deg <= kBehind_s * pace_dps) {
     return std::nullopt;
   }
@@ -234,9 +232,8 @@ std::optional<Finding> TroubleWatch::on_query(const DecodedQuery& query, const S
   if (error_->is_handled || age < kUnseen) return std::nullopt;
   error_->queries = std::min(error_->queries + 1, kQueries);
   if (error_->queries < kQueries) return std::nullopt;
-  return Finding{AdviceKind::kErrorIgnored,
-                 &kIgnored,
-                 {static_cast<double>(drive.errors), std::chrono::duration<double>(age).count()}};
+  return Finding{
+      AdviceKind::kErrorIgnored, &kIgnored, {static_cast<double>(drive.errors), in_seconds(age)}};
 }
 
 std::optional<TroubleWatch::Seen> TroubleWatch::observe(SimTime now, std::uint64_t arrived,
@@ -333,7 +330,7 @@ constexpr std::uint8_t kPadded[] = {0x80, 0x81, 0x88, 0x8C, 0x92, 0x94, 0x9A,
                                     0x9B, 0x9C, 0x9D, 0xA5, 0xA6, 0xA7, 0xA8};
 constexpr std::uint8_t kCanDlc = 8;  // a command and LEN 7
 
-double in_us(SimTime time) { return 1e6 * in_s(time); }
+double in_us(SimTime time) { return 1e6 * in_seconds(time); }
 
 unsigned whole_sum(std::span<const std::uint8_t> bytes) {
   unsigned sum = 0;

@@ -355,7 +355,7 @@ std::optional<Finding> ClearWatch::on_query(const DecodedQuery& query, const Kno
   if (++times_ < kTimes) return std::nullopt;
   return Finding{AdviceKind::kTrustsClearReply,
                  &kCleared,
-                 {static_cast<double>(times_), in_s(query.at - first_)}};
+                 {static_cast<double>(times_), in_seconds(query.at - first_)}};
 }
 
 std::optional<Finding> FirstTargetWatch::on_query(const DecodedQuery& query,

@@ -200,7 +200,8 @@ std::optional<Finding> DeadWatch::on_query(const TimedFrame& in, int id) {
   polled.last = in.at;
   polled.in_a_row = std::min(polled.in_a_row + 1, kInARow + 1);
   if (polled.in_a_row <= kInARow || in.at - polled.since < kLong) return std::nullopt;
-  return Finding{AdviceKind::kPollsDead, &kNoAnswer, {double{kInARow}, in_s(in.at - polled.since)}};
+  return Finding{
+      AdviceKind::kPollsDead, &kNoAnswer, {double{kInARow}, in_seconds(in.at - polled.since)}};
 }
 
 void DeadWatch::on_reply(int id) { polled_[static_cast<std::size_t>(id)].in_a_row = 0; }
@@ -217,7 +218,7 @@ std::optional<Finding> TimeoutWatch::on_query(const DecodedQuery& query, const K
   if (!early_) return std::nullopt;
   return Finding{AdviceKind::kTimeoutBelowLatency,
                  &kTooEarly,
-                 {static_cast<double>(times_), 1000 * in_s(gap), 1000 * in_s(worst)}};
+                 {static_cast<double>(times_), 1000 * in_seconds(gap), 1000 * in_seconds(worst)}};
 }
 
 void TimeoutWatch::on_reply() {

@@ -13,8 +13,6 @@
 
 namespace lk::emulator {
 
-inline double in_s(SimTime time) { return std::chrono::duration<double>(time).count(); }
-
 /// State of a drive, up to 1 ms old.
 struct KnownDrive {
   KnownDrive(const ServoConfig& config, const BusConfig& bus);

@@ -137,8 +137,6 @@ class Account {
 };
 
 double in_ms(SimTime time) { return std::chrono::duration<double, std::milli>(time).count(); }
-double in_s(SimTime time) { return std::chrono::duration<double>(time).count(); }
-
 }  // namespace
 
 LogComparison compare_log(const std::vector<LoggedFrame>& log, const BusConfig& bus) {
@@ -195,7 +193,8 @@ std::string comparison_text(const LogComparison& comparison) {
       "|---|---|---|---|---|---|---|\n";
   for (const ComparedValue& one : comparison.values) {
     const std::string where =
-        one.most > 0 ? fmt::format("drive {} at {:.6f} s", one.most_id, in_s(one.most_at)) : "";
+        one.most > 0 ? fmt::format("drive {} at {:.6f} s", one.most_id, in_seconds(one.most_at))
+                     : "";
     text += fmt::format("| {:02X} | {} | {} | {} | {:.4g} | {:.4g} | {} |\n", one.command, one.name,
                         one.count, one.equal, one.mean(), one.most, where);
   }

@@ -77,7 +77,6 @@ class Progress {
 const char* outcome_word(Outcome outcome);
 /// Exit status: 0 passed, 1 failed, 3 invalid.
 int exit_status(Outcome outcome);
-double in_seconds(SimTime time);
 
 /// Describes a planned fault: "jam of drive 1 began at 1 s, took effect at 1.001 s, …".
 std::string fault_sentence(const PlannedFault& fault);
