@@ -58,7 +58,7 @@ class OnBody {
   emulator::DriveView view() const { return bus_.view(1); }
   const HandBody& body() const { return dynamic_cast<const HandBody&>(*coupling_.body()); }
   model::EnergyLedger energy() {
-    const auto place = bus_.state().motors.place_of(config_.servos.front(), config_);
+    const auto place = bus_.state().motors.location_of(config_.servos.front(), config_);
     return bus_.state().motors.bank(place).energy(bus_.state().motors.index(place));
   }
 
