@@ -24,7 +24,7 @@ void bring_to(ScenarioRun& run, TrafficWatch& watch, SimTime until) {
     run.advance_to(std::min(until, run.time() + kPiece));
     traffic.clear();
     run.take_traffic(traffic);
-    watch.hear(traffic);
+    watch.observe(traffic);
   }
 }
 
@@ -152,7 +152,7 @@ void CaseBatch::run_together(std::span<CaseRun> cases, const std::vector<Start>&
     for (std::size_t n = 0; n < cases.size(); ++n) {
       traffic.clear();
       fleet.take_traffic(n, traffic);
-      cases[n].watch.hear(traffic);
+      cases[n].watch.observe(traffic);
       note_fault(cases[n], fleet.run(n));
     }
   };

@@ -54,7 +54,7 @@ Json errors_json(const CaseRun& one) {
 Json results_json(const CaseRun& one) {
   Json json{{"case", one.request->number}};
   if (!one.fault.empty()) json["fault"] = fault_json(one);
-  json["replies"] = fmt::format("{:016x}", one.watch.heard());
+  json["replies"] = fmt::format("{:016x}", one.watch.reply_hash());
   const auto results = [&](std::size_t from, std::size_t to) {
     Json list = Json::array();
     for (std::size_t n = from; n < to; ++n) {

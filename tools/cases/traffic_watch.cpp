@@ -23,7 +23,7 @@ std::uint64_t head_of(const protocol::Frame& frame) {
 
 }  // namespace
 
-void TrafficWatch::hear(const std::vector<Traffic>& traffic) {
+void TrafficWatch::observe(const std::vector<Traffic>& traffic) {
   for (const Traffic& one : traffic) {
     const protocol::Frame& frame = one.frame.frame;
     if (one.from_host) {
@@ -43,7 +43,7 @@ void TrafficWatch::hear(const std::vector<Traffic>& traffic) {
       bytes = mix(bytes + frame.data[n]);
     }
     const auto at = static_cast<std::uint64_t>(one.frame.at.count());
-    heard_ = mix(heard_ ^ mix(at + bytes) ^ mix(head_of(frame) + mix(one.bus)));
+    reply_hash_ = mix(reply_hash_ ^ mix(at + bytes) ^ mix(head_of(frame) + mix(one.bus)));
   }
 }
 

@@ -10,13 +10,13 @@
 
 namespace lk::emulator {
 
-/// What hosts have got so far, as one number, and what they have said last. A value.
+/// Hash of the frames that hosts have received, and the last command to each drive.
 class TrafficWatch {
  public:
-  void hear(const std::vector<Traffic>& traffic);
-  /// Of every frame of a drive that hosts have got: its bytes, its bus and its instant.
-  std::uint64_t heard() const { return heard_; }
-  /// DATA[0] of the latest frame that a host has sent to the drive `id` of the bus.
+  void observe(const std::vector<Traffic>& traffic);
+  /// Covers bytes, bus and time of each frame from a drive.
+  std::uint64_t reply_hash() const { return reply_hash_; }
+  /// DATA[0] of the last frame that a host sent to drive `id` of the bus.
   std::optional<std::uint8_t> command(std::size_t bus, int id) const;
 
  private:
@@ -25,7 +25,7 @@ class TrafficWatch {
     std::uint32_t id;
     std::uint8_t byte;
   };
-  std::uint64_t heard_ = 0;
+  std::uint64_t reply_hash_ = 0;
   std::vector<Command> commands_;
 };
 

@@ -70,34 +70,34 @@ class Ctl {
   int watch() { return watch_drives(client()); }
 
   int set() {
-    Json said = Json::object();
-    for (const std::string& word : raw_.words) put_word(said, word);
-    put_ids(said);
-    return direct(std::move(said));
+    Json request = Json::object();
+    for (const std::string& word : raw_.words) put_word(request, word);
+    put_ids(request);
+    return direct(std::move(request));
   }
 
   int fault() {
-    Json said = Json::object();
-    Json fault = {{"kind", raw_.word}};  // inserted last: insertions move elements of `said`
+    Json request = Json::object();
+    Json fault = {{"kind", raw_.word}};  // inserted last: insertions move elements of `request`
     for (const std::string& word : raw_.words) {
       const bool of_event = word.starts_with("id=") || word.starts_with("ids=") ||
                             word.starts_with("at_s=") || word.starts_with("when.");
-      put_word(of_event ? said : fault, word);
+      put_word(of_event ? request : fault, word);
     }
-    put_ids(said);
-    if (!raw_.at.empty()) said["at_s"] = parse_span_s(raw_.at);
+    put_ids(request);
+    if (!raw_.at.empty()) request["at_s"] = parse_span_s(raw_.at);
     if (!raw_.lasts.empty()) fault["for_s"] = parse_span_s(raw_.lasts);
-    said["fault"] = std::move(fault);
-    return direct(std::move(said));
+    request["fault"] = std::move(fault);
+    return direct(std::move(request));
   }
 
   int send() {
-    Json said = Json::object();
-    for (const std::string& word : raw_.words) put_word(said, word);
-    put_ids(said);
-    said[raw_.word.find('#') != std::string::npos ? "frame" : "command"] = raw_.word;
-    if (!raw_.bus.empty() && !said.contains("bus")) said["bus"] = raw_.bus;
-    return show(client().ask("POST", "/frames", said), sent_lines);
+    Json request = Json::object();
+    for (const std::string& word : raw_.words) put_word(request, word);
+    put_ids(request);
+    request[raw_.word.find('#') != std::string::npos ? "frame" : "command"] = raw_.word;
+    if (!raw_.bus.empty() && !request.contains("bus")) request["bus"] = raw_.bus;
+    return show(client().ask("POST", "/frames", request), sent_lines);
   }
 
   /// Waits until all interfaces are up. Asks the program itself, because a log may be old.
@@ -116,9 +116,9 @@ class Ctl {
   int mark() { return direct({{"mark", raw_.word}}); }
 
   int power() {
-    Json said = {{"power", raw_.word}};
-    put_ids(said);
-    return direct(std::move(said));
+    Json request = {{"power", raw_.word}};
+    put_ids(request);
+    return direct(std::move(request));
   }
 
   int clock() {
@@ -216,15 +216,16 @@ class Ctl {
     return "/drives/" + bus + "/" + std::to_string(id);
   }
 
-  void put_ids(Json& said) const {
+  void put_ids(Json& request) const {
     if (raw_.ids.empty()) return;
-    if (said.contains("id") || said.contains("ids")) throw StartError("ctl: two lists of IDs");
-    said["ids"] = raw_.ids;
+    if (request.contains("id") || request.contains("ids"))
+      throw StartError("ctl: two lists of IDs");
+    request["ids"] = raw_.ids;
   }
 
-  int direct(Json said) {
-    if (!raw_.bus.empty() && !said.contains("bus")) said["bus"] = raw_.bus;
-    return show(client().ask("POST", "/directives", said), done_line);
+  int direct(Json request) {
+    if (!raw_.bus.empty() && !request.contains("bus")) request["bus"] = raw_.bus;
+    return show(client().ask("POST", "/directives", request), done_line);
   }
 
   int show(const Answer& answer, std::string (*table)(const Json&)) const {

@@ -115,11 +115,11 @@ class StopSignals {
 };
 
 bool wants_colour() {
-  const auto said = [](const char* name) {
+  const auto env = [](const char* name) {
     const char* const value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): before threads
     return std::string(value != nullptr ? value : "");
   };
-  return ::isatty(STDOUT_FILENO) != 0 && said("NO_COLOR").empty() && said("TERM") != "dumb";
+  return ::isatty(STDOUT_FILENO) != 0 && env("NO_COLOR").empty() && env("TERM") != "dumb";
 }
 
 DecodeOptions read_options(const DecodeApp& given) {

@@ -204,8 +204,8 @@ int run_scenarios(int argc, const char* const* argv) {
     std::fputs(report_text(report, in_colour(), language).c_str(), stdout);
     std::fflush(stdout);
   }
-  const bool told = !raw.quiet || outcome != Outcome::kPassed;
-  if (reports.size() > 1 && told) std::fputs(count_text(reports).c_str(), stdout);
+  const bool print_counts = !raw.quiet || outcome != Outcome::kPassed;
+  if (reports.size() > 1 && print_counts) std::fputs(count_text(reports).c_str(), stdout);
   if (junit) {
     junit->write(junit_xml(reports));
     junit->commit();

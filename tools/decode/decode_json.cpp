@@ -91,16 +91,16 @@ Json bus_json(const std::string& interface, const BusTally& bus) {
 }  // namespace
 
 std::string frame_json(const DecodedFrame& frame) {
-  const FrameInfo& told = frame.told;
+  const FrameInfo& info = frame.info;
   const FrameWords& words = frame.words;
   Json json = {{"type", "frame"}, {"line", frame.line}};
   if (frame.at) json["time_s"] = in_seconds(*frame.at);
   json["interface"] = frame.interface;
   json["frame"] = frame_text(frame.frame);
-  json["role"] = role_word(told.role);
-  if (told.role != Role::kOther) {
-    json["sure"] = told.sure;
-    json["drive"] = told.drive;
+  json["role"] = role_word(info.role);
+  if (info.role != Role::kOther) {
+    json["sure"] = info.sure;
+    json["drive"] = info.drive;
     json["command"] = words.command;
     json["name"] = words.name;
     Json values = Json::object();
@@ -112,9 +112,9 @@ std::string frame_json(const DecodedFrame& frame) {
     }
     json["values"] = std::move(values);
   }
-  if (told.role == Role::kReply) {
-    json["choices"] = told.match_count;
-    if (told.latency) json["latency_ms"] = ms_of(*told.latency);
+  if (info.role == Role::kReply) {
+    json["choices"] = info.match_count;
+    if (info.latency) json["latency_ms"] = ms_of(*info.latency);
   }
   if (!words.mark.empty()) json["mark"] = words.mark;
   if (!words.problem.empty()) json["drawback"] = words.problem;

@@ -37,12 +37,12 @@ struct RoleWords {
   const char* colour;
 };
 
-RoleWords role_words(const FrameInfo& told) {
-  switch (told.role) {
+RoleWords role_words(const FrameInfo& info) {
+  switch (info.role) {
     case Role::kQuery:
       return {{"query", "命令"}, kCyan};
     case Role::kReply:
-      if (told.sure) return {{"reply", "回复"}, kGreen};
+      if (info.sure) return {{"reply", "回复"}, kGreen};
       return {{"reply?", "回复？"}, kGreen};
     case Role::kUnclear:
       return {{"?", "？"}, kYellow};
@@ -62,45 +62,46 @@ std::string remark(const DecodedFrame& frame, Language language) {
     }
     return text;
   }
-  if (frame.told.role == Role::kUnclear) {
+  if (frame.info.role == Role::kUnclear) {
     return std::string(BilingualText{"query or reply?", "命令帧还是回复帧？"}.in(language));
   }
-  if (frame.told.role != Role::kReply) return "";
-  if (frame.told.match_count == 0) {
+  if (frame.info.role != Role::kReply) return "";
+  if (frame.info.match_count == 0) {
     return std::string(BilingualText{"no query for it", "没有对应的命令帧"}.in(language));
   }
-  if (frame.told.match_count == 1) return "";
+  if (frame.info.match_count == 1) return "";
   const std::string_view format =
       BilingualText{"to one of {} queries", "对应 {} 个命令帧之一"}.in(language);
-  return fmt::format(fmt::runtime(format), frame.told.match_count);
+  return fmt::format(fmt::runtime(format), frame.info.match_count);
 }
 
 std::string drive_text(const DecodedFrame& frame) {
-  if (frame.told.drive > 0) return std::to_string(frame.told.drive);
-  return frame.told.role == Role::kQuery ? "1-4" : "";
+  if (frame.info.drive > 0) return std::to_string(frame.info.drive);
+  return frame.info.role == Role::kQuery ? "1-4" : "";
 }
 
 }  // namespace
 
 std::string frame_line(const DecodedFrame& frame, const DecodeOptions& options) {
   const Language language = options.language;
-  const RoleWords role = role_words(frame.told);
+  const RoleWords role = role_words(frame.info);
   const bool error = frame.words.mark == "error";
   std::string line;
   if (frame.since) line += paint(right(since_text(*frame.since), 12), kDim, options) + "  ";
   line += padded(frame.interface, 6) + " " + right(drive_text(frame), 3) + "  ";
   line += paint(padded(role.words.in(language), 6), role.colour, options) + " ";
-  line += right(frame.told.latency ? milliseconds(*frame.told.latency) : "", 10) + "  ";
-  const bool named = frame.told.role != Role::kOther && !frame.words.name.empty();
+  line += right(frame.info.latency ? milliseconds(*frame.info.latency) : "", 10) + "  ";
+  const bool named = frame.info.role != Role::kOther && !frame.words.name.empty();
   const std::string name =
       named ? frame.words.command + " " + std::string(in_language(frame.words.name, language))
             : frame_text(frame.frame);
   line += paint(padded(name, 28), error ? kRed : role.colour, options) + "  ";
-  const std::string said = quantities_text(frame.words.quantities, frame.told.query_code, language);
-  line += error ? paint(said, kRed, options) : said;
+  const std::string quantities =
+      quantities_text(frame.words.quantities, frame.info.query_code, language);
+  line += error ? paint(quantities, kRed, options) : quantities;
   const std::string beside = remark(frame, language);
   if (!beside.empty()) {
-    line += said.empty() ? "" : "  ";
+    line += quantities.empty() ? "" : "  ";
     const std::string in_brackets =
         fmt::format(fmt::runtime(BilingualText{"({})", "（{}）"}.in(language)), beside);
     line += paint(in_brackets, error ? kRed : kYellow, options);

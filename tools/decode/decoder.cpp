@@ -73,12 +73,12 @@ std::string Decoder::take(std::string_view line) {
   const std::string found = stamps_.steps() && !summary_.steps ? steps_found() : "";
   if (!first_at_) first_at_ = frame.at;
   if (frame.at) frame.since = *frame.at - *first_at_;
-  frame.told = talk.classify({shown.line.frame, frame.at, from_host(shown.line.direction)});
-  frame.words = read(frame.told, readers.front());
+  frame.info = talk.classify({shown.line.frame, frame.at, from_host(shown.line.direction)});
+  frame.words = read(frame.info, readers.front());
   ++summary_.frames;
-  tally.count(frame.told, frame.words, frame.at);
+  tally.count(frame.info, frame.words, frame.at);
   for (const QueryOutcome& settled : talk.take_outcomes()) tally.count(settled);
-  const std::string odd = check_generation(frame.told);
+  const std::string odd = check_generation(frame.info);
   if (options_.json) return found + frame_json(frame);
   return notes(shown) + found + frame_line(frame, options_) + odd;
 }
@@ -129,12 +129,12 @@ std::string Decoder::steps_found() {
 }
 
 /// Counts replies that do not fit the generation, and reports the first.
-std::string Decoder::check_generation(const FrameInfo& told) {
-  const std::uint8_t command = told.frame.data[0];
-  const bool state_1 = told.role == Role::kReply && (command == 0x9A || command == 0x9B);
+std::string Decoder::check_generation(const FrameInfo& info) {
+  const std::uint8_t command = info.frame.data[0];
+  const bool state_1 = info.role == Role::kReply && (command == 0x9A || command == 0x9B);
   const auto layout =
-      quirks_of(options_.generation, protocol::framing_of(told.frame)).dialect.state_1;
-  if (!options_.buses.empty() || !state_1 || !is_odd(told.frame.data, layout) ||
+      quirks_of(options_.generation, protocol::framing_of(info.frame)).dialect.state_1;
+  if (!options_.buses.empty() || !state_1 || !is_odd(info.frame.data, layout) ||
       summary_.odd_states++ > 0) {
     return "";
   }
@@ -151,9 +151,9 @@ std::span<const FrameReader> Decoder::readers_of(std::string_view interface,
   return std::span(readers_).subspan(static_cast<std::size_t>(framing), 1);
 }
 
-FrameWords Decoder::read(const FrameInfo& told, const FrameReader& reader) {
-  const bool error = told.frame.kind == protocol::FrameKind::kError;
-  return error || told.role == Role::kReply ? reader.reply(told.frame) : reader.query(told.frame);
+FrameWords Decoder::read(const FrameInfo& info, const FrameReader& reader) {
+  const bool error = info.frame.kind == protocol::FrameKind::kError;
+  return error || info.role == Role::kReply ? reader.reply(info.frame) : reader.query(info.frame);
 }
 
 }  // namespace lk::emulator

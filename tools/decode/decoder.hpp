@@ -37,7 +37,7 @@ struct DecodedFrame {
   protocol::Frame frame;
   std::optional<SimTime> at;       // time stamp of the log
   std::optional<SimTime> since{};  // time since the first frame
-  FrameInfo told{};
+  FrameInfo info{};
   FrameWords words{};
 };
 
@@ -72,8 +72,8 @@ class Decoder {
   std::string refuse(const std::string& problem);
   std::string notes(const PrintedFrame& shown);
   std::string steps_found();
-  static FrameWords read(const FrameInfo& told, const FrameReader& reader);
-  std::string check_generation(const FrameInfo& told);
+  static FrameWords read(const FrameInfo& info, const FrameReader& reader);
+  std::string check_generation(const FrameInfo& info);
 
   /// One reader.
   std::span<const FrameReader> readers_of(std::string_view interface,

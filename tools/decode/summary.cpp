@@ -55,31 +55,31 @@ SimTime LatencyHistogram::quantile(double share) const {
   return std::clamp(middle_of(place), min_, max_);
 }
 
-void BusTally::count(const FrameInfo& told, const FrameWords& words,
+void BusTally::count(const FrameInfo& info, const FrameWords& words,
                      const std::optional<SimTime>& at) {
   ++frames;
-  framing = protocol::framing_of(told.frame);
+  framing = protocol::framing_of(info.frame);
   if (at && !first_at) first_at = at;
   if (at) last_at = at;
   if (!words.problem.empty()) {
     ++meaningless[words.problem];
     const bool known_elsewhere =
-        (told.drive > 0 || protocol::find_multi_drive(told.frame.id) != nullptr) &&
+        (info.drive > 0 || protocol::find_multi_drive(info.frame.id) != nullptr) &&
         !words.name.empty();
     if (known_elsewhere) ++of_newer_firmware;
     return;
   }
-  if (told.role == Role::kOther) return;
-  CommandTally& tally = commands[{told.drive, told.query_code}];
-  if (told.role == Role::kQuery) ++tally.queries;
-  if (told.role == Role::kUnclear) ++tally.unclear;
-  if (told.role != Role::kReply) return;
+  if (info.role == Role::kOther) return;
+  CommandTally& tally = commands[{info.drive, info.query_code}];
+  if (info.role == Role::kQuery) ++tally.queries;
+  if (info.role == Role::kUnclear) ++tally.unclear;
+  if (info.role != Role::kReply) return;
   ++tally.replies;
-  if (told.match_count == 0) ++tally.orphans;
+  if (info.match_count == 0) ++tally.orphans;
   const auto state = std::ranges::find(words.quantities, "errors", &ReplyValue::name);
   if (state == words.quantities.end()) return;
   for (const std::string_view word : error_words(static_cast<unsigned>(state->value))) {
-    ErrorTally& error = errors[{told.drive, word}];
+    ErrorTally& error = errors[{info.drive, word}];
     if (error.replies++ == 0) error.first_at = at;
   }
 }
@@ -176,17 +176,17 @@ std::string instant(const std::optional<SimTime>& at, const BusTally& bus) {
 
 /// Formats a line by the text of the language.
 template <class... Values>
-std::string said(const BilingualText& format, Language language, const Values&... values) {
+std::string format_line(const BilingualText& format, Language language, const Values&... values) {
   return fmt::format("  {}\n", fmt::format(fmt::runtime(format.in(language)), values...));
 }
 
 std::string errors_of(const BusTally& bus, Language language) {
   std::string text;
   for (const auto& [key, error] : bus.errors) {
-    text += said({"drive {}: {}, replies with it: {}, first {} after the first frame",
-                  "驱动器 {}：{}，见于 {} 个回复帧，首次在第一帧之后 {}"},
-                 language, key.first, in_language(key.second, language), error.replies,
-                 instant(error.first_at, bus));
+    text += format_line({"drive {}: {}, replies with it: {}, first {} after the first frame",
+                         "驱动器 {}：{}，见于 {} 个回复帧，首次在第一帧之后 {}"},
+                        language, key.first, in_language(key.second, language), error.replies,
+                        instant(error.first_at, bus));
   }
   return text;
 }
@@ -201,26 +201,27 @@ std::string doubts_of(const BusTally& bus, const DecodeOptions& options) {
   }
   std::string text;
   if (all.unclear > 0) {
-    text += said({"frames that could be query or reply: {}", "分不清是命令帧还是回复帧的帧：{}"},
-                 language, all.unclear);
+    text +=
+        format_line({"frames that could be query or reply: {}", "分不清是命令帧还是回复帧的帧：{}"},
+                    language, all.unclear);
   }
   if (all.open > 0) {
-    text += said({"queries of which it is unknown whether they were answered: {}",
-                  "不知道有没有得到应答的命令帧：{}"},
-                 language, all.open);
+    text += format_line({"queries of which it is unknown whether they were answered: {}",
+                         "不知道有没有得到应答的命令帧：{}"},
+                        language, all.open);
   }
   if (all.orphans > 0) {
-    text += said({"replies to no query in the log: {}", "日志里没有对应命令帧的回复帧：{}"},
-                 language, all.orphans);
+    text += format_line({"replies to no query in the log: {}", "日志里没有对应命令帧的回复帧：{}"},
+                        language, all.orphans);
   }
   for (const auto& [why, count] : bus.meaningless) {
-    text += said({"{}: {}", "{}：{}"}, language, in_language(why, language), count);
+    text += format_line({"{}: {}", "{}：{}"}, language, in_language(why, language), count);
   }
   if (bus.of_newer_firmware > 0) {
-    text += said({"known commands that such a drive of {} firmware does not take (see "
-                  "--generation, --motor): {}",
-                  "这样的 {} 驱动器不接受的已知命令（见 --generation、--motor）：{}"},
-                 language, generation_name(options.generation), bus.of_newer_firmware);
+    text += format_line({"known commands that such a drive of {} firmware does not take (see "
+                         "--generation, --motor): {}",
+                         "这样的 {} 驱动器不接受的已知命令（见 --generation、--motor）：{}"},
+                        language, generation_name(options.generation), bus.of_newer_firmware);
   }
   return text;
 }

@@ -58,7 +58,7 @@ struct BusTally {
   std::map<std::string_view, std::uint64_t> meaningless;  // frames by reason
   std::uint64_t of_newer_firmware = 0;  // of these: another generation has the command
 
-  void count(const FrameInfo& told, const FrameWords& words, const std::optional<SimTime>& at);
+  void count(const FrameInfo& info, const FrameWords& words, const std::optional<SimTime>& at);
   void count(const QueryOutcome& settled);
   /// Returns the time from the first to the last frame; empty without time stamps.
   std::optional<double> duration_s() const;

@@ -100,23 +100,23 @@ bool in_order(const std::optional<SimTime>& a, const std::optional<SimTime>& b, 
 
 }  // namespace
 
-void DriveWatch::query(const FrameInfo& told, std::optional<SimTime> at) {
+void DriveWatch::query(const FrameInfo& info, std::optional<SimTime> at) {
   ++queries_;
-  const Sighting sighting{told.frame, at};
-  if (protocol::is_serial(told.frame)) evidence_.on_serial();
-  const bool several = protocol::find_multi_drive(told.frame.id) != nullptr;
+  const Sighting sighting{info.frame, at};
+  if (protocol::is_serial(info.frame)) evidence_.on_serial();
+  const bool several = protocol::find_multi_drive(info.frame.id) != nullptr;
   if (several) {
-    const bool counts = several_known_ && (told.frame.id == protocol::MultiSpeed::kIdentifier ||
-                                           told.frame.id == protocol::MultiPosition::kIdentifier);
+    const bool counts = several_known_ && (info.frame.id == protocol::MultiSpeed::kIdentifier ||
+                                           info.frame.id == protocol::MultiPosition::kIdentifier);
     if (counts) {
       ++several_.silent;
       if (several_.first.empty()) several_.first.push_back(sighting);
     }
-  } else if (told.frame.data[0] == static_cast<std::uint8_t>(protocol::Run::kOpcode) ||
-             told.frame.data[0] == static_cast<std::uint8_t>(protocol::ClearErrors::kOpcode)) {
+  } else if (info.frame.data[0] == static_cast<std::uint8_t>(protocol::Run::kOpcode) ||
+             info.frame.data[0] == static_cast<std::uint8_t>(protocol::ClearErrors::kOpcode)) {
     off_at_.reset();
   }
-  if (!protocol::is_serial(told.frame)) motion_.query(sighting);
+  if (!protocol::is_serial(info.frame)) motion_.query(sighting);
 }
 
 void DriveWatch::settle(const QueryOutcome& settled) {
@@ -155,35 +155,35 @@ void DriveWatch::settle(const QueryOutcome& settled) {
 }
 
 /// Returns true if the latency is usual for this drive. Else the frame may be a repeated query.
-bool DriveWatch::paced(const FrameInfo& told) const {
-  if (!told.latency || timed_ < kEnoughTimed) return false;
-  return *told.latency * 5 >= fastest_ * 4 && *told.latency * 2 <= slowest_ * 3;
+bool DriveWatch::paced(const FrameInfo& info) const {
+  if (!info.latency || timed_ < kEnoughTimed) return false;
+  return *info.latency * 5 >= fastest_ * 4 && *info.latency * 2 <= slowest_ * 3;
 }
 
-void DriveWatch::reply(const FrameInfo& told, const protocol::Frame& heard,
+void DriveWatch::reply(const FrameInfo& info, const protocol::Frame& raw,
                        std::optional<SimTime> at) {
   ++replies_;
-  const Sighting sighting{heard, at};
-  const std::uint8_t command = told.frame.data[0];
-  const bool fits = told.match_count > 0;
-  const bool serial = protocol::is_serial(heard);
+  const Sighting sighting{raw, at};
+  const std::uint8_t command = info.frame.data[0];
+  const bool fits = info.match_count > 0;
+  const bool serial = protocol::is_serial(raw);
   if (serial) evidence_.on_serial();
-  if (told.sure && fits) {
-    const std::uint32_t base = heard.id - static_cast<std::uint32_t>(told.drive);
+  if (info.sure && fits) {
+    const std::uint32_t base = raw.id - static_cast<std::uint32_t>(info.drive);
     const auto value = static_cast<std::size_t>(std::ranges::find(protocol::kReplyIdBases, base) -
                                                 protocol::kReplyIdBases.begin());
     if (!serial) evidence_.see(Trait::kReplyId, only(value), Weight::kLikely, sighting);
     // Excludes the brake, whose reply looks like a later command, and slow writes to ROM.
-    const auto* const row = protocol::command_of(told.frame);
+    const auto* const row = protocol::command_of(info.frame);
     const bool usual =
         row != nullptr && !row->writes_rom && row->opcode != protocol::Brake::kOpcode;
-    if (usual && told.latency && *told.latency > SimTime{0}) {
-      fastest_ = timed_ == 0 ? *told.latency : std::min(fastest_, *told.latency);
-      slowest_ = std::max(slowest_, *told.latency);
+    if (usual && info.latency && *info.latency > SimTime{0}) {
+      fastest_ = timed_ == 0 ? *info.latency : std::min(fastest_, *info.latency);
+      slowest_ = std::max(slowest_, *info.latency);
       ++timed_;
     }
   }
-  if (told.match_count == 1) see_answer(told, sighting);
+  if (info.match_count == 1) see_answer(info, sighting);
   if (command == static_cast<std::uint8_t>(protocol::ReadState1::kOpcode) ||
       command == static_cast<std::uint8_t>(protocol::ClearErrors::kOpcode)) {
     see_state_1(sighting);
@@ -195,52 +195,52 @@ void DriveWatch::reply(const FrameInfo& told, const protocol::Frame& heard,
     see_zero(sighting);
   }
   if (command == static_cast<std::uint8_t>(protocol::Off::kOpcode)) off_at_ = at;
-  if (serial && fits) see_packet(told, sighting);
-  see_encoder({told.frame, at});
-  const int effort_lsb = get_le<std::int16_t>(told.frame.data, 2);
+  if (serial && fits) see_packet(info, sighting);
+  see_encoder({info.frame, at});
+  const int effort_lsb = get_le<std::int16_t>(info.frame.data, 2);
   if (is_state_2(command) && std::abs(effort_lsb) > protocol::kIqReplyLimit_lsb) ++odd_currents_;
-  if (!serial) motion_.reply({told.frame, at}, evidence_);
+  if (!serial) motion_.reply({info.frame, at}, evidence_);
 }
 
 /// Uses 0x92 only: a reply with angle 0, as right after 0x95, has the bytes of its query.
-void DriveWatch::unclear(const FrameInfo& told, std::optional<SimTime> at) {
+void DriveWatch::unclear(const FrameInfo& info, std::optional<SimTime> at) {
   const bool angle =
-      told.frame.data[0] == static_cast<std::uint8_t>(protocol::ReadMultiTurnAngle::kOpcode);
-  if (angle && paced(told) && !protocol::is_serial(told.frame))
-    motion_.reply({told.frame, at}, evidence_);
+      info.frame.data[0] == static_cast<std::uint8_t>(protocol::ReadMultiTurnAngle::kOpcode);
+  if (angle && paced(info) && !protocol::is_serial(info.frame))
+    motion_.reply({info.frame, at}, evidence_);
 }
 
 /// Uses the fact that there is a reply, and its DATA[0].
-void DriveWatch::see_answer(const FrameInfo& told, const Sighting& sighting) {
+void DriveWatch::see_answer(const FrameInfo& info, const Sighting& sighting) {
   const bool serial = protocol::is_serial(sighting.frame);
-  if (told.query_code > 0xFF) {
+  if (info.query_code > 0xFF) {
     if (serial) return;
-    see_multi_drive(told, sighting);
+    see_multi_drive(info, sighting);
     return;
   }
-  const auto* const command = protocol::find_command(static_cast<std::uint8_t>(told.query_code));
-  if (!serial && told.sure && command != nullptr && command->printed != Opcode{}) {
-    const bool repeats = told.frame.data[0] == told.query_code;
+  const auto* const command = protocol::find_command(static_cast<std::uint8_t>(info.query_code));
+  if (!serial && info.sure && command != nullptr && command->printed != Opcode{}) {
+    const bool repeats = info.frame.data[0] == info.query_code;
     evidence_.see(Trait::kReplyBytes, only(repeats ? kSwitchedOff : kSwitchedOn), Weight::kLikely,
                   sighting);
   }
-  const auto trait = trait_of(told.query_code, protocol::framing_of(sighting.frame));
+  const auto trait = trait_of(info.query_code, protocol::framing_of(sighting.frame));
   if (!trait || *trait == Trait::kEncoderForm || *trait == Trait::kProduct) return;  // see_packet
   // The reply to a read of the brake has the bytes of a brake command.
-  const bool sure = told.sure && *trait != Trait::kBrake;
-  const Weight weight = sure ? Weight::kSure : paced(told) ? Weight::kLikely : Weight::kHint;
+  const bool sure = info.sure && *trait != Trait::kBrake;
+  const Weight weight = sure ? Weight::kSure : paced(info) ? Weight::kLikely : Weight::kHint;
   evidence_.see(*trait, allowed_by(*trait, true), weight, sighting);
-  if (told.sure && *trait == Trait::kOpenLoop) {
+  if (info.sure && *trait == Trait::kOpenLoop) {
     evidence_.see(Trait::kSeries, only(kMs), Weight::kSure, sighting);
   }
 }
 
 /// Uses the length and the contents of a packet.
-void DriveWatch::see_packet(const FrameInfo& told, const Sighting& sighting) {
+void DriveWatch::see_packet(const FrameInfo& info, const Sighting& sighting) {
   const protocol::Frame& frame = sighting.frame;
   const int len = frame.dlc - 1;
   const auto is = [&](Opcode opcode) { return static_cast<Opcode>(frame.data[0]) == opcode; };
-  const Weight weight = told.sure ? Weight::kSure : Weight::kLikely;
+  const Weight weight = info.sure ? Weight::kSure : Weight::kLikely;
   const auto see_series = [&](bool ms) {
     evidence_.see(Trait::kSeries, only(ms ? kMs : kNotMs), weight, sighting);
   };
@@ -285,8 +285,8 @@ void DriveWatch::see_encoder(const Sighting& sighting) {
   }
 }
 
-void DriveWatch::see_multi_drive(const FrameInfo& told, const Sighting& sighting) {
-  if (told.query_code == protocol::MultiTorque::kIdentifier) {
+void DriveWatch::see_multi_drive(const FrameInfo& info, const Sighting& sighting) {
+  if (info.query_code == protocol::MultiTorque::kIdentifier) {
     evidence_.see(Trait::kSeries, only(kNotMs), Weight::kLikely, sighting);
     evidence_.see(Trait::kSeveral, only(kSwitchedOff), several_);
     several_known_ = true;

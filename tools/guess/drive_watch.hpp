@@ -16,11 +16,11 @@ namespace lk::emulator {
 class DriveWatch {
  public:
   /// Processes a query to the drive, or a multi-drive command.
-  void query(const FrameInfo& told, std::optional<SimTime> at);
-  /// Processes a reply of the drive; `heard` is the frame as on the bus.
-  void reply(const FrameInfo& told, const protocol::Frame& heard, std::optional<SimTime> at);
+  void query(const FrameInfo& info, std::optional<SimTime> at);
+  /// Processes a reply of the drive; `raw` is the frame as on the bus.
+  void reply(const FrameInfo& info, const protocol::Frame& raw, std::optional<SimTime> at);
   /// Processes a frame that is a reply or a repeated query.
-  void unclear(const FrameInfo& told, std::optional<SimTime> at);
+  void unclear(const FrameInfo& info, std::optional<SimTime> at);
   /// Processes the outcome of a query. Call before reply() with the frame that settled it.
   void settle(const QueryOutcome& settled);
 
@@ -34,14 +34,14 @@ class DriveWatch {
   std::uint64_t odd_states() const { return odd_states_; }
 
  private:
-  void see_answer(const FrameInfo& told, const Sighting& sighting);
-  void see_packet(const FrameInfo& told, const Sighting& sighting);
+  void see_answer(const FrameInfo& info, const Sighting& sighting);
+  void see_packet(const FrameInfo& info, const Sighting& sighting);
   void see_encoder(const Sighting& sighting);
   void see_state_1(const Sighting& sighting);
   void see_zero(const Sighting& sighting);
   void see_single_turn(const Sighting& sighting);
-  void see_multi_drive(const FrameInfo& told, const Sighting& sighting);
-  bool paced(const FrameInfo& told) const;
+  void see_multi_drive(const FrameInfo& info, const Sighting& sighting);
+  bool paced(const FrameInfo& info) const;
 
   Evidence evidence_;
   MotionWatch motion_;

@@ -155,12 +155,12 @@ std::string unknown_lines(const Guess& guess, int drive, Language language) {
   std::string text;
   const std::vector<Trait> apart = telling(guess);
   for (const Trait trait : apart) text += probe_line(trait, drive, guess.framing, language);
-  const auto said = [](const std::vector<Trait>& traits, Trait trait) {
+  const auto contains = [](const std::vector<Trait>& traits, Trait trait) {
     return std::ranges::find(traits, trait) != traits.end();
   };
   std::vector<Trait> others;
   for (const Trait trait : guess.unknown) {
-    if (!said(apart, trait) && !said(guess.decided, trait)) others.push_back(trait);
+    if (!contains(apart, trait) && !contains(guess.decided, trait)) others.push_back(trait);
   }
   const std::string rest = key_list(others);
   return rest.empty() ? text

@@ -81,24 +81,24 @@ std::string Guesser::take(std::string_view line) {
   if (!begin_) begin_ = at;
   ++frames_;
   ++bus.frames;
-  hear(bus, {shown.line.frame, at, from_host(shown.line.direction)});
+  classify(bus, {shown.line.frame, at, from_host(shown.line.direction)});
   return "";
 }
 
-void Guesser::hear(GuessedBus& bus, const BusFrame& heard) {
-  const FrameInfo told = bus.conversation.classify(heard);
+void Guesser::classify(GuessedBus& bus, const BusFrame& observed) {
+  const FrameInfo info = bus.conversation.classify(observed);
   for (const QueryOutcome& settled : bus.conversation.take_outcomes()) {
     bus.drives[settled.drive].settle(settled);
   }
-  if (told.role == Role::kQuery && told.drive == 0) {
-    for (auto& [id, drive] : bus.drives) drive.query(told, heard.at);
-  } else if (told.role == Role::kQuery) {
-    bus.drives[told.drive].query(told, heard.at);
-  } else if (told.role == Role::kReply) {
-    bus.drives[told.drive].reply(told, heard.frame, heard.at);
-  } else if (told.role == Role::kUnclear) {
-    bus.drives[told.drive].unclear(told, heard.at);
-  } else if (told.role == Role::kOther) {
+  if (info.role == Role::kQuery && info.drive == 0) {
+    for (auto& [id, drive] : bus.drives) drive.query(info, observed.at);
+  } else if (info.role == Role::kQuery) {
+    bus.drives[info.drive].query(info, observed.at);
+  } else if (info.role == Role::kReply) {
+    bus.drives[info.drive].reply(info, observed.frame, observed.at);
+  } else if (info.role == Role::kUnclear) {
+    bus.drives[info.drive].unclear(info, observed.at);
+  } else if (info.role == Role::kOther) {
     ++bus.others;
   }
 }

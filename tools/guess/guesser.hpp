@@ -60,7 +60,7 @@ class Guesser {
 
  private:
   void refuse(const std::string& problem);
-  void hear(GuessedBus& bus, const BusFrame& heard);
+  void classify(GuessedBus& bus, const BusFrame& observed);
 
   Options options_;
   std::vector<FrameReader> can_readers_;

@@ -142,8 +142,8 @@ void MotionWatch::query(const Sighting& query) {
     if (run_ != Run::kStopping) run_ = run_ == Run::kTurning ? Run::kStopping : Run::kNone;
     limit_lsb_ = 0;
   } else if (command == protocol::Run::kOpcode) {
-    run_ = run_ == Run::kResting ? Run::kTold : Run::kNone;
-    told_ = *query.at;
+    run_ = run_ == Run::kResting ? Run::kRunSent : Run::kNone;
+    run_at_ = *query.at;
   } else if (command == protocol::ClearAngle::kOpcode) {
     cleared_to_cdeg_ = {*query.at, get_le<std::int32_t>(data, 4)};
   } else if (command == protocol::Off::kOpcode || command == protocol::ClearErrors::kOpcode) {
@@ -190,11 +190,11 @@ void MotionWatch::state_2(const Sighting& reply, Evidence& evidence) {
     case Run::kStopping:
       if (rests) run_ = Run::kResting;
       break;
-    case Run::kTold:
+    case Run::kRunSent:
       if (turns) {
         evidence.see(Trait::kRunResumes, only(kSwitchedOn), Weight::kLikely, reply);
         forget_run();
-      } else if (rests && *reply.at - told_ >= kStaysFor + 2 * rise_) {
+      } else if (rests && *reply.at - run_at_ >= kStaysFor + 2 * rise_) {
         run_ = Run::kStayed;
         stayed_ = reply;
       }

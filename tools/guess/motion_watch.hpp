@@ -53,12 +53,12 @@ class MotionWatch {
   void forget_run();
 
   // 0x88 after 0x81: progress of a speed command.
-  enum class Run : std::uint8_t { kNone, kAsked, kTurning, kStopping, kResting, kTold, kStayed };
+  enum class Run : std::uint8_t { kNone, kAsked, kTurning, kStopping, kResting, kRunSent, kStayed };
   Run run_ = Run::kNone;
   double speed_dps_ = 0;
-  SimTime since_{0};  // time of the command
-  SimTime rise_{0};   // time from the command to turning
-  SimTime told_{0};   // time of 0x88
+  SimTime since_{0};   // time of the command
+  SimTime rise_{0};    // time from the command to turning
+  SimTime run_at_{0};  // time of 0x88
   Sighting stayed_;
   // 0xA2 with a limit: its start, replies since then, and replies beyond the limit.
   int limit_lsb_ = 0;

@@ -167,9 +167,9 @@ bool Slcan::accepts(const Frame& frame) const {
   const bool remote = frame.kind == FrameKind::kRemote;
   const std::uint32_t bits =
       frame.extended ? frame.id >> 13U : frame.id << 5U | (remote ? 0x10U : 0U);
-  const std::uint32_t looked_at = frame.extended ? 0xFFFFU : 0xFFF0U;
+  const std::uint32_t compared = frame.extended ? 0xFFFFU : 0xFFF0U;
   const auto passes = [&](unsigned shift) {
-    return ((bits ^ code_ >> shift) & ~(mask_ >> shift) & looked_at) == 0;
+    return ((bits ^ code_ >> shift) & ~(mask_ >> shift) & compared) == 0;
   };
   return passes(16) || passes(0);
 }

@@ -338,8 +338,8 @@ std::optional<Finding> SpeedWatch::leave_target(double value, SimTime at, const 
                        std::abs(value) >= kLeast_dps &&
                        std::abs(drive.angle_deg - *value_) <= near_deg;
   // A sweep between two limits meets one number repeatedly by chance.
-  const bool anew = std::abs(std::abs(*value_) - arrived_dps_) >= kLeast_dps;
-  arrivals_ = !arrived ? 0 : anew || arrivals_ == 0 ? arrivals_ + 1 : arrivals_;
+  const bool is_new_value = std::abs(std::abs(*value_) - arrived_dps_) >= kLeast_dps;
+  arrivals_ = !arrived ? 0 : is_new_value || arrivals_ == 0 ? arrivals_ + 1 : arrivals_;
   if (arrived) arrived_dps_ = std::abs(*value_);
   if (arrivals_ < kArrivals) return std::nullopt;
   return Finding{

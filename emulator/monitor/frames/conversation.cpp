@@ -77,26 +77,27 @@ const ReplyReader& Conversation::reader_of(int id, const Frame& frame) const {
   return *readers_.front().reader_of(id);
 }
 
-FrameInfo Conversation::classify(const BusFrame& heard) {
-  if (!first_) first_ = heard.at;
-  const Frame& frame = heard.frame;
+FrameInfo Conversation::classify(const BusFrame& observed) {
+  if (!first_) first_ = observed.at;
+  const Frame& frame = observed.frame;
   if (!is_data(frame)) return {.frame = frame};
-  if (protocol::find_multi_drive(frame.id) != nullptr) return classify_multi_drive(heard);
+  if (protocol::find_multi_drive(frame.id) != nullptr) return classify_multi_drive(observed);
   if (const int id = protocol::drive_at(frame.id, protocol::kSingleDriveId)) {
-    note_direction(heard);
-    return classify_single(id, heard);
+    note_direction(observed);
+    return classify_single(id, observed);
   }
   if (protocol::is_serial(frame)) return {.frame = frame};  // its ID is above 32
   for (const std::uint32_t base : protocol::kReplyIdBases) {
-    if (const int id = protocol::drive_at(frame.id, base)) return classify_own_id(id, base, heard);
+    if (const int id = protocol::drive_at(frame.id, base))
+      return classify_own_id(id, base, observed);
   }
   return {.frame = frame};
 }
 
 /// A query to several drives; the ones that accept it are unknown.
-FrameInfo Conversation::classify_multi_drive(const BusFrame& heard) {
+FrameInfo Conversation::classify_multi_drive(const BusFrame& observed) {
   const ReplyReader& any = *readers_.front().reader_of(protocol::kMinId);
-  const auto query = protocol::decode_query(heard.frame, any.format);
+  const auto query = protocol::decode_query(observed.frame, any.format);
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
     if (!std::holds_alternative<protocol::Query>(query)) break;
     if (id > protocol::kMultiDriveSlots && !drive(id).seen) continue;
@@ -104,64 +105,66 @@ FrameInfo Conversation::classify_multi_drive(const BusFrame& heard) {
     if (!std::holds_alternative<protocol::Query>(own)) continue;
     const auto command = protocol::reply_command(std::get<protocol::Query>(own).command);
     if (!command) continue;
-    expire(id, heard.at);
+    expire(id, observed.at);
     settle_run(id);
     if (drive(id).pending.size() >= kMaxPending) drop_first(id, QueryOutcome::How::kUnanswered);
-    drive(id).pending.push_back({.query = heard.frame,
+    drive(id).pending.push_back({.query = observed.frame,
                                  .command = *command,
-                                 .query_code = heard.frame.id,
-                                 .at = heard.at,
+                                 .query_code = observed.frame.id,
+                                 .at = observed.at,
                                  .required = false});
   }
-  return {.role = Role::kQuery, .query_code = heard.frame.id, .frame = heard.frame};
+  return {.role = Role::kQuery, .query_code = observed.frame.id, .frame = observed.frame};
 }
 
 /// Frame with an identifier for replies. Other devices may use it, so the first one must fit.
-FrameInfo Conversation::classify_own_id(int id, std::uint32_t base, const BusFrame& heard) {
-  BusFrame own = heard;
+FrameInfo Conversation::classify_own_id(int id, std::uint32_t base, const BusFrame& observed) {
+  BusFrame own = observed;
   own.frame.id = protocol::kSingleDriveId + static_cast<std::uint32_t>(id);
-  expire(id, heard.at);
+  expire(id, observed.at);
   const auto fits = fitting(id, own.frame);
-  if (fits.empty() && drive(id).reply_base != base) return {.frame = heard.frame};
+  if (fits.empty() && drive(id).reply_base != base) return {.frame = observed.frame};
   drive(id).reply_base = base;
   return reply(id, own, fits, true);
 }
 
-FrameInfo Conversation::classify_single(int id, const BusFrame& heard) {
+FrameInfo Conversation::classify_single(int id, const BusFrame& observed) {
   Drive& own = drive(id);
-  expire(id, heard.at);
+  expire(id, observed.at);
   own.seen = true;
-  const bool late = heard.at && first_ && *heard.at - *first_ > kLongestReply;
+  const bool late = observed.at && first_ && *observed.at - *first_ > kLongestReply;
   own.is_complete = own.is_complete || late;
   // The drive replies here: the frame with another identifier was not its own.
-  if (looks_like_a_state(heard.frame) && !fitting(id, heard.frame).empty()) {
+  if (looks_like_a_state(observed.frame) && !fitting(id, observed.frame).empty()) {
     own.reply_base = protocol::kSingleDriveId;
   }
   const auto from_host =
-      own.reply_base != protocol::kSingleDriveId ? std::optional(true) : direction(heard);
-  if (from_host == true) return query(id, heard, true);
-  const auto fits = fitting(id, heard.frame);
-  if (from_host == false) return reply(id, heard, fits, true);
-  if (!could_be_reply(id, heard.frame)) {
-    if (can_be_query(heard.frame, reader_of(id, heard.frame))) return query(id, heard, true);
-    return unclear(id, heard);
+      own.reply_base != protocol::kSingleDriveId ? std::optional(true) : direction(observed);
+  if (from_host == true) return query(id, observed, true);
+  const auto fits = fitting(id, observed.frame);
+  if (from_host == false) return reply(id, observed, fits, true);
+  if (!could_be_reply(id, observed.frame)) {
+    if (can_be_query(observed.frame, reader_of(id, observed.frame)))
+      return query(id, observed, true);
+    return unclear(id, observed);
   }
   if (!fits.empty()) {
-    const Fit best = reply_fit(reader_of(id, heard.frame), own.pending[fits.front()].command,
-                               own.pending[fits.front()].query, heard.frame);
-    if (best == Fit::kYes) return reply(id, heard, fits, true);
+    const Fit best = reply_fit(reader_of(id, observed.frame), own.pending[fits.front()].command,
+                               own.pending[fits.front()].query, observed.frame);
+    if (best == Fit::kYes) return reply(id, observed, fits, true);
     // Equal bytes: an echo, or the query again.
-    const Pace pace = pace_of(id, own.pending[fits.back()], heard.at);
-    if (pace == Pace::kTooLate) return repeat_query(id, heard, fits.back());
-    if ((own.alive || pace == Pace::kAsEver) && !zero_is_a_query(heard.frame.data[0]))
-      return reply(id, heard, fits, false);
-    return unclear(id, heard);
+    const Pace pace = pace_of(id, own.pending[fits.back()], observed.at);
+    if (pace == Pace::kTooLate) return repeat_query(id, observed, fits.back());
+    if ((own.alive || pace == Pace::kAsEver) && !zero_is_a_query(observed.frame.data[0]))
+      return reply(id, observed, fits, false);
+    return unclear(id, observed);
   }
-  if (looks_like_a_reply(heard.frame) || !can_be_query(heard.frame, reader_of(id, heard.frame))) {
-    return reply(id, heard, fits, false);
+  if (looks_like_a_reply(observed.frame) ||
+      !can_be_query(observed.frame, reader_of(id, observed.frame))) {
+    return reply(id, observed, fits, false);
   }
-  if (own.is_complete || looks_like_a_query(heard.frame)) return query(id, heard, true);
-  return unclear(id, heard);
+  if (own.is_complete || looks_like_a_query(observed.frame)) return query(id, observed, true);
+  return unclear(id, observed);
 }
 
 /// A state at 0 or 1 °C does not count.
@@ -171,35 +174,36 @@ bool Conversation::could_be_reply(int id, const Frame& frame) const {
   return !at_zero;
 }
 
-FrameInfo Conversation::reply(int id, const BusFrame& heard, const std::vector<std::size_t>& fits,
-                              bool sure) {
+FrameInfo Conversation::reply(int id, const BusFrame& observed,
+                              const std::vector<std::size_t>& fits, bool sure) {
   Drive& own = drive(id);
-  FrameInfo told{.role = Role::kReply,
+  FrameInfo info{.role = Role::kReply,
                  .sure = sure,
                  .drive = id,
-                 .query_code = heard.frame.data[0],
-                 .frame = heard.frame,
+                 .query_code = observed.frame.data[0],
+                 .frame = observed.frame,
                  .match_count = fits.size()};
   own.seen = true;
   own.alive = own.alive || sure;
   if (!own.equal_replies.empty() && fitting(id, own.run_frame) != fits) {
     settle_run(id);
-    return reply(id, heard, fitting(id, heard.frame), sure);
+    return reply(id, observed, fitting(id, observed.frame), sure);
   }
-  if (fits.empty()) return told;
+  if (fits.empty()) return info;
   // Drives answer in order: earlier queries than the first match remain unanswered.
   for (std::size_t n = 0; n < fits.front(); ++n) drop_first(id, QueryOutcome::How::kUnanswered);
-  told.query_code = own.pending.front().query_code;
+  info.query_code = own.pending.front().query_code;
   if (fits.size() == 1) {
-    if (heard.at && own.pending.front().at) told.latency = *heard.at - *own.pending.front().at;
-    if (sure && told.latency) own.slowest = std::max(own.slowest, *told.latency);
-    answer_first(id, heard.at);
-    return told;
+    if (observed.at && own.pending.front().at)
+      info.latency = *observed.at - *own.pending.front().at;
+    if (sure && info.latency) own.slowest = std::max(own.slowest, *info.latency);
+    answer_first(id, observed.at);
+    return info;
   }
-  if (own.equal_replies.empty()) own.run_frame = heard.frame;
-  own.equal_replies.push_back(heard.at);
+  if (own.equal_replies.empty()) own.run_frame = observed.frame;
+  own.equal_replies.push_back(observed.at);
   if (own.equal_replies.size() == fits.size()) settle_run(id);
-  return told;
+  return info;
 }
 
 /// Judges a frame equal to a pending query by the drive's latency so far.
@@ -213,69 +217,69 @@ Conversation::Pace Conversation::pace_of(int id, const Pending& query,
 }
 
 /// Queries up to index `last` were not answered.
-FrameInfo Conversation::repeat_query(int id, const BusFrame& heard, std::size_t last) {
+FrameInfo Conversation::repeat_query(int id, const BusFrame& observed, std::size_t last) {
   settle_run(id);
   auto& pending = drive(id).pending;
   last = std::min(last + 1, pending.size());
   for (std::size_t n = 0; n < last; ++n) drop_first(id, QueryOutcome::How::kUnanswered);
   drive(id).alive = false;
-  return query(id, heard, false);
+  return query(id, observed, false);
 }
 
-FrameInfo Conversation::unclear(int id, const BusFrame& heard) {
+FrameInfo Conversation::unclear(int id, const BusFrame& observed) {
   Drive& own = drive(id);
-  const auto fits = fitting(id, heard.frame);
+  const auto fits = fitting(id, observed.frame);
   const auto open = std::ranges::find_if(
       fits, [&own](std::size_t place) { return !own.pending[place].maybe_answered; });
-  FrameInfo told{.role = Role::kUnclear,
+  FrameInfo info{.role = Role::kUnclear,
                  .sure = false,
                  .drive = id,
-                 .query_code = heard.frame.data[0],
-                 .frame = heard.frame};
+                 .query_code = observed.frame.data[0],
+                 .frame = observed.frame};
   if (open != fits.end()) {
     Pending& query = own.pending[*open];
     query.maybe_answered = true;
-    if (heard.at && query.at) told.latency = *heard.at - *query.at;
+    if (observed.at && query.at) info.latency = *observed.at - *query.at;
   } else {
-    ask(id, heard, true);
+    ask(id, observed, true);
   }
-  return told;
+  return info;
 }
 
-FrameInfo Conversation::query(int id, const BusFrame& heard, bool sure) {
+FrameInfo Conversation::query(int id, const BusFrame& observed, bool sure) {
   drive(id).is_complete = true;
   drive(id).seen = true;
-  ask(id, heard, false);
+  ask(id, observed, false);
   return {.role = Role::kQuery,
           .sure = sure,
           .drive = id,
-          .query_code = heard.frame.data[0],
-          .frame = heard.frame};
+          .query_code = observed.frame.data[0],
+          .frame = observed.frame};
 }
 
 /// Directions are relative to the logging machine; they are useful only if both occur.
-void Conversation::note_direction(const BusFrame& heard) {
-  if (heard.from_host) (*heard.from_host ? sent_ : received_) = true;
+void Conversation::note_direction(const BusFrame& observed) {
+  if (observed.from_host) (*observed.from_host ? sent_ : received_) = true;
 }
 
-std::optional<bool> Conversation::direction(const BusFrame& heard) const {
-  return sent_ && received_ ? heard.from_host : std::nullopt;
+std::optional<bool> Conversation::direction(const BusFrame& observed) const {
+  return sent_ && received_ ? observed.from_host : std::nullopt;
 }
 
-void Conversation::ask(int id, const BusFrame& heard, bool unclear) {
+void Conversation::ask(int id, const BusFrame& observed, bool unclear) {
   settle_run(id);
-  const ReplyReader& reader = reader_of(id, heard.frame);
-  const auto decoded = protocol::decode_query(heard.frame, reader.format);
+  const ReplyReader& reader = reader_of(id, observed.frame);
+  const auto decoded = protocol::decode_query(observed.frame, reader.format);
   const auto* known = std::get_if<protocol::Query>(&decoded);
   if (known == nullptr) return;  // not answered
   const auto command = protocol::reply_command(known->command);
   if (!command) return;
   Drive& own = drive(id);
   if (own.pending.size() >= kMaxPending) drop_first(id, QueryOutcome::How::kUnanswered);
-  own.pending.push_back({.query = heard.frame,
+  own.pending.push_back({.query = observed.frame,
                          .command = *command,
-                         .query_code = heard.frame.data[0],
-                         .at = heard.at,
+                         .query_code = observed.frame.data[0],
+                         .at = observed.at,
                          .unclear = unclear});
 }
 

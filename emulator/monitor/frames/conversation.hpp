@@ -59,7 +59,7 @@ class Conversation {
   /// Each reader knows all drives, 1 to 32, in one wire format. The first reader that can parse a
   /// frame is used. Pre: `readers` is not empty and outlives this object.
   explicit Conversation(std::span<const FrameReader> readers) : readers_(readers) {}
-  FrameInfo classify(const BusFrame& heard);
+  FrameInfo classify(const BusFrame& observed);
   /// Removes the times of pending frames, as they turned out to be wrong.
   void forget_times();
   /// Ends the bus: no more frames come.
@@ -90,21 +90,22 @@ class Conversation {
   };
 
   const ReplyReader& reader_of(int id, const protocol::Frame& frame) const;
-  FrameInfo classify_multi_drive(const BusFrame& heard);
-  FrameInfo classify_own_id(int id, std::uint32_t base, const BusFrame& heard);
-  FrameInfo classify_single(int id, const BusFrame& heard);
-  FrameInfo reply(int id, const BusFrame& heard, const std::vector<std::size_t>& fits, bool sure);
-  FrameInfo unclear(int id, const BusFrame& heard);
-  FrameInfo query(int id, const BusFrame& heard, bool sure);
+  FrameInfo classify_multi_drive(const BusFrame& observed);
+  FrameInfo classify_own_id(int id, std::uint32_t base, const BusFrame& observed);
+  FrameInfo classify_single(int id, const BusFrame& observed);
+  FrameInfo reply(int id, const BusFrame& observed, const std::vector<std::size_t>& fits,
+                  bool sure);
+  FrameInfo unclear(int id, const BusFrame& observed);
+  FrameInfo query(int id, const BusFrame& observed, bool sure);
   bool could_be_reply(int id, const protocol::Frame& frame) const;
-  void note_direction(const BusFrame& heard);
-  std::optional<bool> direction(const BusFrame& heard) const;
+  void note_direction(const BusFrame& observed);
+  std::optional<bool> direction(const BusFrame& observed) const;
 
-  void ask(int id, const BusFrame& heard, bool unclear);
+  void ask(int id, const BusFrame& observed, bool unclear);
   std::vector<std::size_t> fitting(int id, const protocol::Frame& frame) const;
   enum class Pace : std::uint8_t { kAsEver, kAny, kTooLate };
   Pace pace_of(int id, const Pending& query, const std::optional<SimTime>& now) const;
-  FrameInfo repeat_query(int id, const BusFrame& heard, std::size_t last);
+  FrameInfo repeat_query(int id, const BusFrame& observed, std::size_t last);
   void expire(int id, const std::optional<SimTime>& now);
   void settle_run(int id);
   void drop_first(int id, QueryOutcome::How how);

@@ -84,9 +84,9 @@ TEST_F(CaseBatch, EqualsARunOfTheSameScenario) {
     std::vector<emulator::Traffic> traffic;
     run.take_traffic(traffic);
     emulator::TrafficWatch watch;
-    watch.hear(traffic);
+    watch.observe(traffic);
     const Json result = Cases::result(line);
-    EXPECT_EQ(result["replies"], fmt::format("{:016x}", watch.heard())) << line;
+    EXPECT_EQ(result["replies"], fmt::format("{:016x}", watch.reply_hash())) << line;
     const emulator::Verdict verdict = run.verdict();
     for (std::size_t n = 0; n < result["expect"].size(); ++n) {
       EXPECT_EQ(result["expect"][n]["measured"], verdict.expectations[n].measured) << line;

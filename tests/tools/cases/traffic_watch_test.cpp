@@ -17,8 +17,8 @@ Traffic of_host(const char* text, SimTime at = 1ms, std::size_t bus = 0) {
 }
 std::uint64_t heard(const std::vector<Traffic>& traffic) {
   TrafficWatch watch;
-  watch.hear(traffic);
-  return watch.heard();
+  watch.observe(traffic);
+  return watch.reply_hash();
 }
 
 constexpr const char* kReply = "141#9C19000000000000";
@@ -43,12 +43,12 @@ TEST(TrafficWatch, OfAFlagToo) {
 
 TEST(TrafficWatch, IsTheSameInPieces) {
   TrafficWatch watch;
-  watch.hear({of_drive(kReply), of_host("141#9C00000000000000", 2ms)});
+  watch.observe({of_drive(kReply), of_host("141#9C00000000000000", 2ms)});
   const TrafficWatch copy = watch;
-  watch.hear({});
-  watch.hear({of_drive(kReply, 3ms)});
-  EXPECT_EQ(watch.heard(), heard({of_drive(kReply), of_drive(kReply, 3ms)}));
-  EXPECT_EQ(copy.heard(), heard({of_drive(kReply)}));
+  watch.observe({});
+  watch.observe({of_drive(kReply, 3ms)});
+  EXPECT_EQ(watch.reply_hash(), heard({of_drive(kReply), of_drive(kReply, 3ms)}));
+  EXPECT_EQ(copy.reply_hash(), heard({of_drive(kReply)}));
 }
 
 TEST(TrafficWatch, WhatHostsSayIsNothingHeard) {
@@ -58,13 +58,13 @@ TEST(TrafficWatch, WhatHostsSayIsNothingHeard) {
 TEST(TrafficWatch, KnowsTheLatestCommandOfEachDrive) {
   TrafficWatch watch;
   EXPECT_EQ(watch.command(0, 1), std::nullopt);
-  watch.hear({of_host("141#9C00000000000000"), of_host("142#A400000000000000"),
-              of_host("141#9A00000000000000", 1ms, 1), of_host("141#")});
+  watch.observe({of_host("141#9C00000000000000"), of_host("142#A400000000000000"),
+                 of_host("141#9A00000000000000", 1ms, 1), of_host("141#")});
   EXPECT_EQ(watch.command(0, 1), 0x9C);
   EXPECT_EQ(watch.command(0, 2), 0xA4);
   EXPECT_EQ(watch.command(1, 1), 0x9A);
   EXPECT_EQ(watch.command(1, 2), std::nullopt);
-  watch.hear({of_host("141#8000000000000000", 2ms), of_drive(kReply, 3ms)});
+  watch.observe({of_host("141#8000000000000000", 2ms), of_drive(kReply, 3ms)});
   EXPECT_EQ(watch.command(0, 1), 0x80);
 }
 
