@@ -247,9 +247,9 @@ void MujocoBody::check_warnings() {
     std::string (*where)(const mjModel&, int info);  // null: no place
   };
   static constexpr std::array<Trouble, 5> kTroubles{{
-      {mjWARN_BADQPOS, "a position has run out of all bounds", mover_of_coordinate},
-      {mjWARN_BADQVEL, "a speed has run out of all bounds", mover},
-      {mjWARN_BADQACC, "an acceleration has run out of all bounds", mover},
+      {mjWARN_BADQPOS, "a position is out of bounds", mover_of_coordinate},
+      {mjWARN_BADQVEL, "a speed is out of bounds", mover},
+      {mjWARN_BADQACC, "an acceleration is out of bounds", mover},
       {mjWARN_CONTACTFULL, "more contacts than the model has room for (its size: nconmax)",
        nullptr},
       {mjWARN_CNSTRFULL, "more constraints than the model has room for (its size: njmax)", nullptr},

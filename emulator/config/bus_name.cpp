@@ -61,8 +61,8 @@ std::string interface_problem(const std::string& name) {
   if (scheme != kSchemes.end()) return what_is_missing(*scheme);
   const std::size_t colon = name.find(':');
   if (colon != std::string::npos) {
-    return "\"" + name + "\" is not an interface name, and there is no kind of bus \"" +
-           name.substr(0, colon + 1) + "\"; like these: " + bus_examples();
+    return "\"" + name + "\": unknown kind of bus \"" + name.substr(0, colon + 1) +
+           "\"; examples: " + bus_examples();
   }
   if (name.size() > kLongestInterface) {
     return "\"" + name + "\" is longer than an interface name can be";
@@ -123,7 +123,7 @@ std::string read_group(const std::string& name, std::string_view rest, BusName& 
   return is_multicast(out.address)
              ? ""
              : "\"" + name + "\": " + out.address +
-                   " is no multicast group (224.0.0.0 to 239.255.255.255, or ff00::/8)";
+                   " is not a multicast group (224.0.0.0 to 239.255.255.255, or ff00::/8)";
 }
 
 }  // namespace

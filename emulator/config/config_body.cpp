@@ -29,15 +29,16 @@ void check_step(const TableReader& reader, const ServoConfig& servo, SimTime ste
   if (f_Hz * step.count() % 1'000'000'000 == 0) return;
   reader.fail("joint", "the body's step_ms, " +
                            short_number(static_cast<double>(step.count()) / 1e6) +
-                           ", is no whole number of this drive's PWM periods (f_pwm_kHz = " +
+                           ", is not a multiple of this drive's PWM period (f_pwm_kHz = " +
                            short_number(static_cast<double>(f_Hz) / 1e3) + ")");
 }
 
 void check_alone(const TableReader& reader) {
-  if (reader.has("load")) reader.fail("load", "the body is the load of a drive with a joint");
+  if (reader.has("load"))
+    reader.fail("load", "not allowed for a drive with a joint: the body is its load");
   if (reader.has("boot_angle_deg")) {
     reader.fail("boot_angle_deg",
-                "a drive with a joint starts where the body has it: use offset_deg");
+                "not allowed for a drive with a joint: the body sets its angle; use offset_deg");
   }
 }
 

@@ -51,23 +51,22 @@ void check_brake(const TableReader& drive, const ServoConfig& servo) {
   const double tau = servo.profile.drive.brake.tau;
   if (const auto brake = find(drive, "profile.brake")) {
     if (tau == 0 && !find(drive, "profile.brake.tau_mNm")) {
-      brake->first.fail("brake", "has no tau_mNm, so there is none");
+      brake->first.fail("brake", "missing tau_mNm: without it the drive has no brake");
     }
   }
   if (tau == 0) return;
   // The brake holds until a command releases it.
   if (!servo.quirks.dialect.brake_command) {
     const std::string reason =
-        "nothing could release it: the drive has no brake command (generation v236 has, or "
-        "quirks.brake_command)";
+        "the drive has no command to release it; use generation v236 or quirks.brake_command = "
+        "true";
     if (const auto brake = find(drive, "profile.brake")) brake->first.fail("brake", reason);
     drive.fail("motor", "has a brake, and " + reason);
   }
   if (servo.rom.broadcast_mode) {
-    fail_at_first(
-        drive, {"settings.broadcast_mode", "profile.brake"},
-        "nothing could release the brake: in multi-drive mode 0x8C comes in 0x288, with a payload "
-        "of zeros, and engages it");
+    fail_at_first(drive, {"settings.broadcast_mode", "profile.brake"},
+                  "the brake cannot be released: in multi-drive mode 0x8C comes in 0x288 with a "
+                  "payload of zeros, which engages it");
   }
 }
 
@@ -232,10 +231,9 @@ void check_drive(TableReader& reader, const ServoConfig& servo) {
   }
   if (servo.profile.series == Series::kMs && servo.rom.broadcast_mode &&
       !servo.quirks.dialect.multi_drive_more) {
-    fail_at_first(
-        reader, {"settings.broadcast_mode"},
-        "the drive would answer nothing: MS drives know no 0x280, and this one has no other "
-        "command for several drives (quirks.multi_drive_more)");
+    fail_at_first(reader, {"settings.broadcast_mode"},
+                  "the drive would answer no frame: MS drives do not have 0x280; set "
+                  "quirks.multi_drive_more = true for the other multi-drive commands");
   }
   check_model(reader, servo);
   check_brake(reader, servo);

@@ -112,7 +112,7 @@ void apply_boot_angle(std::optional<double> asked_deg, const std::string& drive,
   const double most_deg = most_boot_angle_deg(servo);
   if (servo.joint) {
     throw std::invalid_argument("--boot-angle: " + drive +
-                                " has a joint and starts where the body has it");
+                                " has a joint: the body sets its start angle");
   }
   if (!(std::abs(*asked_deg) <= most_deg)) {
     throw std::invalid_argument("--boot-angle: " + plain_number(*asked_deg) + " is out of range (" +

@@ -134,7 +134,8 @@ void read_dialect(TableReader& reader, Dialect& dialect) {
     dialect.reply_id_base = static_cast<std::uint32_t>(*base);
   }
   if (const auto byte = reader.integer("state_on_byte", 0, 255)) {
-    if (*byte == protocol::kBridgeOff) reader.fail("state_on_byte", "0x10 is what says off");
+    if (*byte == protocol::kBridgeOff)
+      reader.fail("state_on_byte", "must not be 0x10, which means off");
     dialect.state_on_byte = static_cast<std::uint8_t>(*byte);
   }
   if (dialect.framing == protocol::Framing::kSerial) read_serial_dialect(reader, dialect);
@@ -249,7 +250,7 @@ void apply_quirks(const std::map<std::string, std::string>& asked, ServoConfig& 
   for (const auto& [key, value] : asked) {
     if (std::ranges::find(known, key) != known.end() || !closest_match(key, known).empty())
       continue;
-    reader.fail(key, "unknown; there are: " + comma_list(known));
+    reader.fail(key, "unknown; known: " + comma_list(known));
   }
   reader.finish();
 }
@@ -315,7 +316,8 @@ Generation chosen_generation(const std::string& word, const Profile& profile) {
   }
   if (profile.seen_generation) return *profile.seen_generation;
   throw NeverSeen(
-      "no generation was seen of such drives; lk-emu motors lists the motors that have one");
+      "the generation of real drives of this motor is unknown; lk-emu motors lists the motors that "
+      "have one");
 }
 
 void read_generation(TableReader& reader, const FirmwareRequest& asked, const std::string& drive,

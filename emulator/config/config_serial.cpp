@@ -91,7 +91,7 @@ std::string baud_problem(std::int64_t baud) {
   for (const protocol::Value& row : kSerialRates) {
     if (bit_rate(row) != kOddRate) rates.emplace_back(row.word);
   }
-  return std::to_string(baud) + " is no bit rate of RS-485 drives: " + comma_list(rates);
+  return std::to_string(baud) + " is not a bit rate of RS-485 drives: " + comma_list(rates);
 }
 
 std::uint8_t rate_code(std::int64_t baud, bool has_921600) {

@@ -81,7 +81,7 @@ std::optional<MotorFile> base_of(const toml::table& document, const std::string&
   TableReader reader(document, file, "");
   const auto motor = reader.text("extends");
   if (!motor) return std::nullopt;
-  if (!find_base) reader.fail("extends", "no other motor files are at hand here");
+  if (!find_base) reader.fail("extends", "not possible here: no other motor files are available");
   MotorFile base;
   try {
     base = find_base(motor_of(file, *motor));
@@ -90,7 +90,7 @@ std::optional<MotorFile> base_of(const toml::table& document, const std::string&
   }
   for (const std::string& other : files) {
     if (plain(other) == plain(base.file)) {
-      reader.fail("extends", other + " would extend itself");
+      reader.fail("extends", other + " extends itself");
     }
   }
   if (files.size() >= kMaxMotorFiles) {
@@ -117,7 +117,8 @@ void check_series(const toml::table& document, const std::string& file, const to
   const auto own = document["series"].value<std::string>();
   const auto inherited = base["series"].value<std::string>();
   if (!own || !inherited || *own == *inherited) return;
-  TableReader(document, file, "").fail("series", "the motor that it extends is an " + *inherited);
+  TableReader(document, file, "")
+      .fail("series", "differs from the motor that it extends: " + *inherited);
 }
 
 }  // namespace

@@ -45,11 +45,10 @@ void read_limit(TableReader& reader, Presence presence, const RegisterRules& rul
                 Registers& registers) {
   const bool ms = rules.series == Series::kMs;
   if (ms && reader.has("max_torque_current_lsb")) {
-    reader.fail("max_torque_current_lsb", "an MS drive has max_power_permille in its place");
+    reader.fail("max_torque_current_lsb", "not for MS drives; use max_power_permille");
   }
   if (!ms && reader.has("max_power_permille")) {
-    reader.fail("max_power_permille",
-                "MS drives only; this one has max_torque_current_lsb in its place");
+    reader.fail("max_power_permille", "for MS drives only; use max_torque_current_lsb");
   }
   const Field<Registers> limit[] = {ms ? fields::max_power()
                                        : fields::max_torque_current(rules.iq_limit_lsb)};

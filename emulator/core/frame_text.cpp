@@ -100,7 +100,8 @@ std::string read_content(std::string_view text, protocol::Frame& frame) {
     frame.dlc = 0;
     if (text.size() == 1) return "";
     const auto length = parse_hex(text.substr(1));
-    if (!length || *length > protocol::kCanBytes) return quoted(text) + " asks for no 0 to 8 bytes";
+    if (!length || *length > protocol::kCanBytes)
+      return quoted(text) + " does not request 0 to 8 bytes";
     frame.dlc = static_cast<std::uint8_t>(*length);
     return "";
   }

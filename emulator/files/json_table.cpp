@@ -70,7 +70,7 @@ void add_value(const Json& value, const std::string& path, const Add& add) {
     case Json::value_t::discarded:
       break;
   }
-  throw JsonError(path, "null says nothing; leave the key out");
+  throw JsonError(path, "null is not allowed; leave the key out");
 }
 
 /// Refuses depth, keys that are given twice and objects with many keys. The library's own callback
@@ -98,7 +98,8 @@ class Shape : public nlohmann::json_sax<Json> {
   }
   bool parse_error(std::size_t position, const std::string&,
                    const nlohmann::detail::exception& problem) override {
-    throw JsonError("byte " + std::to_string(position), "no JSON: " + short_reason(problem.what()));
+    throw JsonError("byte " + std::to_string(position),
+                    "not JSON: " + short_reason(problem.what()));
   }
 
  private:

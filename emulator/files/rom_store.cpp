@@ -105,7 +105,7 @@ void check(const Descriptor& opened, const fs::path& path) {
   const std::string name = path.string();
   struct stat found {};
   if (::fstat(opened.get(), &found) != 0) {
-    throw StartError("cannot look at " + name + ": " + errno_text(errno));
+    throw StartError("cannot access " + name + ": " + errno_text(errno));
   }
   const bool is_directory = S_ISDIR(found.st_mode);
   if (!is_directory && (!S_ISREG(found.st_mode) || found.st_nlink != 1)) {
@@ -189,7 +189,7 @@ void load(const fs::path& file, const std::string& bus, ServoConfig& servo) {
     read_rom(read_regular_file(file, kLongestRom), file.string(), bus, servo);
   } catch (const ConfigError& problem) {
     throw StartError(std::string(problem.what()) +
-                     " (give another --rom DIR, or start anew with --wipe-rom)");
+                     " (give another --rom DIR, or reset it with --wipe-rom)");
   } catch (const std::invalid_argument& problem) {
     throw StartError(problem.what());
   }
@@ -251,8 +251,8 @@ void RomStore::take_directories(const RomOptions& options, const std::vector<Bus
   const fs::path base = state_directory(std::getenv("XDG_STATE_HOME"), std::getenv("HOME"));
   if (base.empty()) {
     throw StartError(
-        "nowhere to keep ROM: neither HOME nor XDG_STATE_HOME is set; give --rom DIR, or "
-        "--rom :memory:");
+        "no directory for ROM: neither HOME nor XDG_STATE_HOME is set; give --rom DIR, or --rom "
+        ":memory:");
   }
   for (const BusConfig& bus : buses) {
     directories_.emplace_back(base / bus_file_name(bus.interface),

@@ -40,7 +40,7 @@ void check_directory(const std::filesystem::path& directory) {
   const std::string name = directory.string();
   struct stat found {};
   if (::lstat(name.c_str(), &found) != 0) {
-    throw StartError("cannot look at " + name + ": " + errno_text(errno));
+    throw StartError("cannot access " + name + ": " + errno_text(errno));
   }
   if (!S_ISDIR(found.st_mode)) throw StartError(name + " is not a directory: remove it");
   if (!is_ours(found.st_uid, directory)) throw StartError(name + " belongs to another user");
@@ -118,7 +118,7 @@ void clear_stale_socket(const std::filesystem::path& path) {
   struct stat found {};
   if (::lstat(name.c_str(), &found) != 0) {
     if (errno == ENOENT) return;
-    throw StartError("cannot look at " + name + ": " + errno_text(errno));
+    throw StartError("cannot access " + name + ": " + errno_text(errno));
   }
   if (!S_ISSOCK(found.st_mode)) throw StartError(name + " already exists and is not a socket");
   if (!is_ours(found.st_uid, path.parent_path())) {

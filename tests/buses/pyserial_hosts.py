@@ -438,7 +438,7 @@ id = 1
         self.assertIn("is there already", self.refused("--bus", self.bus, "--ids", "1"))
         with open(self.link, encoding="ascii") as file:
             self.assertEqual(file.read(), "mine")
-        self.assertIn("is no bit rate of RS-485 drives",
+        self.assertIn("is not a bit rate of RS-485 drives",
                       self.refused("--bus", self.bus, "--ids", "1", "--baud", "500000"))
         self.assertIn("needs a path", self.refused("--bus", "rs485:", "--ids", "1"))
         robot = os.path.join(self.directory, "robot.toml")

@@ -176,7 +176,7 @@ class Hosts(support.TestCase):
     def test_two_programs_do_not_serve_one_place(self):
         for place in self.on_each_kind():
             with emulator("--bus", place.name, "--ids", "1"):
-                self.assertIn("answered by lk-emu (pid",
+                self.assertIn("in use by lk-emu (pid",
                               self.refused("--bus", place.same, "--ids", "1", "--rom", ":memory:"))
 
     def test_a_host_that_comes_and_goes(self):
@@ -283,7 +283,7 @@ class SlcanAlone(support.TestCase):
                           ("slcan-tcp:0", "PORT is 1 to 65535"),
                           ("slcan-tcp:::1:29536", "of IPv6 in brackets"),
                           ("slcan-tcp:300.0.0.1:29536", "ADDR is an IP address"),
-                          ("scan-tcp:29536", 'there is no kind of bus "scan-tcp:"')):
+                          ("scan-tcp:29536", 'unknown kind of bus "scan-tcp:"')):
             self.assertIn(why, self.refused("--bus", name, "--ids", "1"))
         self.assertIn("cannot listen there",
                       self.refused("--bus", f"slcan-tcp:192.0.2.1:{place.port}", "--ids", "1"))
@@ -294,7 +294,7 @@ class SlcanPtyAlone(support.TestCase):
         master, port = os.openpty()  # a character device, like /dev/ttyUSB0
         self.addCleanup(os.close, master)
         self.addCleanup(os.close, port)
-        self.assertIn("is a serial port; slcan-pty makes a terminal of its own: give a path where nothing is",
+        self.assertIn("is a serial port; slcan-pty creates its own terminal: give a path that does not exist",
                       self.refused("--bus", f"slcan-pty:{os.ttyname(port)}", "--ids", "1"))
 
 
@@ -378,9 +378,9 @@ class UdpMulticastAlone(support.TestCase):
                           running.errors)
 
     def test_what_cannot_be_is_told_in_a_line(self):
-        for name, why in (("udp-multicast:192.0.2.1", "is no multicast group"),
+        for name, why in (("udp-multicast:192.0.2.1", "is not a multicast group"),
                           ("udp-multicast:239.1.1.1?ttl=2", "is not udp-multicast:[GROUP]"),
-                          ("udp-multicast:[::1]", "is no multicast group"),
+                          ("udp-multicast:[::1]", "is not a multicast group"),
                           ("udp-multicast:239.1.1.1:0", "PORT is 1 to 65535")):
             self.assertIn(why, self.refused("--bus", name, "--ids", "1", "--check"))
 

@@ -32,7 +32,7 @@ inline emulator::Fault fault_from(Input& input, int id) {
     fault.values[n] = parameter_from(row.params[n], input.byte());
   }
   // These ranges are for the largest motors. A small motor diverges there, which verdicts report
-  // ("no such motor").
+  // ("the simulation diverged").
   if (fault.row->word == "load_step" || fault.row->word == "kick") {
     fault.values[0] = fault.values[0].number() / 1000;
   }

@@ -69,8 +69,8 @@ const BadInput kBadInput[] = {
      "lk-emu: --generation is given twice for the same drives"},
     {"GenerationNeverSeen",
      {"--bus", "a", "--ids", "1", "--motor", "ms3506", "--generation", "seen"},
-     "lk-emu: --generation: a drive 1 (ms3506): no generation was seen of such drives; lk-emu "
-     "motors lists"},
+     "lk-emu: --generation: a drive 1 (ms3506): the generation of real drives of this motor is "
+     "unknown; lk-emu motors lists"},
     {"MotorOfTwoGears",
      {"--bus", "a", "--ids", "1", "--motor", "MG6012"},
      "lk-emu: --motor: no motor \"MG6012\", did you mean mg6012-i36 or mg6012-i8? (in "},
@@ -86,7 +86,7 @@ const BadInput kBadInput[] = {
      "called mf7015"},
     {"MotorOfAnotherVersion",
      {"--bus", "a", "--ids", "1", "--motor", "MG6012E-i36v3", "--generation", "seen"},
-     "lk-emu: --generation: a drive 1 (mg6012-i36): no generation"},
+     "lk-emu: --generation: a drive 1 (mg6012-i36): the generation of"},
     {"RobotShippedByItsName",
      {"--config", "quadruped.toml"},
      "lk-emu: cannot read quadruped.toml: No such file or directory; the shipped one is called "},
@@ -117,7 +117,7 @@ const BadInput kBadInput[] = {
      "lk-emu: --quirk: stop_hold: unknown key, did you mean stop_holds?"},
     {"QuirkUnknown",
      {"--bus", "a", "--ids", "1", "--quirk", "gear=10"},
-     "lk-emu: --quirk: gear: unknown; there are: manual_reply_bytes, "},
+     "lk-emu: --quirk: gear: unknown; known: manual_reply_bytes, "},
     {"QuirkOfAnotherType",
      {"--bus", "a", "--ids", "1", "--quirk", "iq_scale=33"},
      "lk-emu: --quirk: iq_scale: \"33\" is not one of manual, series"},
@@ -152,7 +152,7 @@ const BadInput kBadInput[] = {
     {"RomNowhere", {"--bus", "a", "--ids", "1", "--rom", ""}, "lk-emu: --rom: needs a directory"},
     {"RomWipedInMemory",
      {"--bus", "a", "--ids", "1", "--wipe-rom", "--rom", ":memory:"},
-     "lk-emu: --wipe-rom: with --rom :memory: there is nothing to wipe"},
+     "lk-emu: --wipe-rom: not possible with --rom :memory:, which keeps nothing"},
     {"UnknownOption", {"--buss", "vcan0"}, "lk-emu: unknown option --buss, did you mean --bus?"},
     {"UnknownOptionOfACommand",
      {"ctl", "drives", "--jsn"},
@@ -174,7 +174,7 @@ const BadInput kBadInput[] = {
      "lk-emu: ctl: \"2x\" is not a time, like 10ms, 1.5s or 2min"},
     {"TwoListsOfIds",
      {"ctl", "set", "id=1", "supply_V=18", "--ids", "1"},
-     "lk-emu: ctl: two lists of IDs"},
+     "lk-emu: ctl: IDs are given twice"},
     {"NoConfigFile",
      {"--config", "/nowhere.toml"},
      "lk-emu: cannot read /nowhere.toml: No such file"},
@@ -268,7 +268,7 @@ sag_s = 1
       R"(      -       0  drawn    2   10000       -  -
 
 note: nowhere0 drive 3: supply of 12 V, the vendor says 24 to 48 V
-note: nowhere0 drive 3: answers 0x30 and 0xC0, and no drive was seen to do both
+note: nowhere0 drive 3: answers 0x30 and 0xC0; no known drive does both
 note: nowhere0 drive 3: unlike v236: state_1 = "decivolt", pid_commands = true
 note: nowhere0 drive 3: brake of 300 mNm
 note: nowhere0 drive 3: protections on: stall

@@ -153,7 +153,7 @@ TEST_F(WithControl, CtlActsAndSaysWhatWasRefused) {
   EXPECT_EQ(refused.err, "lk-emu: ids: no drive 3 on this bus\n");
   EXPECT_EQ(ctl({"set", "supply_V=20", "--ids", "3"}).err, refused.err);
   EXPECT_EQ(ctl({"set", "supply_V=20", "--ids", "1-2"}).status, 0);
-  EXPECT_EQ(ctl({"drive", "9"}).err, "lk-emu: ctl: there is no drive 9 on " + own_bus() + "\n");
+  EXPECT_EQ(ctl({"drive", "9"}).err, "lk-emu: ctl: no drive 9 on " + own_bus() + "\n");
   EXPECT_EQ(ctl({"set", "supply"}).status, 2);
   EXPECT_EQ(ctl({"power", "off", "--ids", "2"}).status, 0);
   EXPECT_EQ(ctl({"advance", "1s"}).status, 0);

@@ -22,8 +22,8 @@ TEST(Asked, AnMg4010SpeaksAsSuchDrivesWereSeenTo) {
   const std::vector<std::string> plain = {"--bus",   own_bus(), "--ids", "1",
                                           "--motor", "mg4010",  "--rom", ":memory:"};
   const std::string note =
-      "mg4010: such drives were seen to speak late-legacy, this one speaks legacy (--generation "
-      "seen changes that)\n";
+      "mg4010: real drives of this motor use generation late-legacy, this one uses legacy "
+      "(--generation seen changes that)\n";
   {
     EmulatorProcess emulator(plain);
     ASSERT_TRUE(emulator.wait_ready());
@@ -38,7 +38,7 @@ TEST(Asked, AnMg4010SpeaksAsSuchDrivesWereSeenTo) {
     EmulatorProcess emulator(asked);
     ASSERT_TRUE(emulator.wait_ready());
     const auto result = emulator.stop();
-    EXPECT_EQ(result.err.find("were seen to speak"), std::string::npos) << result.err;
+    EXPECT_EQ(result.err.find("real drives of this motor use"), std::string::npos) << result.err;
   }
   asked.back() = "seen";
   EmulatorProcess emulator(asked);
@@ -51,7 +51,7 @@ TEST(Asked, AnMg4010SpeaksAsSuchDrivesWereSeenTo) {
   EXPECT_NEAR(uint16_at(*state, 3) * 0.1, 24.0, 0.5);
   EXPECT_EQ(host.query(1, {0x9B}).value_or(Payload{})[0], 0x9B);
   const auto result = emulator.stop();
-  EXPECT_EQ(result.err.find("were seen to speak"), std::string::npos) << result.err;
+  EXPECT_EQ(result.err.find("real drives of this motor use"), std::string::npos) << result.err;
 }
 
 }  // namespace drive_test

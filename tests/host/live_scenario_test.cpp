@@ -121,8 +121,7 @@ TEST_F(LiveScenario, OneWithMoreFaultsThanABusKeepsIsRefused) {
   EXPECT_FALSE(std::filesystem::exists(own_.path("recording")));
   EXPECT_EQ(result.out, "") << "never ready";
   EXPECT_NE(result.err.find("lk-emu: --scenario: " + own_bus() +
-                            ": a bus keeps no more than 1000 faults, 600 "
-                            "are there\n"),
+                            ": a bus holds at most 1000 faults, 600 are there\n"),
             std::string::npos)
       << result.err;
 }

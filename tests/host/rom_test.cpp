@@ -132,9 +132,10 @@ TEST_F(Rom, ADamagedFileIsRefusedAndLeftAlone) {
   const std::string before = text_of(file(2));
   const auto result = EmulatorProcess(arguments()).wait();
   EXPECT_EQ(result.status, 2);
-  EXPECT_EQ(result.err, "lk-emu: " + file(2) +
-                            ":4: motor: must be a string (give another --rom DIR, or start anew "
-                            "with --wipe-rom)\n");
+  EXPECT_EQ(
+      result.err,
+      "lk-emu: " + file(2) +
+          ":4: motor: must be a string (give another --rom DIR, or reset it with --wipe-rom)\n");
   EXPECT_EQ(text_of(file(2)), before);
 }
 
@@ -173,7 +174,7 @@ TEST_F(Rom, WithoutADefaultItSaysWhatToDo) {
                           .wait();
   EXPECT_EQ(result.status, 2);
   EXPECT_EQ(result.err,
-            "lk-emu: nowhere to keep ROM: neither HOME nor XDG_STATE_HOME is set; give --rom DIR, "
+            "lk-emu: no directory for ROM: neither HOME nor XDG_STATE_HOME is set; give --rom DIR, "
             "or --rom :memory:\n");
 }
 

@@ -168,13 +168,13 @@ class LockStep(unittest.TestCase):
     def test_the_clock_is_the_simulators(self) -> None:
         with program() as running, Shafts(running.place) as shafts:
             run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 5)
-            with self.assertRaisesRegex(Refused, "time is the simulator's"):
+            with self.assertRaisesRegex(Refused, "the simulator at --shafts owns the clock"):
                 running.advance(1.0)
             self.assertAlmostEqual(running.time_s() * 1e3, round(running.time_s() * 1e3), places=6)
 
     def test_others_are_told_that_it_is_taken(self) -> None:
         with program() as running, Shafts(running.place) as shafts:
-            with self.assertRaisesRegex((Refused, Ended), "another simulator has the shafts"):
+            with self.assertRaisesRegex((Refused, Ended), "another simulator is connected"):
                 Shafts(running.place)
             run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 5)
 
@@ -218,7 +218,7 @@ class Lost(unittest.TestCase):
                 run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 50)
             eventually(lambda: running.time_s() > 0.2)
             log = running.stop()
-            self.assertIn("shafts: the simulator has gone: the drives go on without it", log)
+            self.assertIn("shafts: the simulator has gone: the drives keep running without it", log)
 
     def test_or_time_stands_until_one_comes(self) -> None:
         with program("--shafts-lost", "stop") as running:
@@ -230,7 +230,7 @@ class Lost(unittest.TestCase):
                 run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 50)
                 self.assertGreaterEqual(running.time_s(), stands + 0.04)
                 self.assertEqual(running.clock()["mode"], "realtime")
-            self.assertIn("has gone: time stands until one comes", running.stop())
+            self.assertIn("has gone: time is stopped until one connects", running.stop())
 
     def test_time_stands_before_the_first_one_too(self) -> None:
         with program("--shafts-lost", "stop") as running:
@@ -242,7 +242,7 @@ class Lost(unittest.TestCase):
             with Shafts(running.place, time="drives") as shafts:
                 run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 50)
                 self.assertEqual(running.clock()["mode"], "realtime")
-            self.assertIn("time stands until a simulator comes", running.stop())
+            self.assertIn("time is stopped until a simulator connects", running.stop())
 
     def test_a_scenario_without_a_simulator_does_not_pass(self) -> None:
         with tempfile.TemporaryDirectory() as directory:
@@ -281,7 +281,7 @@ class Nonsense(unittest.TestCase):
         self.refused(State(NAN, 0, 0.1, 0), r":2: angle_rad is nan")
 
     def test_an_inertia_without_the_armature(self) -> None:
-        self.refused(State(0, 0, 1e-6, 0), r":2: inertia_kg_m2 is 1e-06, less than the armature")
+        self.refused(State(0, 0, 1e-6, 0), r":2: inertia_kg_m2 is 1e-06, below the drive's armature")
 
     def test_a_thousand_bad_simulators_and_a_host_that_is_served(self) -> None:
         dice = random.Random(1)
@@ -304,7 +304,7 @@ class Nonsense(unittest.TestCase):
             with Shafts(running.place) as shafts:
                 run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 10)
             log = running.stop()
-            self.assertIn("shafts: no more of this is told for a while", log)
+            self.assertIn("shafts: further messages of this kind are suppressed for a while", log)
             self.assertLess(len(log), 20_000, "while it was not read")
 
     def misbehave(self, dice: random.Random, one: socket.socket) -> None:
@@ -340,7 +340,7 @@ class Options(unittest.TestCase):
             (["--shafts", "unix:/nowhere/at/all"], "/nowhere/at/all"),
             (["--shafts-lost", "stop"], "--shafts-lost: belongs to --shafts"),
             (["--shafts", "tcp:0", "--shafts-lost", "x"], '--shafts-lost: "x" is neither free nor stop'),
-            (["--shafts", "tcp:0", "--record", "/tmp/x"], "--record: what a simulator"),
+            (["--shafts", "tcp:0", "--record", "/tmp/x"], "--record: not possible with --shafts"),
         ):
             with tempfile.TemporaryDirectory() as directory:
                 done = subprocess.run([PROGRAM, "--bus", f"slcan-pty:{directory}/can", "--ids", "1", "--rom", ":memory:",

@@ -24,8 +24,8 @@ std::vector<std::string> on(const std::string& bus, const std::string& ids) {
 }
 
 std::string refusal(const std::string& bus, int id, const EmulatorProcess& holder) {
-  return "lk-emu: " + bus + ": ID " + std::to_string(id) + " is answered by lk-emu (pid " +
-         std::to_string(holder.pid()) + ") already; stop it, or give other --ids\n";
+  return "lk-emu: " + bus + ": ID " + std::to_string(id) + " is already in use by lk-emu (pid " +
+         std::to_string(holder.pid()) + "); stop it, or give other --ids\n";
 }
 
 void expect_refused(const std::vector<std::string>& arguments, const std::string& message,
@@ -230,7 +230,7 @@ class RealBus : public OneAnswer {
 TEST_F(RealBus, IsRefusedUnlessItIsMeant) {
   const std::string message =
       "lk-emu: slcan0 is not virtual (vcan, vxcan): real drives may be on it, and one with the "
-      "same ID would answer too; if there is none, start with --real-bus\n";
+      "same ID would answer too; if no drive on it has these IDs, start with --real-bus\n";
   expect_refused(on("slcan0", "3"), message);
   std::vector<std::string> create = on("slcan0", "3");
   create.emplace_back("--create-bus");

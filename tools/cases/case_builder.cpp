@@ -265,7 +265,8 @@ std::vector<PlannedDirective> CaseBuilder::fault(const CaseRequest& request,
   const std::size_t bus = read_bus_of(reader, scenario.robot, id);
   read_moment(reader, "at_s", scenario.duration);
   if (reader.has("when"))
-    reader.fail("when", "a case's fault begins at at_s; move it to directives");
+    reader.fail("when",
+                "not allowed: a case's fault begins at at_s; move this event to directives");
   std::vector<TimedDirective> all = scenario.robot[bus].events;
   std::vector<PlannedDirective> planned;
   for (TimedDirective& one : read_directives(reader, scenario.robot[bus], Timing::kRequired)) {

@@ -88,7 +88,7 @@ void add_options(CLI::App& app, Raw& raw) {
       ->type_name("MOTOR");
   app.add_option("--generation", raw.generations,
                  "firmware of the drives, one of " + comma_list(generation_words()) +
-                     " (default legacy); seen: what drives of their motor were seen to speak")
+                     " (default legacy); seen: as measured on real drives of their motor")
       ->type_name("NAME")
       ->allow_extra_args(false);
   app.add_option("--quirk", raw.quirks,
@@ -308,7 +308,7 @@ void read_rom_option(const std::string& text, RomOptions& rom) {
   rom.in_memory = text == ":memory:";
   if (!rom.in_memory) rom.directory = text;
   if (rom.in_memory && rom.wipe) {
-    throw StartError("--wipe-rom: with --rom :memory: there is nothing to wipe");
+    throw StartError("--wipe-rom: not possible with --rom :memory:, which keeps nothing");
   }
 }
 
@@ -327,7 +327,7 @@ std::optional<ShaftOptions> read_shafts(const CLI::App& app, const Raw& raw) {
     throw StartError("--shafts-lost: \"" + raw.shafts_lost + "\" is neither free nor stop");
   shafts.lost = *lost;
   if (app.count("--record") > 0) {
-    throw StartError("--record: what a simulator at --shafts does is in no recording");
+    throw StartError("--record: not possible with --shafts: the simulator is not recorded");
   }
   return shafts;
 }

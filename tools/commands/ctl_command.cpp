@@ -210,7 +210,8 @@ class Ctl {
     std::string bus = raw_.bus;
     if (bus.empty()) {
       const Json status = client().ask("GET", "/status").body;
-      if (status["buses"].size() > 1) throw StartError("ctl: there are several buses: give --bus");
+      if (status["buses"].size() > 1)
+        throw StartError("ctl: there are several buses; choose one with --bus");
       bus = status["buses"][0].value("bus", "");
     }
     return "/drives/" + bus + "/" + std::to_string(id);
@@ -219,7 +220,7 @@ class Ctl {
   void put_ids(Json& request) const {
     if (raw_.ids.empty()) return;
     if (request.contains("id") || request.contains("ids"))
-      throw StartError("ctl: two lists of IDs");
+      throw StartError("ctl: IDs are given twice");
     request["ids"] = raw_.ids;
   }
 

@@ -58,7 +58,7 @@ struct DecodeApp {
                    "directory of a recording, which tells what its drives are");
     app.add_option("--generation", generation,
                    "firmware of the drives, one of " + comma_list(generation_words()) +
-                       " (default legacy); seen: what drives of the motor were seen to speak")
+                       " (default legacy); seen: as measured on real drives of the motor")
         ->type_name("GENERATION");
     app.add_option("--motor", motor,
                    std::string("motor of the drives, a name or a file, for the scales (default ") +
@@ -231,14 +231,13 @@ void read_log(const std::string& log, Reader& reader) {
     if (!file) throw StartError("decode: cannot read " + name + ": " + because());
   } else if (::isatty(STDIN_FILENO) != 0) {
     std::fputs(
-        "lk-emu decode: reads what is typed; candump -t z can0 | lk-emu decode reads a bus\n",
+        "lk-emu decode: reading the terminal; to read a bus: candump -t z can0 | lk-emu decode\n",
         stderr);
   }
   const bool ended = decode(from_input ? STDIN_FILENO : file.get(), name, reader);
   if (reader.frames() > 0) return;
   if (reader.bad_lines() > 0) {
-    throw StartError("decode: nothing in " + name + " is a frame of candump; " +
-                     reader.first_problem());
+    throw StartError("decode: no candump frame in " + name + "; " + reader.first_problem());
   }
   if (ended) throw StartError("decode: " + name + " has no frame: give it a log of candump");
 }
@@ -268,7 +267,8 @@ int run_decode(int argc, const char* const* argv) {
   if (recorded) {
     for (const char* option : {"--generation", "--motor"}) {
       if (given.app.count(option) == 0) continue;
-      throw StartError(std::string("decode: ") + option + " is for logs; a recording has its own");
+      throw StartError(std::string("decode: ") + option +
+                       " is for logs; a recording contains its own");
     }
     options.buses = read_recording(given.file).buses;
   }

@@ -152,10 +152,9 @@ std::string list_motors() {
   for (const std::string& name : known_motors()) text += row(load_profile(name));
   return text +
          "\nTorques and speeds at the output shaft, as printed by the vendor. Seen as: the "
-         "generation that such drives\nwere seen to speak, --generation seen. A motor goes by its "
-         "profile, model or another label, in capital or small\nletters, or by the path of a file "
-         "of your own. One of them in detail:\n"
-         "  lk-emu motors MOTOR\n";
+         "generation measured on real\ndrives, --generation seen. Name a motor by its profile, "
+         "model or another label, in capital or small letters,\nor by the path of your own file. "
+         "One of them in detail:\n  lk-emu motors MOTOR\n";
 }
 
 std::string describe_motor(const Profile& profile) {

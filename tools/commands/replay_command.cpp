@@ -102,7 +102,7 @@ void check(const CLI::App& app, const ReplayRequest& request) {
     }
   }
   if (log && request.config.empty()) {
-    throw StartError("replay: --log needs --config, the robot that it is of");
+    throw StartError("replay: --log needs --config, the robot that produced the log");
   }
 }
 
@@ -191,7 +191,7 @@ ChosenBus choose_bus(const ReplayRequest& request) {
   const auto buses = load_config(command_line);
   if (request.bus.empty() && buses.size() == 1) return {buses.front(), ""};
   if (request.bus.empty()) {
-    throw StartError("replay: " + request.config + " has several buses; say which with --bus");
+    throw StartError("replay: " + request.config + " has several buses; choose one with --bus");
   }
   const std::size_t sign = request.bus.rfind('=');
   for (const BusConfig& bus : buses) {
@@ -221,9 +221,8 @@ std::string find_interface(const std::vector<CandumpLine>& lines, const ChosenBu
   }
   if (all.size() == 1) return *all.begin();
   throw StartError(
-      fmt::format("replay: {} has the interfaces {}, and none is {}; say which with "
-                  "--bus {}=NAME",
-                  file, fmt::join(all, ", "), bus.config.interface, bus.config.interface));
+      fmt::format("replay: {} has the interfaces {}, not {}; choose one with --bus {}=NAME", file,
+                  fmt::join(all, ", "), bus.config.interface, bus.config.interface));
 }
 
 /// A longer gap means that the clock was set, e.g. from 1970 to the present. To emulate such a gap

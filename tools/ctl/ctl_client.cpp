@@ -93,7 +93,8 @@ std::vector<std::filesystem::path> trusted_sockets() {
   try {
     return live_sockets();
   } catch (const StartError& problem) {
-    throw StartError(std::string("ctl: ") + problem.what() + "; --socket PATH says where it is");
+    throw StartError(std::string("ctl: ") + problem.what() +
+                     "; choose the socket with --socket PATH");
   }
 }
 
@@ -120,7 +121,7 @@ std::filesystem::path find_socket(const std::string& socket, const std::string& 
   std::vector<std::filesystem::path> live = trusted_sockets();
   if (live.empty()) {
     throw StartError("ctl: no lk-emu is running here (none in " + runtime_directory().string() +
-                     "); --socket PATH says where it is");
+                     "); choose the socket with --socket PATH");
   }
   if (!bus.empty()) {
     std::erase_if(live, [&](const std::filesystem::path& path) {
@@ -129,7 +130,7 @@ std::filesystem::path find_socket(const std::string& socket, const std::string& 
         return std::ranges::none_of(status.value("buses", Json::array()),
                                     [&](const Json& one) { return one.value("bus", "") == bus; });
       } catch (const StartError& problem) {
-        std::fprintf(stderr, "lk-emu: %s (passed over)\n", problem.what());
+        std::fprintf(stderr, "lk-emu: %s (skipped)\n", problem.what());
         return true;
       }
     });

@@ -79,7 +79,7 @@ std::string address_change_lines(const Json& bus) {
     const std::string others = joined(place.value("shared_with", Json::array()), "");
     text += fmt::format("{}: drive {} is at {}{}{}; after its next start at {}", word(bus, "bus"),
                         number(drive, "id"), place_text(place),
-                        place.value("heard", true) ? "" : " and hears nothing here",
+                        place.value("heard", true) ? "" : " and receives nothing here",
                         others.empty() ? "" : ", as drive " + others + " is",
                         place_text(place["saved"]));
     if (!place["pending"].is_null()) {

@@ -85,11 +85,11 @@ Floor read_floor(TableReader table) {
 
 std::size_t read_free_part(TableReader& table, const Mechanism& body, const char* what) {
   const auto places = body.free_parts();
-  if (places.empty()) table.fail(what, "no part of the body goes where it likes");
+  if (places.empty()) table.fail(what, "the model has no free body");
   std::vector<std::string> names;
   for (const std::size_t place : places) names.push_back(body.parts()[place]);
   if (const auto place = table.choice("body", names)) return places[*place];
-  if (places.size() > 1) table.fail(what, "of which body? " + comma_list(names));
+  if (places.size() > 1) table.fail(what, "needs body, one of " + comma_list(names));
   return places.front();
 }
 

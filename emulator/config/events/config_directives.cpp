@@ -49,7 +49,8 @@ void check_actions(TableReader& reader) {
   for (const char* action : kActions) {
     if (!reader.has(action)) continue;
     if (first != nullptr) {
-      reader.fail(action, std::string("one action an event; this one has ") + first + " already");
+      reader.fail(action,
+                  std::string("only one action per event; this event has ") + first + " already");
     }
     first = action;
   }
@@ -118,7 +119,7 @@ void check_not_mounted(TableReader& reader, const ServoConfig* servo) {
   for (const char* action : {"load", "turn_deg"}) {
     if (!reader.has(action)) continue;
     reader.fail(action, "drive " + std::to_string(servo->id) +
-                            " turns a joint of the body, which is its load");
+                            " turns a joint of the body: the body is its load");
   }
 }
 
@@ -142,7 +143,7 @@ std::vector<Action> read_settings(TableReader& reader, const ServoConfig& servo)
     const auto parameter = static_cast<RomParameter>(p);
     if (settings.has(rom_key(parameter))) actions.emplace_back(Setting{parameter, wanted});
   }
-  if (actions.empty()) reader.fail("settings", "there is no setting in it");
+  if (actions.empty()) reader.fail("settings", "empty; give at least one setting");
   return actions;
 }
 
@@ -169,7 +170,7 @@ std::vector<int> read_targets(TableReader& reader, const BusConfig& bus) {
 
 void refuse_ids(TableReader& reader, const char* action) {
   if (reader.has(ids_key(reader))) {
-    reader.fail(ids_key(reader), std::string(action) + " is of the bus as a whole");
+    reader.fail(ids_key(reader), std::string(action) + " acts on the whole bus; remove this key");
   }
 }
 
@@ -182,7 +183,7 @@ std::optional<Action> read_bus_action(TableReader& reader, const BusConfig& bus,
     action = ClearFault{*which};
   }
   if (auto act = read_body_act(reader, bus.body.get())) {
-    refuse_ids(reader, "what is done to the body");
+    refuse_ids(reader, "a body action");
     action = *act;
   }
   if (const auto text = reader.text("mark")) {
@@ -307,7 +308,7 @@ std::optional<Condition> read_condition(TableReader& reader, const BusConfig& bu
   }
   const Signal* const signal = read_signal(*when, "signal", bus);
   if (signal != nullptr && signal->is_of_body()) {
-    if (id_of_condition) when->fail("id", "a signal of the body is of no drive");
+    if (id_of_condition) when->fail("id", "a body signal belongs to no drive; remove this key");
     id = bus.servos.front().id;  // any
   }
   const auto error = read_error(*when, "error");
@@ -328,7 +329,7 @@ std::optional<Condition> read_condition(TableReader& reader, const BusConfig& bu
   if (signal == nullptr && !error && !command) {
     reader.fail("when", "needs one of signal, error and command");
   }
-  if (!id) reader.fail("when", "which drive is it about? give it an id");
+  if (!id) reader.fail("when", "needs the id of a drive");
   condition.id = *id;
   return condition;
 }

@@ -57,7 +57,7 @@ void read_course(TableReader& reader, Fault& fault) {
   fault.every = read_duration(reader, "every_s");
   const auto times = reader.integer("times", 1, 1'000'000'000);
   if (fault.duration && row.momentary()) {
-    reader.fail("for_s", std::string(row.word) + " is done at once and takes no time");
+    reader.fail("for_s", std::string(row.word) + " is instantaneous; remove this key");
   }
   if (fault.duration && *fault.duration == SimTime{0}) {
     reader.fail("for_s", "must be above 0; leave it out for a fault that stays");
@@ -116,7 +116,7 @@ void check_clear(const TableReader& reader, const std::string& which,
   }
   if (std::ranges::find(known, which) != known.end()) return;
   const std::string meant = closest_match(which, known);
-  reader.fail("clear", "no fault is called \"" + which + "\", and none is of that kind" +
+  reader.fail("clear", "no fault has the name or kind \"" + which + "\"" +
                            (meant.empty() ? "" : "; did you mean " + meant + "?"));
 }
 
@@ -129,8 +129,8 @@ void check_adapter(const TableReader& event, const FaultRow& row, const BusConfi
                    bool others_delay) {
   if (row.adapter_shows != &AdapterEffects::lost || bus.adapter != nullptr || others_delay) return;
   event.fail("fault", std::string(row.word) +
-                          ": no frame waits in an adapter here; give the bus an `adapter`, or add "
-                          "adapter_latency or adapter_batch first");
+                          ": this bus has no adapter that delays frames; give the bus an "
+                          "`adapter`, or add adapter_latency or adapter_batch first");
 }
 
 Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<int>& ids) {
@@ -157,10 +157,12 @@ Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<in
     table.finish();
     const std::string problem = text_problem(fault.name, kLongestName);
     if (!problem.empty()) table.fail("name", problem);
-    if (fault.name == "all") table.fail("name", "\"all\" means all faults");
-    if (fault.name == kPlanned) table.fail("name", "\"planned\" means what is planned");
+    if (fault.name == "all") table.fail("name", "\"all\" is reserved: it means all faults");
+    if (fault.name == kPlanned)
+      table.fail("name", "\"planned\" is reserved: it means all planned directives");
     const FaultRow* const other = find_fault(fault.name);
-    if (other != nullptr && other != fault.row) table.fail("name", "is the word for another kind");
+    if (other != nullptr && other != fault.row)
+      table.fail("name", "is the name of another kind of fault");
   }
   const FaultRow& row = *fault.row;
   if (row.needs_one && fault.values == fault_of(row).values) {
@@ -173,7 +175,7 @@ Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<in
   if (row.of_bus) {
     const char* const key = reader.has("ids") ? "ids" : "id";
     if (reader.has(key)) {
-      reader.fail(key, std::string(row.word) + " is of the bus as a whole");
+      reader.fail(key, std::string(row.word) + " acts on the whole bus; remove this key");
     }
     return fault;
   }

@@ -71,7 +71,7 @@ Replies read_replies(TableReader& reader, bool none) {
   if (!none) read_counts(reader, replies);
   reader.finish();
   if (range && replies.field.empty()) {
-    reader.fail("field", "missing: what are min and max of?");
+    reader.fail("field", "missing; min and max are limits of a field");
   }
   if (!range && !replies.field.empty()) reader.fail("field", "needs min, max or both");
   if (range) replies.range = *range;
@@ -120,7 +120,9 @@ void check_subjects(TableReader& reader) {
   for (const char* subject : kSubjects) {
     if (!reader.has(subject)) continue;
     if (first != nullptr) {
-      reader.fail(subject, std::string("one thing at a time; this one has ") + first + " already");
+      reader.fail(subject, std::string("only one of signal, error, state, reply, no_reply and "
+                                       "answered; this expectation has ") +
+                               first + " already");
     }
     first = subject;
   }
@@ -149,7 +151,7 @@ Expectation read_expectation(TableReader& reader, const Scenario& scenario) {
   bool of_body = false;
   if (const Signal* signal = read_signal(reader, "signal", scenario.robot.front())) {
     of_body = signal->is_of_body();
-    if (of_body && id) reader.fail("id", "a signal of the body is of no drive");
+    if (of_body && id) reader.fail("id", "a body signal belongs to no drive; remove this key");
     const auto range = read_range(reader, "min", "max");
     if (!range) reader.fail("signal", "needs min, max or both");
     expectation.what = SignalWithin{signal, *range};
@@ -175,14 +177,15 @@ Expectation read_expectation(TableReader& reader, const Scenario& scenario) {
     finish_expectation(reader);
   }
   if (of_body) {
-    if (reader.has("bus")) reader.fail("bus", "a signal of the body is of no bus");
+    if (reader.has("bus")) reader.fail("bus", "a body signal belongs to no bus; remove this key");
     expectation.id = scenario.robot.front().servos.front().id;  // any
   } else {
     expectation.bus = read_bus_of(reader, scenario.robot, expectation.id);
   }
   finish_expectation(reader);
   if (!found)
-    reader.fail("id", "what is expected? signal, error, state, reply, no_reply or answered");
+    reader.fail("id",
+                "missing expectation: give signal, error, state, reply, no_reply or answered");
   const auto& servos = scenario.robot[expectation.bus].servos;
   if (std::ranges::find(servos, expectation.id, &ServoConfig::id) == servos.end()) {
     reader.fail("id", "no drive " + std::to_string(expectation.id) + " on this bus");

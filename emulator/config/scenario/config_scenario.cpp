@@ -234,7 +234,7 @@ std::size_t read_bus_of(TableReader& reader, const std::vector<BusConfig>& robot
   if (id && places.empty()) {
     reader.fail(ids_key(reader), "no drive " + std::to_string(*id) + " on any bus");
   }
-  if (places.size() != 1) reader.fail("bus", "which one is meant? " + names_of(robot));
+  if (places.size() != 1) reader.fail("bus", "ambiguous; give one of " + names_of(robot));
   return places.front();
 }
 

@@ -113,8 +113,8 @@ std::optional<int> drive_meant(TableReader& reader, const Scenario& scenario) {
 std::vector<protocol::Frame> read_frames(TableReader& reader, const BusConfig& bus) {
   const auto frame = read_raw(reader);
   if (frame && protocol::is_serial(*frame) != bus.serial.has_value()) {
-    reader.fail("frame", bus.serial ? "is none of RS-485; write it like rs485#3E9A0100D9"
-                                    : "is none of CAN; write it like 141#9C00000000000000");
+    reader.fail("frame", bus.serial ? "is not an RS-485 frame; write it like rs485#3E9A0100D9"
+                                    : "is not a CAN frame; write it like 141#9C00000000000000");
   }
   return frame ? std::vector{*frame} : read_words(reader, bus);
 }

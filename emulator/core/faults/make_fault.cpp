@@ -92,7 +92,7 @@ std::string course_problem(const Fault& fault) {
   if (!(fault.probability >= 0 && fault.probability <= 1)) {
     return "probability is " + plain_number(fault.probability) + "; allowed: 0 to 1";
   }
-  if (fault.duration && fault.row->momentary()) return "is done at once and takes no duration";
+  if (fault.duration && fault.row->momentary()) return "is instantaneous; remove the duration";
   if (fault.duration && (lasts <= SimTime{0} || lasts > kLongestTime)) {
     return "duration must be above 0 s, and at most 100000000 s";
   }

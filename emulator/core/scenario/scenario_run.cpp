@@ -39,10 +39,9 @@ void add_to_verdict(const Judge& judge, const Bus& bus, const std::string& inter
     verdict.faults.push_back(std::move(fault));
   }
   if (dropped > 0) {
-    verdict.invalid.push_back(interface + ": " + std::to_string(dropped) +
-                              (dropped == 1 ? " fault" : " faults") +
-                              " ended and made room for others before the verdict; what they did "
-                              "is not known");
+    verdict.invalid.push_back(
+        interface + ": " + std::to_string(dropped) + (dropped == 1 ? " fault" : " faults") +
+        " ended and were removed before the verdict to make room; their effect is unknown");
   }
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
     if (!bus.has(id)) continue;
@@ -52,7 +51,7 @@ void add_to_verdict(const Judge& judge, const Bus& bus, const std::string& inter
         truth.theta_ref + truth.omega_ref + truth.i_q_ref + bus.telemetry(id).omega;
     if (!std::isfinite(plant + loops)) {
       verdict.invalid.push_back(interface + " drive " + std::to_string(id) +
-                                ": no such motor: its state has run out of all bounds");
+                                ": the simulation diverged; check the parameters of its motor");
     }
   }
   const std::size_t unmet = bus.state().conditions.directives();

@@ -58,12 +58,13 @@ void check_content_type(const ApiRequest& request) {
 void check_may_write(const ApiRequest& request) {
   if (request.method == "GET" || request.pages_may_write) return;
   if (request.from_page) {
-    throw ApiError(403, "Origin", "a page may only look: start lk-emu with --http-write");
+    throw ApiError(403, "Origin",
+                   "web pages are read-only; to allow changes, start lk-emu with --http-write");
   }
   if (request.is_public) {
     throw ApiError(403, "method",
-                   "without a token one may only look: start lk-emu with --http-write, or with a "
-                   "--http-token FILE");
+                   "clients without a token are read-only; to allow changes, start lk-emu with "
+                   "--http-write or --http-token FILE");
   }
 }
 
@@ -363,7 +364,7 @@ void ControlApi::handle(const ApiRequest& request, const ApiReply& reply) {
     const bool below_base =
         path.starts_with(kBasePath) && path.substr(kBasePath.size()).starts_with('/');
     check_may_write(request);
-    if (!below_base) throw ApiError(404, "path", "there is nothing here; the API is below /api/v1");
+    if (!below_base) throw ApiError(404, "path", "not found; the API is below /api/v1");
     const Parts asked = split(path.substr(kBasePath.size()), '/');
     std::string allowed;
     for (const ApiRoute& route : routes()) {
@@ -383,7 +384,7 @@ void ControlApi::handle(const ApiRequest& request, const ApiReply& reply) {
       if (route.method == "GET") allowed += ", HEAD";
     }
     if (allowed.empty()) throw ApiError(404, "path", "not found");
-    ApiResponse response = error_response(405, "method", "this can be asked for by " + allowed);
+    ApiResponse response = error_response(405, "method", "method not allowed; allowed: " + allowed);
     response.allow = allowed;
     reply(response);
   } catch (const ApiError& problem) {

@@ -25,7 +25,7 @@ void check_fault(const Line& line) {
   if (line.bus().state().faults.full()) {
     throw ApiError(409, "fault",
                    "this bus has " + std::to_string(Bus::kMaxFaults) +
-                       " faults that are not over, and keeps no more: clear some");
+                       " unfinished faults, the limit; clear some");
   }
 }
 
@@ -44,7 +44,7 @@ void check_clear(const ClearFault& clear, const Line& line) {
   const auto faults = line.bus().faults();
   const bool known = std::ranges::any_of(
       faults, [&](const FaultReport& report) { return report.fault.name == clear.which; });
-  if (!known) throw ApiError(400, "clear", "there is no fault \"" + clear.which + "\"");
+  if (!known) throw ApiError(400, "clear", "unknown fault \"" + clear.which + "\"");
 }
 
 /// Tries immediate settings on a copy of the bus: a flash queues a limited number of writes.
@@ -55,14 +55,15 @@ void check_settings(const std::vector<TimedDirective>& directives, const Line& l
     if (setting == nullptr || directive.when || directive.at > line.bus().time()) continue;
     const int id = directive.directive.id;
     if (!line.bus().telemetry(id).alive) {
-      throw ApiError(409, "settings",
-                     "drive " + std::to_string(id) + " has no power: it cannot take this");
+      throw ApiError(
+          409, "settings",
+          "drive " + std::to_string(id) + " has no power; settings need a powered drive");
     }
     if (!trial) trial = line.bus();
     if (!trial->write_setting(id, setting->parameter, setting->value)) {
       throw ApiError(409, "settings",
                      "the flash of drive " + std::to_string(id) +
-                         " has too much to write already: try again when time has gone by");
+                         " has too many pending writes; try again later");
     }
   }
 }
@@ -76,8 +77,8 @@ void check_planned(const std::vector<TimedDirective>& directives, const Line& li
   if (wanted == 0) return;
   if (line.bus().state().agenda.directives() + static_cast<std::size_t>(wanted) > kMaxPlanned) {
     throw ApiError(409, "at_s",
-                   "a bus keeps no more than " + std::to_string(kMaxPlanned) +
-                       " directives for later; clear = \"planned\" forgets them");
+                   "a bus holds at most " + std::to_string(kMaxPlanned) +
+                       " planned directives; remove them with clear = \"planned\"");
   }
 }
 
@@ -92,7 +93,7 @@ void check_places(const std::vector<TimedDirective>& directives, const Line& lin
   // Some armed faults wait for a time, not for a condition: this refuses too early, never too late.
   if (line.bus().state().conditions.directives() + armed + wanted > Bus::kMaxWaiting) {
     throw ApiError(409, "when",
-                   "a bus waits for no more than " + std::to_string(Bus::kMaxWaiting) +
+                   "a bus holds at most " + std::to_string(Bus::kMaxWaiting) +
                        " conditions: clear some faults");
   }
 }
@@ -143,7 +144,9 @@ Json send_frames(const Json& request, Line& line) {
   const Bus& bus = line.bus();
   if (bus.stats().frames_waiting + frames.size() > CanWire::kHostQueue ||
       bus.state().wire.host_queue_full() || line.backlog() > 0) {
-    throw ApiError(409, "frame", "too many frames wait for the wire, or for the clock to move");
+    throw ApiError(
+        409, "frame",
+        "too many frames are queued; wait until the bus has sent them, or advance the clock");
   }
   Json texts = Json::array();
   for (const protocol::Frame& frame : frames) {

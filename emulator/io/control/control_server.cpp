@@ -73,8 +73,9 @@ ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
       listen_at(runtime_directory() / (bus_file_name(world.lines().front()->name()) + "-" +
                                        std::to_string(::getpid()) + ".sock"));
     } catch (const StartError& problem) {
-      spdlog::warn("no control socket: {} (--control PATH puts it elsewhere, none does without)",
-                   problem.what());
+      spdlog::warn(
+          "no control socket: {} (choose another with --control PATH, or none with --control none)",
+          problem.what());
     }
   } else if (options.socket != "none") {
     listen_at(std::filesystem::path(options.socket));

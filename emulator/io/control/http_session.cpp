@@ -248,7 +248,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       check_handshake();
       Line& line = read_frames_request(shared_->api.world(), request_);
       if (shared_->frame_streams >= kMaxFrameStreams) {
-        throw ApiError(429, "frames", "others listen already, as many as may");
+        throw ApiError(429, "frames", "too many streams are open; close another one");
       }
       stream_.expires_never();
       stream_frames(std::move(stream_), parser_->release(), line, shared_, endpoint_);
@@ -258,14 +258,14 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       check_handshake();
       check_body_request(shared_->api.world(), request_);
       if (shared_->body_streams >= kMaxBodyStreams) {
-        throw ApiError(429, "body", "others listen already, as many as may");
+        throw ApiError(429, "body", "too many streams are open; close another one");
       }
       stream_.expires_never();
       stream_body(std::move(stream_), parser_->release(), shared_, endpoint_);
       return;
     }
     if (request_.path != ControlApi::kTelemetryPath) {
-      throw ApiError(404, "path", "there is no WebSocket here");
+      throw ApiError(404, "path", "this path has no WebSocket");
     }
     check_handshake();
     const TelemetryRequest wanted = read_telemetry_request(shared_->api.world(), request_);
@@ -300,7 +300,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   void send_file(const EmbeddedFile& file, std::string_view known_etag) {
     keep_alive_ = parser_->get().keep_alive() && parser_->is_done();
     if (request_.method != "GET") {
-      ApiResponse response = error_response(405, "method", "this can be asked for by GET, HEAD");
+      ApiResponse response =
+          error_response(405, "method", "method not allowed; allowed: GET, HEAD");
       response.allow = "GET, HEAD";
       log_if_refused("HTTP", response);
       write(response);
@@ -363,7 +364,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
                       [self = shared_from_this()](const error_code& error, std::size_t /*size*/) {
                         if (error == beast::error::timeout) {
                           log_refusal(*self->endpoint_, "slow answer",
-                                      "answer: was not taken for too long");
+                                      "answer: the client did not read it in time");
                         } else if (!error && self->keep_alive_) {
                           self->wait();
                         } else if (!error) {

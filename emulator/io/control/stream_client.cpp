@@ -123,7 +123,7 @@ void check_body_request(const World& world, const ApiRequest& request) {
 Line& read_frames_request(World& world, const ApiRequest& request) {
   const std::string* bus = nullptr;
   for (const auto& [key, value] : request.query) {
-    if (key != "bus") throw ApiError(400, key, "unknown; there is bus");
+    if (key != "bus") throw ApiError(400, key, "unknown; known: bus");
     bus = &value;
   }
   return line_of(world, bus);

@@ -32,7 +32,7 @@ void read_signals(std::string_view names, const BodySignals* body, TelemetryRequ
       const bool bodiless = body == nullptr && name.starts_with(kBodyPrefix);
       throw ApiError(
           400, "signals",
-          bodiless ? name + ": the robot has no [body]" : "there is no signal \"" + name + "\"");
+          bodiless ? name + ": the robot has no [body]" : "unknown signal \"" + name + "\"");
     }
     auto& all = (*found)->is_of_body() ? wanted.body_signals : wanted.signals;
     if (std::ranges::find(all, *found) != all.end()) {
@@ -74,7 +74,7 @@ TelemetryRequest read_telemetry_request(World& world, const ApiRequest& request)
       }
     } else {
       throw ApiError(400, key,
-                     "unknown; there are bus, ids, signals, rate_Hz and samples_per_message");
+                     "unknown; known: bus, ids, signals, rate_Hz and samples_per_message");
     }
   }
   wanted.line = &line_of(world, bus ? &*bus : nullptr);

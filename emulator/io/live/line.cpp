@@ -130,7 +130,8 @@ void Line::enqueue(const TimedFrame& in) {
     return;
   }
   if (backlog_lost_++ == 0) {
-    spdlog::warn("{}: {} frames wait for time to move; more are lost", name(), kMaxBacklog);
+    spdlog::warn("{}: {} frames are queued while time is stopped; further frames are lost", name(),
+                 kMaxBacklog);
   }
 }
 

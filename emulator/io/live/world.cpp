@@ -224,7 +224,7 @@ bool World::exchange() {
   if (!std::exchange(body_is_ready_, false)) return false;
   coupling_->begin(buses_);
   if (was_well && coupling_->failure()) {
-    spdlog::error("{}; it stands still", *coupling_->failure());
+    spdlog::error("body simulation stopped: {}", *coupling_->failure());
   }
   return true;
 }

@@ -55,7 +55,7 @@ std::string remedy(const ServoConfig& servo, int id, bool at_start) {
   return at_start
              ? fmt::format("start with --wipe-rom: drive {} has this ID from its ROM", servo.id)
              : fmt::format(
-                   "give drive {}, which is at this ID now, another: until then both answer",
+                   "give drive {}, which uses this ID now, another ID: until then both answer",
                    servo.id);
 }
 

@@ -176,7 +176,7 @@ std::vector<std::string> doubts(const ServoConfig& servo, const BusConfig& bus) 
       place_note(servo, bus, [](const ServoConfig& one) { return drive_address(one.rom, one); });
   if (!place.empty()) all.push_back(place + " (its ROM; --wipe-rom brings it back)");
   if (servo.quirks.dialect.pid_commands && servo.quirks.dialect.parameter_commands) {
-    all.emplace_back("answers 0x30 and 0xC0, and no drive was seen to do both");
+    all.emplace_back("answers 0x30 and 0xC0; no known drive does both");
   }
   add_ringing(servo, all);
   return all;
@@ -235,7 +235,7 @@ std::string place_note(const ServoConfig& servo, const BusConfig& bus,
                        kBuses[static_cast<std::size_t>(address.bus)]);
   }
   if (!is_at_its_rate(address, servo)) {
-    return fmt::format("hears nothing, as it is set to {} bit/s",
+    return fmt::format("receives nothing, as it is set to {} bit/s",
                        bus.serial ? serial_rate_of(address.serial_rate, bus.serial->has_921600)
                                   : can_rate_of(address.can_rate));
   }
@@ -274,8 +274,8 @@ std::vector<std::string> generation_hints(const std::vector<BusConfig>& buses) {
           !servo.generation_given && servo.quirks.dialect == protocol::kLegacyDialect;
       if (!plain || !seen || *seen == Generation::kLegacy) continue;
       std::string line = fmt::format(
-          "{}: such drives were seen to speak {}, this one speaks legacy (--generation seen "
-          "changes that)",
+          "{}: real drives of this motor use generation {}, this one uses legacy (--generation "
+          "seen changes that)",
           servo.profile.name, generation_name(*seen));
       if (std::ranges::find(lines, line) == lines.end()) lines.push_back(std::move(line));
     }

@@ -70,9 +70,10 @@ void check_interface(const std::string& interface, const LinkState& link, Interf
   }
   if (!link.is_can) throw StartError(interface + " is not a CAN interface");
   if (!link.is_virtual() && allowed == Interfaces::kVirtualOnly) {
-    throw StartError(interface +
-                     " is not virtual (vcan, vxcan): real drives may be on it, and one with the "
-                     "same ID would answer too; if there is none, start with --real-bus");
+    throw StartError(
+        interface +
+        " is not virtual (vcan, vxcan): real drives may be on it, and one with the same ID would "
+        "answer too; if no drive on it has these IDs, start with --real-bus");
   }
 }
 

@@ -26,7 +26,7 @@ void check_room(const Scenario& scenario, const std::vector<Line*>& lines) {
   for (std::size_t n = 0; n < lines.size(); ++n) {
     const std::size_t there = lines[n]->bus().state().faults.unfinished();
     if (there + faults_in(scenario.robot[n].events) <= Bus::kMaxFaults) continue;
-    throw std::invalid_argument(lines[n]->name() + ": a bus keeps no more than " +
+    throw std::invalid_argument(lines[n]->name() + ": a bus holds at most " +
                                 std::to_string(Bus::kMaxFaults) + " faults, " +
                                 std::to_string(there) + " are there");
   }

@@ -232,13 +232,12 @@ std::optional<std::string> ShaftBody::problem_of(std::span<const lk_shafts_state
     const double armature = joint.armature_kg_m2;
     std::string problem = problem_of_numbers(states[n], joint.terms);
     if (problem.empty() && moved_by_simulator && inertia == 0 && armature < kLeastArmature_kg_m2) {
-      problem = "inertia_kg_m2 is 0, and has to be told where the drive brings no armature";
+      problem = "inertia_kg_m2 is 0; must be above 0, as the drive has no armature";
     }
     if (problem.empty() && moved_by_simulator && inertia > 0 &&
         inertia < armature * (1 - kRounding)) {
-      problem = fmt::format(
-          "inertia_kg_m2 is {}, less than the armature of {} that the joint has to have", inertia,
-          armature);
+      problem =
+          fmt::format("inertia_kg_m2 is {}, below the drive's armature of {}", inertia, armature);
     }
     if (!problem.empty()) return names_[n] + ": " + problem;
   }

@@ -27,7 +27,7 @@ constexpr SimTime kShortestStep = std::chrono::microseconds(50);  // as for a [b
 constexpr SimTime kLongestStep = std::chrono::milliseconds(10);
 /// Time of busy polling after a step or an answer: waking from sleep takes as long as an exchange.
 constexpr auto kPolling = std::chrono::microseconds(100);
-constexpr const char* kClockIsHeld = "time is the simulator's that is at --shafts";
+constexpr const char* kClockIsHeld = "the simulator at --shafts owns the clock";
 
 }  // namespace
 
@@ -40,7 +40,8 @@ ShaftServer::ShaftServer(boost::asio::io_context& loop, World& world, const Shaf
   for (std::size_t n = 0; n < world.lines().size(); ++n) {
     const Line& line = *world.lines()[n];
     for (const ServoConfig& servo : line.config().servos) {
-      if (servo.joint) throw StartError("--shafts: the robot has a [body], which has its shafts");
+      if (servo.joint)
+        throw StartError("--shafts: not possible with a [body], which moves the shafts itself");
       shafts_.push_back({n, servo.id, line.name() + ":" + std::to_string(servo.id), &servo});
     }
   }
@@ -58,7 +59,7 @@ void ShaftServer::start() {
   clock_before_ = world_.clock().mode();
   clock_is_stopped_ = true;
   world_.set_clock({.stepped = true});
-  spdlog::info("shafts: time stands until a simulator comes");
+  spdlog::info("shafts: time is stopped until a simulator connects");
 }
 
 ShaftServer::~ShaftServer() { world_.on_body_step = nullptr; }
@@ -98,11 +99,11 @@ model::MountedShaft ShaftServer::now(const Shaft& shaft) const {
 
 void ShaftServer::accept_simulator(int fd) {
   if (simulator_ || world_.stopped()) {
-    const ShaftBytes end = end_message("another simulator has the shafts");
+    const ShaftBytes end = end_message("another simulator is connected");
     ::send(fd, end.data(), end.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
     ::close(fd);
     if (!std::exchange(refused_, true)) {
-      spdlog::warn("shafts: a second simulator was refused: one has them");
+      spdlog::warn("shafts: a second simulator was refused: one is connected");
     }
     return;
   }
@@ -122,7 +123,7 @@ void ShaftServer::accept_simulator(int fd) {
   first_states_timer_.expires_after(kFirstStatesTimeout);
   first_states_timer_.async_wait([this, mine = simulators_](const error_code& aborted) {
     const bool silent = simulator_ && simulator_->number == mine && simulator_->body == nullptr;
-    if (!aborted && silent) disconnect("said nothing for 10 s", true);
+    if (!aborted && silent) disconnect("sent nothing for 10 s", true);
   });
   wait_readable();
 }
@@ -178,12 +179,12 @@ void ShaftServer::on_accept(ShaftAccept accept) {
   if (simulator_->accepted) return disconnect("sent a second ACCEPT", true);
   const std::uint32_t time = accept.head.what;
   if (time != LK_SHAFTS_TIME_IS_SIMULATORS && time != LK_SHAFTS_TIME_IS_DRIVES) {
-    return disconnect(fmt::format("sent {} as whose the time is, which is 1 or 2", time), true);
+    return disconnect(fmt::format("sent the time owner {}; allowed: 1 and 2", time), true);
   }
   const std::uint64_t asked_ns = accept.head.number;
   const SimTime step = asked_ns == 0 ? step_ : SimTime(static_cast<std::int64_t>(asked_ns));
   if (step < kShortestStep || step > kLongestStep) {
-    return disconnect(fmt::format("asks for steps of {} ns, which are 50000 to 10000000", asked_ns),
+    return disconnect(fmt::format("asked for steps of {} ns; allowed: 50000 to 10000000", asked_ns),
                       true);
   }
   for (std::size_t n = 0; n < shafts_.size(); ++n) {
@@ -197,13 +198,14 @@ void ShaftServer::on_accept(ShaftAccept accept) {
     if (terms.owner == LK_SHAFTS_NOT_COUPLED) continue;
     const auto f_Hz = protocol::rounded(shaft.servo->profile.drive.inverter.f_pwm);
     if (f_Hz * step.count() % 1'000'000'000 != 0) {
-      return disconnect(fmt::format("asks for steps of {} ns, no whole number of PWM periods of {}",
-                                    step.count(), shaft.name),
-                        true);
+      return disconnect(
+          fmt::format("asked for steps of {} ns, not a multiple of the PWM period of {}",
+                      step.count(), shaft.name),
+          true);
     }
     simulator_->taken.push_back(n);
   }
-  if (simulator_->taken.empty()) return disconnect("takes none of the shafts", true);
+  if (simulator_->taken.empty()) return disconnect("accepted none of the shafts", true);
   step_ = step;
   simulator_->accepted = std::move(accept);
 }
@@ -211,11 +213,10 @@ void ShaftServer::on_accept(ShaftAccept accept) {
 void ShaftServer::on_states(const ShaftStates& states) {
   if (world_.stopped()) return;
   if (!simulator_->accepted) return disconnect("sent STATES before ACCEPT", true);
-  if (!simulator_->states_pending) return disconnect("sent STATES that nobody waits for", true);
+  if (!simulator_->states_pending) return disconnect("sent STATES out of turn", true);
   if (states.head.number != simulator_->answers) {
     return disconnect(
-        fmt::format("sent STATES {} where {} are due", states.head.number, simulator_->answers),
-        true);
+        fmt::format("sent STATES {}, expected {}", states.head.number, simulator_->answers), true);
   }
   if (simulator_->body == nullptr) return begin(states);
   std::vector<lk_shafts_state> taken;
@@ -322,7 +323,7 @@ void ShaftServer::on_step_timeout() {
   const MonoTime now = monotonic_now();
   if (now < step_deadline_) return step_timer_.wake_by(step_deadline_, now);
   if (!std::exchange(simulator_->late, true) && simulator_->may_log) {
-    spdlog::warn("shafts: the simulator is late: the drives go on with what it said last");
+    spdlog::warn("shafts: the simulator is late: its last message is extrapolated");
   }
   world_.body_is_ready();
 }
@@ -350,8 +351,8 @@ void ShaftServer::disconnect(const std::string& why, bool at_fault) {
 
 void ShaftServer::release(spdlog::level::level_enum level, const std::string& why) {
   const bool coupled = simulator_->body != nullptr;
-  const char* const next = lost_ == ShaftsLost::kFree ? ": the drives go on without it"
-                                                      : ": time stands until one comes";
+  const char* const next = lost_ == ShaftsLost::kFree ? ": the drives keep running without it"
+                                                      : ": time is stopped until one connects";
   if (simulator_->may_log) {
     spdlog::log(level, "shafts: the simulator {}{}", why, coupled ? next : "");
   }

@@ -77,7 +77,7 @@ Holder holder_of(const Address& address) {
   }
   const std::string who = pid != 0 ? "lk-emu (pid " + std::to_string(pid) + ")"
                                    : "another program (of another container, perhaps)";
-  throw StartError(drive + " is answered by " + who + " already; stop it, or " + remedy);
+  throw StartError(drive + " is already in use by " + who + "; stop it, or " + remedy);
 }
 
 }  // namespace

@@ -81,9 +81,9 @@ void check_place(const std::string& bus) {
   if (name.scheme->place != BusPlace::kPath) return;
   check_terminal_path(bus, name.path);
   if (name.scheme->transport == Transport::kSlcanPty && is_serial_device(name.path)) {
-    throw StartError(bus + ": " + name.path +
-                     " is a serial port; slcan-pty makes a terminal of its own: give a path where "
-                     "nothing is");
+    throw StartError(
+        bus + ": " + name.path +
+        " is a serial port; slcan-pty creates its own terminal: give a path that does not exist");
   }
 }
 

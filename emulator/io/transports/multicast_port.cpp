@@ -143,7 +143,7 @@ MulticastPort::MulticastPort(boost::asio::io_context& loop, std::string name, co
   boost::system::error_code error;
   const auto address = ip::make_address(group.address, error);
   if (error || !address.is_multicast()) {
-    throw StartError(name_ + ": " + group.address + " is no multicast group");
+    throw StartError(name_ + ": " + group.address + " is not a multicast group");
   }
   group_ = {address, group.port};
   try {

@@ -226,7 +226,7 @@ void LinkMonitor::wait() {
                          return;
                        }
                        // The socket would stay readable for ever.
-                       spdlog::warn("netlink: {}; interfaces are looked at every second",
+                       spdlog::warn("netlink: {}; interfaces are polled every second",
                                     std::generic_category().message(broken));
                      });
 }

@@ -62,7 +62,7 @@ SerialPort::~SerialPort() {
 void SerialPort::open_device() {
   fd_ = Descriptor(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!fd_) throw StartError(name_ + ": cannot open " + path_ + ": " + errno_text(errno));
-  if (::isatty(fd_.get()) == 0) throw StartError(name_ + ": " + path_ + " is no serial port");
+  if (::isatty(fd_.get()) == 0) throw StartError(name_ + ": " + path_ + " is not a serial port");
   if (::ioctl(fd_.get(), TIOCEXCL) != 0) throw StartError(name_ + ": " + errno_text(errno));
   try {
     make_raw(fd_.get(), options_.bitrate);

@@ -57,7 +57,8 @@ bool LogLimit::may_log(const std::string& whom) {
     logged_ = 0;
   }
   ++logged_;
-  if (logged_ == kMax + 1) spdlog::warn("{}: no more of this is told for a while", whom);
+  if (logged_ == kMax + 1)
+    spdlog::warn("{}: further messages of this kind are suppressed for a while", whom);
   return logged_ <= kMax;
 }
 

@@ -38,7 +38,7 @@ StreamPort::~StreamPort() {
 void StreamPort::listen(boost::asio::io_context& loop) {
   boost::system::error_code error;
   const auto address = boost::asio::ip::make_address(setup_.place.address, error);
-  if (error) throw StartError(name_ + ": " + setup_.place.address + " is no IP address");
+  if (error) throw StartError(name_ + ": " + setup_.place.address + " is not an IP address");
   const tcp::endpoint endpoint(address, setup_.place.port);
   try {
     acceptor_.open(endpoint.protocol());
@@ -76,8 +76,7 @@ void StreamPort::accept_clients() {
     if (clients_.size() >= setup_.most_clients) clients_.drop_finished();
     if (clients_.size() >= setup_.most_clients) {
       if (refused_++ == 0) {
-        spdlog::warn("{}: {} clients are as many as there may be: others are refused", name_,
-                     setup_.most_clients);
+        spdlog::warn("{}: {} clients, the limit: others are refused", name_, setup_.most_clients);
       }
       socket.write_some(boost::asio::buffer(setup_.refusal), error);
       continue;

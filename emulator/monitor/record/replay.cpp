@@ -357,7 +357,7 @@ void feed(const CandumpLine& line, const Lines& lines, Replay& replay) {
   const auto bus = replay.find(line.interface);
   if (!bus) lines.fail("no bus " + line.interface + " in this recording");
   if (line.direction == CandumpLine::Direction::kUnknown) {
-    lines.fail("neither T, a host's frame, nor R, a drive's, is behind the frame");
+    lines.fail("the frame must be followed by T (from a host) or R (from a drive)");
   }
   if (line.direction == CandumpLine::Direction::kSent) {
     replay.host_frame(*bus, line.at, line.frame);

@@ -23,7 +23,7 @@ std::vector<const Signal*> find_signals(const std::vector<std::string>& names,
       continue;
     }
     if (name.starts_with(kBodyPrefix) && body == nullptr) {
-      throw StartError("--signals: " + name + ": there is no [body] here");
+      throw StartError("--signals: " + name + ": the robot has no [body]");
     }
     const std::string meant = closest_match(name, known);
     throw StartError("--signals: no signal \"" + name + "\"" +

@@ -39,7 +39,7 @@ std::string foreign_text(const Scenario& scenario) {
   if (scenario.mismatches.empty()) return "";
   const DriveMismatch& first = scenario.mismatches.front();
   const std::string here =
-      first.running.empty() ? "there is none here" : "here it is " + sanitized_line(first.running);
+      first.running.empty() ? "missing here" : "here it is " + sanitized_line(first.running);
   const std::size_t more = scenario.mismatches.size() - 1;
   return "; its drive " + std::to_string(first.id) + " on " + sanitized_line(first.bus) + " is " +
          sanitized_line(first.meant) + ", " + here +
@@ -71,12 +71,12 @@ ScenarioFiles scenario_files(const fs::path& directory, FileLimits limits) {
       .text =
           [directory, limits, played = std::uintmax_t{0}](const std::string& name) mutable {
             if (limits.no_logs) {
-              throw std::invalid_argument("logs are played for clients of the Unix socket alone");
+              throw std::invalid_argument("only clients of the Unix socket may play logs");
             }
             std::string text = read_regular_file(directory / name, limits.each);
             played += text.size();
             if (played <= limits.played) return text;
-            throw std::invalid_argument("what is played is longer than " +
+            throw std::invalid_argument("the logs to play are longer than " +
                                         std::to_string(limits.played) + " bytes in all");
           },
   };

@@ -164,7 +164,7 @@ TEST(MujocoBody, SaysWhereItExplodes) {
     body->update();
   }
   ASSERT_TRUE(body->failure());
-  EXPECT_NE(body->failure()->find("out of all bounds, at joint "), std::string::npos)
+  EXPECT_NE(body->failure()->find("out of bounds, at joint "), std::string::npos)
       << *body->failure();
   const auto copy = body->clone();
   EXPECT_TRUE(copy->failure());

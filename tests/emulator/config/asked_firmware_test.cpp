@@ -92,8 +92,8 @@ TEST(AskedFirmware, IsRefusedAsItWouldBeInAFile) {
            Case{{"", {}},
                 "--generation: \"\" is not one of legacy, late-legacy, v235, v236, v236b, seen"},
            Case{{"seen", {}},
-                "--generation: vcan0 drive 1 (mf7015): no generation was seen of such drives; "
-                "lk-emu motors lists the motors that have one"},
+                "--generation: vcan0 drive 1 (mf7015): the generation of real drives of this motor "
+                "is unknown; lk-emu motors lists the motors that have one"},
            Case{{"v2.35", {}},
                 "--generation: \"v2.35\" is not one of legacy, late-legacy, v235, v236, v236b, "
                 "seen, did "
@@ -140,7 +140,7 @@ TEST(AskedFirmware, IsRefusedAsItWouldBeInAFile) {
   }
   EXPECT_EQ(config_error([&] {
               parse(kDrive, asked({std::nullopt, {{"gear", "10"}}}));
-            }).rfind("--quirk: gear: unknown; there are: manual_reply_bytes, ", 0),
+            }).rfind("--quirk: gear: unknown; known: manual_reply_bytes, ", 0),
             0U);
 }
 
@@ -170,8 +170,8 @@ TEST(AskedFirmware, IsNotAskedOfDrivesThatDoNotRun) {
   EXPECT_EQ(buses[0].servos[0].generation, Generation::kV236);
   overrides.buses[0].ids = std::vector{1, 4};
   EXPECT_EQ(config_error([&] { parse(kMixed, overrides); }),
-            "--generation: vcan0 drive 1 (mf7015): no generation was seen of such drives; lk-emu "
-            "motors lists the motors that have one");
+            "--generation: vcan0 drive 1 (mf7015): the generation of real drives of this motor is "
+            "unknown; lk-emu motors lists the motors that have one");
 }
 
 TEST(AskedFirmware, IsNotTakenForAMistakeOfTheFile) {

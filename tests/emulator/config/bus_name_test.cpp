@@ -103,11 +103,9 @@ TEST(BusName, WhatIsNoneIsSaidSo) {
 }
 
 TEST(BusName, UnknownKindIsNamedInTheError) {
-  EXPECT_EQ(
-      problem("cannelloni:192.168.0.3:20000"),
-      "\"cannelloni:192.168.0.3:20000\" is not an interface name, and there is no kind of bus "
-      "\"cannelloni:\"; like these: " +
-          bus_examples());
+  EXPECT_EQ(problem("cannelloni:192.168.0.3:20000"),
+            "\"cannelloni:192.168.0.3:20000\": unknown kind of bus \"cannelloni:\"; examples: " +
+                bus_examples());
 }
 
 /// The table in the document agrees with the program's.

@@ -86,7 +86,7 @@ TEST(CandumpLog, SaysWhatIsWrong) {
   EXPECT_EQ(problem("(1.0) a 141#9"), "\"9\" is not a byte of two hexadecimal digits");
   EXPECT_EQ(problem("(1.0) a 141#9G"), "\"9G\" is not a byte of two hexadecimal digits");
   EXPECT_EQ(problem("(1.0) a 141#000000000000000000"), "more than 8 bytes of data");
-  EXPECT_EQ(problem("(1.0) a 141#R9"), "\"R9\" asks for no 0 to 8 bytes");
+  EXPECT_EQ(problem("(1.0) a 141#R9"), "\"R9\" does not request 0 to 8 bytes");
 }
 
 TEST(CandumpLog, AStampIsWholeSecondsAndDecimalsInParentheses) {

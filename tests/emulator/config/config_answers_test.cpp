@@ -43,7 +43,8 @@ TEST(ScenarioFile, SaysWhatIsWrongWithAnswered) {
   EXPECT_EQ(expect_mistake("id = 1\nanswered = { within_s = 1 }\nat_s = 1"),
             "k.toml:6: expect.at_s: replies take a while: use from_s and to_s, or by_s");
   EXPECT_EQ(expect_mistake("id = 1\nreply = {}\nanswered = { within_s = 1 }"),
-            "k.toml:6: expect.answered: one thing at a time; this one has reply already");
+            "k.toml:6: expect.answered: only one of signal, error, state, reply, no_reply and "
+            "answered; this expectation has reply already");
 }
 
 TEST(ScenarioFile, ExpectsAnyError) {

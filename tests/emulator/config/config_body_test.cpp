@@ -59,7 +59,7 @@ TEST(ConfigBody, ADriveWithAJointStartsWhereTheBodyHasIt) {
     FAIL() << "accepted";
   } catch (const std::invalid_argument& problem) {
     EXPECT_STREQ(problem.what(),
-                 "--boot-angle: vcan0 drive 1 has a joint and starts where the body has it");
+                 "--boot-angle: vcan0 drive 1 has a joint: the body sets its start angle");
   }
 }
 
@@ -72,12 +72,12 @@ TEST(ConfigBody, SaysWhatIsWrongAndWhatToDo) {
             "robot.toml:7: bus.drive.joint: \"joint_3\" is not one of joint_0, joint_1");
   EXPECT_EQ(error(drive + "joint = \"joint_0\"\n[[bus.drive]]\nid = 2\njoint = \"joint_0\""),
             "robot.toml:10: bus.drive.joint: another drive turns this joint already");
-  EXPECT_EQ(error(drive + "joint = \"joint_0\"\nload = { tau_Nm = 1 }"),
-            "robot.toml:8: bus.drive.load: the body is the load of a drive with a joint");
   EXPECT_EQ(
-      error(drive + "joint = \"joint_0\"\nboot_angle_deg = 1"),
-      "robot.toml:8: bus.drive.boot_angle_deg: a drive with a joint starts where the body has "
-      "it: use offset_deg");
+      error(drive + "joint = \"joint_0\"\nload = { tau_Nm = 1 }"),
+      "robot.toml:8: bus.drive.load: not allowed for a drive with a joint: the body is its load");
+  EXPECT_EQ(error(drive + "joint = \"joint_0\"\nboot_angle_deg = 1"),
+            "robot.toml:8: bus.drive.boot_angle_deg: not allowed for a drive with a joint: the "
+            "body sets its angle; use offset_deg");
   EXPECT_EQ(error("[body]\nmodel = \"leg.xml\"\n"),
             "robot.toml:2: body.model: no leg.xml beside robot.toml");
   EXPECT_EQ(error("[[bus]]\ninterface = \"vcan0\"\n" + kDrive + "joint = \"joint_0\""),
@@ -85,14 +85,14 @@ TEST(ConfigBody, SaysWhatIsWrongAndWhatToDo) {
   const std::string odd =
       "[body]\nmodel = \"arm.xml\"\nstep_ms = 0.99\n[[bus]]\ninterface = \"vcan0\"\n";
   EXPECT_NE(error(odd + kDrive + "joint = \"joint_0\"")
-                .find("is no whole number of this drive's PWM periods"),
+                .find("is not a multiple of this drive's PWM period"),
             std::string::npos);
 }
 
 TEST(ConfigBody, IsNotLoadedNorTurnedByHand) {
   const std::string event = kRobot + kDrive + "joint = \"joint_0\"\n[[bus.event]]\nat_s = 1\n";
   for (const char* const action : {"turn_deg = 3", "load = { tau_Nm = 1 }"}) {
-    EXPECT_NE(error(event + action).find("drive 1 turns a joint of the body, which is its load"),
+    EXPECT_NE(error(event + action).find("drive 1 turns a joint of the body: the body is its load"),
               std::string::npos)
         << action;
   }
@@ -166,7 +166,7 @@ TEST(ConfigBody, HasAFloor) {
             "robot.toml:10: bus.event.floor: the model has no floor: no plane of its worldbody, "
             "but walls");
   EXPECT_EQ(error(kEvent + "floor = { friction = 1 }\nid = 1", walker),
-            "robot.toml:11: bus.event.id: what is done to the body is of the bus as a whole");
+            "robot.toml:11: bus.event.id: a body action acts on the whole bus; remove this key");
 }
 
 TEST(ConfigBody, IsPutSomewhere) {
@@ -200,7 +200,7 @@ TEST(ConfigBody, IsPutNowhereElse) {
   EXPECT_NE(wrong("{ joints_deg = { joint_7 = 30 } }").find("joints_deg.joint_7: unknown"),
             std::string::npos);
   EXPECT_EQ(error(kEvent + "pose = { position_m = [0, 0, 1] }"),
-            "robot.toml:10: bus.event.pose.position_m: no part of the body goes where it likes");
+            "robot.toml:10: bus.event.pose.position_m: the model has no free body");
   EXPECT_EQ(error(kEvent + "pose = { keyframe = \"lies\" }"),
             "robot.toml:10: bus.event.pose.keyframe: the model has no keyframe with a name");
   EXPECT_EQ(error(kEvent + "push = { body = \"tail\", force_N = [1, 0, 0], for_s = 1 }", walker),
@@ -216,7 +216,7 @@ TEST(ConfigBody, IsWaitedFor) {
   const auto& when = buses[0].events[0].when.value();
   EXPECT_EQ(std::get<SignalReaches>(when.what).signal->name, "body.trunk.x_m");
   EXPECT_EQ(error(event + "when = { id = 1, signal = \"body.fallen\", above = 1 }", walker),
-            "robot.toml:10: bus.event.when.id: a signal of the body is of no drive");
+            "robot.toml:10: bus.event.when.id: a body signal belongs to no drive; remove this key");
   EXPECT_NE(error(event + "when = { signal = \"body.tail.x_m\", above = 1 }", walker)
                 .find("robot.toml:10: bus.event.when.signal: \"body.tail.x_m\" is not one of "),
             std::string::npos);
@@ -291,7 +291,7 @@ TEST(ConfigBody, IsNotExpectedWhereThereIsNone) {
   EXPECT_EQ(wrong("drive", "signal = \"body.fallen\"\nmax = 0"),
             "s.toml:4: expect.signal: the robot has no [body]");
   EXPECT_EQ(wrong("walker", "signal = \"body.fallen\"\nmax = 0\nid = 1"),
-            "s.toml:6: expect.id: a signal of the body is of no drive");
+            "s.toml:6: expect.id: a body signal belongs to no drive; remove this key");
 }
 
 }  // namespace config_body_test

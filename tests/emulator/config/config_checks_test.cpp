@@ -46,13 +46,13 @@ TEST(ConfigChecks, ContradictionsAreRefusedWhereTheyAreSaid) {
        "5: bus.drive.settings.protection.over_voltage.hysteresis_V: over_voltage could never be "
        "cleared: its hysteresis, 31, must not be above its threshold, 30"},
       {"motor = \"ms3506\"\nsettings.broadcast_mode = true",
-       "6: bus.drive.settings.broadcast_mode: the drive would answer nothing: MS drives know no "
-       "0x280, and this one has no other command for several drives (quirks.multi_drive_more)"},
+       "6: bus.drive.settings.broadcast_mode: the drive would answer no frame: MS drives do not "
+       "have 0x280; set quirks.multi_drive_more = true for the other multi-drive commands"},
       {"generation = \"v236\"\nprofile.brake.tau_mNm = 500\nsettings.broadcast_mode = true",
-       "7: bus.drive.settings.broadcast_mode: nothing could release the brake: in multi-drive mode "
-       "0x8C comes in 0x288, with a payload of zeros, and engages it"},
+       "7: bus.drive.settings.broadcast_mode: the brake cannot be released: in multi-drive mode "
+       "0x8C comes in 0x288 with a payload of zeros, which engages it"},
       {"generation = \"v236\"\nprofile.brake.engage_ms = 1",
-       "6: bus.drive.profile.brake: has no tau_mNm, so there is none"},
+       "6: bus.drive.profile.brake: missing tau_mNm: without it the drive has no brake"},
       {"settings.encoder_offset = 4096\nprofile.encoder.bits = 12",
        "5: bus.drive.settings.encoder_offset: does not fit the encoder of this motor (12 bit on "
        "the "
@@ -136,8 +136,8 @@ TEST(ConfigChecks, AMotorOfTheCommandLineIsCheckedToo) {
     return config_error([&] { default_config(overrides, find_test_profile); });
   };
   EXPECT_EQ(problem(),
-            "--motor: braked: has a brake, and nothing could release it: the drive has no brake "
-            "command (generation v236 has, or quirks.brake_command)");
+            "--motor: braked: has a brake, and the drive has no command to release it; use "
+            "generation v236 or quirks.brake_command = true");
   overrides.firmware.generation = "v236";
   EXPECT_EQ(problem(), "accepted");
 }

@@ -54,20 +54,17 @@ TEST(Vocabulary, ClearAndMark) {
 TEST(Vocabulary, MistakesOfClearAndMark) {
   const std::string jam = "[[bus.event]]\nat_s = 0\nfault = \"jam\"";
   const std::map<std::string, std::string> errors = {
-      {"clear = \"jam\"",
-       "robot.toml:11: bus.event.clear: no fault is called \"jam\", and none is of "
-       "that kind"},
+      {"clear = \"jam\"", "robot.toml:11: bus.event.clear: no fault has the name or kind \"jam\""},
       {"clear = \"jm\"\n" + jam,
-       "robot.toml:11: bus.event.clear: no fault is called \"jm\", and none is of that kind; did "
-       "you "
-       "mean jam?"},
+       "robot.toml:11: bus.event.clear: no fault has the name or kind \"jm\"; did you mean jam?"},
       {"clear = \"jam-2\"\n" + jam,
-       "robot.toml:11: bus.event.clear: no fault is called \"jam-2\", and none is of that kind; "
-       "did "
-       "you mean jam?"},
+       "robot.toml:11: bus.event.clear: no fault has the name or kind \"jam-2\"; did you mean "
+       "jam?"},
       {"clear = true", "robot.toml:11: bus.event.clear: must be a string"},
-      {"id = 2\nclear = \"all\"", "robot.toml:11: bus.event.id: clear is of the bus as a whole"},
-      {"id = 2\nmark = \"x\"", "robot.toml:11: bus.event.id: mark is of the bus as a whole"},
+      {"id = 2\nclear = \"all\"",
+       "robot.toml:11: bus.event.id: clear acts on the whole bus; remove this key"},
+      {"id = 2\nmark = \"x\"",
+       "robot.toml:11: bus.event.id: mark acts on the whole bus; remove this key"},
       {R"(mark = "a\u001Bb")",
        "robot.toml:11: bus.event.mark: must be one line without control characters"},
       {R"(mark = "a\u007Fb")",
@@ -112,7 +109,7 @@ TEST(Vocabulary, EverySettingIsADirectiveOfItsOwn) {
 TEST(Vocabulary, MistakesOfSettings) {
   const std::string place = "robot.toml:12: bus.event.settings";
   const std::map<std::string, std::string> errors = {
-      {"settings = {}", place + ": there is no setting in it"},
+      {"settings = {}", place + ": empty; give at least one setting"},
       {"settings = { max_sped_dps = 1 }",
        place + ".max_sped_dps: unknown key, did you mean max_speed_dps?"},
       {"settings = { max_speed_dps = 0 }",
@@ -183,7 +180,7 @@ TEST(Vocabulary, AConditionIsAboutTheDriveOfItsEventUnlessItSaysAnotherOne) {
 TEST(Vocabulary, MistakesOfConditions) {
   const std::string place = "robot.toml:10: bus.event.when";
   const std::map<std::string, std::string> errors = {
-      {"error = \"stall\"", place + ": which drive is it about? give it an id"},
+      {"error = \"stall\"", place + ": needs the id of a drive"},
       {"id = 2", place + ": needs one of signal, error and command"},
       {"id = 3, error = \"stall\"", place + ".id: no drive 3 on this bus"},
       {"id = 2, signal = \"sped_dps\", above = 1",

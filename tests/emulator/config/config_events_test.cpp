@@ -113,8 +113,8 @@ TEST(ConfigEvents, AnOverrunNeedsFramesThatWaitInAnAdapter) {
   const std::string overrun = "[[bus.event]]\nat_s = 1\nfault = \"adapter_overrun\"\n";
   const std::string batch = "[[bus.event]]\nat_s = 2\nfault = \"adapter_batch\"\n";
   EXPECT_EQ(error("", overrun),
-            "robot.toml:7: bus.event.fault: adapter_overrun: no frame waits in an adapter here; "
-            "give the bus an `adapter`, or add adapter_latency or adapter_batch first");
+            "robot.toml:7: bus.event.fault: adapter_overrun: this bus has no adapter that delays "
+            "frames; give the bus an `adapter`, or add adapter_latency or adapter_batch first");
   EXPECT_EQ(error("adapter = \"ftdi_default\"\n", overrun), "accepted");
   EXPECT_EQ(error("", overrun + batch), "accepted");
 }
@@ -132,7 +132,8 @@ TEST(ConfigEvents, MistakesNameFileLineKeyAndReason) {
        "robot.toml:8: bus.event.clock: time is the running program's: --clock, or lk-emu ctl "
        "clock"},
       {"at_s = 1\nturn_deg = 1\nambient_C = 1",
-       "robot.toml:8: bus.event.turn_deg: one action an event; this one has ambient_C already"},
+       "robot.toml:8: bus.event.turn_deg: only one action per event; this event has ambient_C "
+       "already"},
       {"at_s = 1\nid = 3\nambient_C = 1", "robot.toml:8: bus.event.id: no drive 3 on this bus"},
       {"at_s = 1\nids = \"2-5\"\nambient_C = 1",
        "robot.toml:8: bus.event.ids: no drive 3 on this bus"},

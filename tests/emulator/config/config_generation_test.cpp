@@ -166,8 +166,8 @@ TEST(ConfigGeneration, SeenIsWhatTheMotorFileSays) {
   EXPECT_EQ(drive.generation, Generation::kV236);
   EXPECT_EQ(drive.quirks, quirks_of(Generation::kV236));
   EXPECT_EQ(parse_error(kDrive + "generation = \"seen\""),
-            "robot.toml:5: bus.drive.generation: no generation was seen of such drives; lk-emu "
-            "motors lists the motors that have one");
+            "robot.toml:5: bus.drive.generation: the generation of real drives of this motor is "
+            "unknown; lk-emu motors lists the motors that have one");
 }
 
 // --- start angle of the shaft
@@ -313,11 +313,11 @@ TEST(ConfigGeneration, MistakesNameFileLineKeyAndReason) {
       {"generation = \"v235\"\nsettings.max_torque_current_lsb = 2049",
        "robot.toml:6: bus.drive.settings.max_torque_current_lsb: 2049 is out of range (0 to 2048)"},
       {"settings.max_power_permille = 1",
-       "robot.toml:5: bus.drive.settings.max_power_permille: MS drives only; this one has "
-       "max_torque_current_lsb in its place"},
+       "robot.toml:5: bus.drive.settings.max_power_permille: for MS drives only; use "
+       "max_torque_current_lsb"},
       {"motor = \"ms3506\"\nsettings.max_torque_current_lsb = 1",
-       "robot.toml:6: bus.drive.settings.max_torque_current_lsb: an MS drive has "
-       "max_power_permille in its place"},
+       "robot.toml:6: bus.drive.settings.max_torque_current_lsb: not for MS drives; use "
+       "max_power_permille"},
       {"motor = \"ms3506\"\nsettings.max_power_permille = 851",
        "robot.toml:6: bus.drive.settings.max_power_permille: 851 is out of range (0 to 850)"},
       {"generation = \"v235\"\nsettings.gains.angle_kp = 256",
@@ -328,11 +328,11 @@ TEST(ConfigGeneration, MistakesNameFileLineKeyAndReason) {
        "robot.toml:5: bus.drive.settings.gains.speed_kd: only drives with parameter_commands have "
        "it"},
       {"generation = \"v235\"\nprofile.brake.tau_mNm = 500",
-       "robot.toml:6: bus.drive.profile.brake: nothing could release it: the drive has no brake "
-       "command (generation v236 has, or quirks.brake_command)"},
+       "robot.toml:6: bus.drive.profile.brake: the drive has no command to release it; use "
+       "generation v236 or quirks.brake_command = true"},
       {"motor = \"braked\"",
-       "robot.toml:5: bus.drive.motor: has a brake, and nothing could release it: the drive has no "
-       "brake command (generation v236 has, or quirks.brake_command)"},
+       "robot.toml:5: bus.drive.motor: has a brake, and the drive has no command to release it; "
+       "use generation v236 or quirks.brake_command = true"},
   };
   for (const auto& [keys, error] : errors) EXPECT_EQ(parse_error(kDrive + keys), error) << keys;
 }

@@ -201,12 +201,10 @@ TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {
             "mechanics.tau_static_mNm: must not be below tau_coulomb_mNm");
   EXPECT_EQ(spoilt("max_torque_current_lsb = 1000", "max_torque_current_lsb = 2048"),
             "factory.max_torque_current_lsb: 2048 is out of range (0 to 2000)");
-  EXPECT_EQ(
-      spoilt("max_torque_current_lsb = 1000", "max_power_permille = 850"),
-      "factory.max_power_permille: MS drives only; this one has max_torque_current_lsb in its "
-      "place");
+  EXPECT_EQ(spoilt("max_torque_current_lsb = 1000", "max_power_permille = 850"),
+            "factory.max_power_permille: for MS drives only; use max_torque_current_lsb");
   EXPECT_EQ(spoilt("series = \"MF\"", "series = \"MS\""),
-            "factory.max_torque_current_lsb: an MS drive has max_power_permille in its place");
+            "factory.max_torque_current_lsb: not for MS drives; use max_power_permille");
   EXPECT_EQ(spoilt("reset_V = 6.0", "reset_V = 6.5"),
             "factory.protection.under_voltage.threshold_V: must be above logic.reset_V + "
             "logic.reset_hysteresis_V");
@@ -348,7 +346,7 @@ TEST_F(Extending, AMistakeIsNamedWhereItStands) {
   EXPECT_EQ(error("extends = \"mf7015\"\nrating = { voltage_min_V = 7, voltage_max_V = 5 }\n"),
             "my.toml:2: rating.voltage_min_V: must not be above voltage_max_V");
   EXPECT_EQ(error("extends = \"mf7015\"\nseries = \"MS\"\n"),
-            "my.toml:2: series: the motor that it extends is an MF");
+            "my.toml:2: series: differs from the motor that it extends: MF");
   EXPECT_EQ(error("extends = \"mf7015\"\n[brake]\ntau_mNm = 5\n"),
             "my.toml:2: brake.engage_ms: missing");
 }
@@ -356,11 +354,10 @@ TEST_F(Extending, AMistakeIsNamedWhereItStands) {
 TEST_F(Extending, WhatCannotBeExtendedIsToldWithItsLine) {
   EXPECT_EQ(error("\nextends = \"mf7105\"\n"), "my.toml:2: extends: no motor \"mf7105\"");
   EXPECT_EQ(error("extends = 7\n"), "my.toml:1: extends: must be a string");
-  EXPECT_EQ(error("extends = \"my.toml\"\n"), "my.toml:1: extends: my.toml would extend itself");
+  EXPECT_EQ(error("extends = \"my.toml\"\n"), "my.toml:1: extends: my.toml extends itself");
   files_["./my.toml"] = "";
   files_["other.toml"] = "\nextends = \"./my.toml\"\n";
-  EXPECT_EQ(error("extends = \"other.toml\"\n"),
-            "other.toml:2: extends: my.toml would extend itself");
+  EXPECT_EQ(error("extends = \"other.toml\"\n"), "other.toml:2: extends: my.toml extends itself");
   for (int n = 0; n < 9; ++n) {
     files_[std::to_string(n) + ".toml"] = "extends = \"" + std::to_string(n + 1) + ".toml\"\n";
   }
@@ -370,7 +367,7 @@ TEST_F(Extending, WhatCannotBeExtendedIsToldWithItsLine) {
             "6.toml:1: extends: more than 8 motor files, each extending the next, or a loop of "
             "them");
   EXPECT_EQ(config_error([] { parse_profile("extends = \"mf7015\"", "m.toml", "m"); }),
-            "m.toml:1: extends: no other motor files are at hand here");
+            "m.toml:1: extends: not possible here: no other motor files are available");
 }
 
 // --- names

@@ -66,10 +66,9 @@ TEST(ScenarioFile, AClearMeansAFaultOfItsBus) {
   };
   for (const char* which : {"all", "deaf", "hang"}) EXPECT_EQ(cleared("vcan0", which), "accepted");
   EXPECT_EQ(cleared("vcan1", "jam"), "accepted");
-  const std::string none = "dir/kick.toml:6: event.clear: no fault is called ";
-  EXPECT_EQ(cleared("vcan0", "deaff"),
-            none + "\"deaff\", and none is of that kind; did you mean deaf?");
-  EXPECT_EQ(cleared("vcan1", "deaf"), none + "\"deaf\", and none is of that kind");
+  const std::string none = "dir/kick.toml:6: event.clear: no fault has the name or kind ";
+  EXPECT_EQ(cleared("vcan0", "deaff"), none + "\"deaff\"; did you mean deaf?");
+  EXPECT_EQ(cleared("vcan1", "deaf"), none + "\"deaf\"");
   EXPECT_EQ(mistake("[[event]]\nat_s = 2\nbus = \"vcan0\"\nclear = 1\n"),
             "dir/kick.toml:6: event.clear: must be a string");
 }
@@ -158,9 +157,9 @@ TEST(ScenarioFile, ACommandThatCarriesSomethingIsNotSentAsAByteAlone) {
 
 TEST(ScenarioFile, MistakesOfExpectations) {
   EXPECT_EQ(expect_mistake("signal = \"alive\"\nmin = 1"), "k.toml:3: expect.id: missing");
-  EXPECT_EQ(
-      expect_mistake("id = 1"),
-      "k.toml:4: expect.id: what is expected? signal, error, state, reply, no_reply or answered");
+  EXPECT_EQ(expect_mistake("id = 1"),
+            "k.toml:4: expect.id: missing expectation: give signal, error, state, reply, no_reply "
+            "or answered");
   EXPECT_EQ(expect_mistake("id = 7\nstate = \"off\""),
             "k.toml:4: expect.id: no drive 7 on any bus");
   EXPECT_EQ(expect_mistake("id = 7\nbus = \"vcan0\"\nstate = \"off\""),
@@ -172,7 +171,8 @@ TEST(ScenarioFile, MistakesOfExpectations) {
   EXPECT_EQ(expect_mistake("id = 1\nsignal = \"speed_dp\"\nmin = 2"),
             "k.toml:5: expect.signal: \"speed_dp\" is unknown, did you mean speed_dps?");
   EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nerror = \"stall\""),
-            "k.toml:5: expect.state: one thing at a time; this one has error already");
+            "k.toml:5: expect.state: only one of signal, error, state, reply, no_reply and "
+            "answered; this expectation has error already");
   EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nmin = 1"),
             "k.toml:6: expect.min: belongs to signal");
   EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nmax = 1"),
@@ -206,7 +206,7 @@ TEST(ScenarioFile, MistakesOfExpectations) {
   EXPECT_EQ(expect_mistake("id = 1\nreply = { field = \"iq_A\" }"),
             "k.toml:5: expect.reply.field: needs min, max or both");
   EXPECT_EQ(expect_mistake("id = 1\nreply = { min = 1 }"),
-            "k.toml:5: expect.reply.field: missing: what are min and max of?");
+            "k.toml:5: expect.reply.field: missing; min and max are limits of a field");
   EXPECT_EQ(expect_mistake("id = 1\nno_reply = { count = 1 }").substr(0, 30),
             "k.toml:5: expect.no_reply.coun");
 }

@@ -62,9 +62,9 @@ TEST(ScenarioFile, ABusIsToldByItsDrivesWhereItCanBe) {
       parsed("[[send]]\nat_s = 1\nbus = \"vcan1\"\nid = 2\ncommand = \"off\"\n").sends.at(0).bus,
       1U);
   EXPECT_EQ(mistake("[[send]]\nat_s = 1\nid = 2\ncommand = \"off\"\n"),
-            "dir/kick.toml:3: send.bus: which one is meant? vcan0, vcan1");
+            "dir/kick.toml:3: send.bus: ambiguous; give one of vcan0, vcan1");
   EXPECT_EQ(mistake("[[event]]\nat_s = 1\nambient_C = 3\n"),
-            "dir/kick.toml:3: event.bus: which one is meant? vcan0, vcan1");
+            "dir/kick.toml:3: event.bus: ambiguous; give one of vcan0, vcan1");
   EXPECT_EQ(mistake("[[event]]\nat_s = 1\nbus = \"can7\"\nambient_C = 3\n"),
             "dir/kick.toml:5: event.bus: \"can7\" is not one of vcan0, vcan1");
   EXPECT_EQ(mistake("[[send]]\nat_s = 1\nid = 9\ncommand = \"off\"\n"),
@@ -73,9 +73,9 @@ TEST(ScenarioFile, ABusIsToldByItsDrivesWhereItCanBe) {
             "dir/kick.toml:5: send.id: no drive 1 on this bus");
   // No drive has this identifier, and no drive has an identifier of 29 bits.
   EXPECT_EQ(mistake("[[send]]\nat_s = 1\nframe = \"15F#80\"\n"),
-            "dir/kick.toml:3: send.bus: which one is meant? vcan0, vcan1");
+            "dir/kick.toml:3: send.bus: ambiguous; give one of vcan0, vcan1");
   EXPECT_EQ(mistake("[[send]]\nat_s = 1\nframe = \"00000144#80\"\n"),
-            "dir/kick.toml:3: send.bus: which one is meant? vcan0, vcan1");
+            "dir/kick.toml:3: send.bus: ambiguous; give one of vcan0, vcan1");
 }
 
 // Bytes by hand from the tables of docs/reference/protocol.md.
@@ -228,7 +228,7 @@ TEST(ScenarioFile, AClearMayMeanAFaultOfTheRobotThatRuns) {
   };
   EXPECT_EQ(error("bus = \"vcan1\"\nclear = \"rust\""), "accepted");
   EXPECT_EQ(error("bus = \"vcan0\"\nclear = \"rust\""),
-            "k.toml:6: event.clear: no fault is called \"rust\", and none is of that kind");
+            "k.toml:6: event.clear: no fault has the name or kind \"rust\"");
 }
 
 TEST(ScenarioFile, ALiveOneKnowsWhereWhatRunsIsNotItsRobot) {

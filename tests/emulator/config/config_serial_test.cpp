@@ -141,9 +141,10 @@ quirks = { setting_commands = false, zero_ram_len = 7, wrong_len = "lax", produc
 }
 
 TEST(ConfigSerial, WhatCannotBeIsRefused) {
-  EXPECT_NE(reason(kBus + "bitrate = 500_000\n" + kDrive).find("500000 is no bit rate of RS-485"),
-            std::string::npos);
-  EXPECT_NE(reason(kBus + "bitrate = 921_600\n" + kDrive).find("is no bit rate of RS-485"),
+  EXPECT_NE(
+      reason(kBus + "bitrate = 500_000\n" + kDrive).find("500000 is not a bit rate of RS-485"),
+      std::string::npos);
+  EXPECT_NE(reason(kBus + "bitrate = 921_600\n" + kDrive).find("is not a bit rate of RS-485"),
             std::string::npos);
   EXPECT_EQ(reason(kBus + "bitrate = 0\n" + kDrive), "accepted");
   EXPECT_EQ(reason("bitrate = 500_000\n" + kBus + kDrive),

@@ -212,8 +212,7 @@ TEST(Config, InterfaceNamesAreThoseThatLinuxHas) {
   for (const std::string name : {".", "..", "can 0", "can/0", "cän0"}) {
     EXPECT_EQ(error(name), place + "\"" + name + "\" is not an interface name");
   }
-  EXPECT_TRUE(error("can:0").starts_with(
-      place + "\"can:0\" is not an interface name, and there is no kind of bus \"can:\""));
+  EXPECT_TRUE(error("can:0").starts_with(place + "\"can:0\": unknown kind of bus \"can:\""));
   // Unprintable bytes must not reach a terminal.
   EXPECT_EQ(error("can\\u007F0"), place + "\"can?0\" is not an interface name");
   EXPECT_EQ(error("can\\u001B0"), place + "\"can?0\" is not an interface name");

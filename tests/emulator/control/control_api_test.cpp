@@ -51,7 +51,7 @@ TEST(ControlApi, LooksAfterTheBusesBeforeItAnswers) {
 TEST(ControlApi, DecodesNamesInPaths) {
   TestWorld t;
   EXPECT_EQ(t.get("/drives/vcan%30/2").body["id"], 2);
-  EXPECT_EQ(t.get("/drives/vcan0%2F2/2").body["error"]["reason"], "there is no bus vcan0/2");
+  EXPECT_EQ(t.get("/drives/vcan0%2F2/2").body["error"]["reason"], "unknown bus vcan0/2");
   EXPECT_EQ(t.get("/drives/vcan%3/2").status, 400);
   EXPECT_EQ(t.get("/drives/%FF/2").status, 404);
 }

@@ -316,11 +316,11 @@ TEST_F(Hostile, EachKindOfRefusalIsLoggedOnce) {
   const char* const kinds[] = {"401 Authorization: ",
                                "403 Host: ",
                                "403 Origin: is not",
-                               "403 Origin: a page",
+                               "403 Origin: web pages",
                                "400 request: ",
                                "400 body: ",
                                "413 request: ",
-                               "404 path: there is nothing",
+                               "404 path: not found; the API",
                                "400 k0: ",
                                "405 method: "};
   for (const char* kind : kinds) EXPECT_EQ(count(log.text(), kind), 1U) << kind << log.text();
@@ -356,7 +356,7 @@ TEST_F(Hostile, WhoDoesNotTakeAnswersIsLoggedOnce) {
   }
   stop();
   EXPECT_EQ(count(log.text(), "refused"), 1U) << log.text();
-  EXPECT_EQ(count(log.text(), "answer: was not taken"), 1U) << log.text();
+  EXPECT_EQ(count(log.text(), "answer: the client did not read"), 1U) << log.text();
 }
 
 TEST_F(Hostile, WordsOfItsOwnNeitherFillTheLogNorSilenceIt) {

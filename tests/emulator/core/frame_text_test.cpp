@@ -80,9 +80,9 @@ TEST(FrameText, ARemoteRequestAsksForSoManyBytes) {
     EXPECT_EQ(parsed(text).kind, FrameKind::kRemote) << text;
     EXPECT_EQ(parsed(text).dlc, text[5] == '8' ? 8 : 0) << text;
   }
-  EXPECT_EQ(problem("141#R9"), "\"R9\" asks for no 0 to 8 bytes");
-  EXPECT_EQ(problem("141#Rx"), "\"Rx\" asks for no 0 to 8 bytes");
-  EXPECT_EQ(problem("141#R000000001"), "\"R000000001\" asks for no 0 to 8 bytes");
+  EXPECT_EQ(problem("141#R9"), "\"R9\" does not request 0 to 8 bytes");
+  EXPECT_EQ(problem("141#Rx"), "\"Rx\" does not request 0 to 8 bytes");
+  EXPECT_EQ(problem("141#R000000001"), "\"R000000001\" does not request 0 to 8 bytes");
 }
 
 TEST(FrameText, WritesNoMoreThanAFrameHolds) {

@@ -70,7 +70,7 @@ TEST_F(RuntimeDirectory, CtlTrustsNoneThatIsOpenToOthers) {
   fs::permissions(directory_, fs::perms::all);
   const std::string name = directory_.string();
   EXPECT_EQ(refusal(), "ctl: " + name + " is open to others: chmod 700 " + name +
-                           "; --socket PATH says where it is");
+                           "; choose the socket with --socket PATH");
   EXPECT_EQ(find_socket(socket_, ""), socket_) << "who names it has decided";
 }
 
@@ -78,7 +78,7 @@ TEST_F(RuntimeDirectory, CtlTrustsNoneThatIsALink) {
   fs::rename(directory_, own_.path() / "other");
   fs::create_directory_symlink("other", directory_);
   EXPECT_EQ(refusal(), "ctl: " + directory_.string() +
-                           " is not a directory: remove it; --socket PATH says where it is");
+                           " is not a directory: remove it; choose the socket with --socket PATH");
 }
 
 TEST_F(RuntimeDirectory, CtlTrustsNoneThatBelongsToSomebodyElse) {
@@ -87,7 +87,7 @@ TEST_F(RuntimeDirectory, CtlTrustsNoneThatBelongsToSomebodyElse) {
     GTEST_SKIP() << "only root gives a directory away";
   }
   EXPECT_EQ(refusal(), "ctl: " + directory_.string() +
-                           " belongs to another user; --socket PATH says where it is");
+                           " belongs to another user; choose the socket with --socket PATH");
 }
 
 }  // namespace runtime_dir_test

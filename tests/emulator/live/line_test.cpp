@@ -51,7 +51,9 @@ TEST(Line, KeepsSoManyFramesForLaterAndCountsTheRest) {
   }
   EXPECT_EQ(line.backlog(), Line::kMaxBacklog);
   EXPECT_EQ(line.backlog_lost(), 3U);
-  EXPECT_EQ(log.text(), "test: 1000000 frames wait for time to move; more are lost\n") << "once";
+  EXPECT_EQ(log.text(),
+            "test: 1000000 frames are queued while time is stopped; further frames are lost\n")
+      << "once";
   EXPECT_EQ(line.bus().stats().frames, 0U) << "time has not moved";
 
   line.advance_to(std::chrono::milliseconds(1), MonoTime::max(), Line::WaitPolicy::kNone);

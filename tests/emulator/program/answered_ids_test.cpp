@@ -63,12 +63,11 @@ std::string problem_at_start(const BusConfig& config) {
 
 TEST(AnsweredIds, WhoHasAnIdFromRomIsToldHowToBeRidOfIt) {
   const Other other(9);
-  EXPECT_TRUE(problem_at_start(one_drive(9, 9)).ends_with(" already; stop it, or give other --ids"))
+  EXPECT_TRUE(problem_at_start(one_drive(9, 9)).ends_with("; stop it, or give other --ids"))
       << problem_at_start(one_drive(9, 9));
   EXPECT_TRUE(
       problem_at_start(one_drive(3, 9))
-          .ends_with(
-              " already; stop it, or start with --wipe-rom: drive 3 has this ID from its ROM"))
+          .ends_with("; stop it, or start with --wipe-rom: drive 3 has this ID from its ROM"))
       << problem_at_start(one_drive(3, 9));
   EXPECT_EQ(problem_at_start(one_drive(3, 4)), "");
 }

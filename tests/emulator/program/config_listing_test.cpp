@@ -107,9 +107,9 @@ TEST(PlaceNote, SaysTheRateAsTheDrivesOfThisBusCountThem) {
   servo.rate_code = 4;
   servo.rom.serial_rate = 7;
   const auto note = [&] { return place_note(servo, bus, rom_place); };
-  EXPECT_EQ(note(), "hears nothing, as it is set to 921600 bit/s");
+  EXPECT_EQ(note(), "receives nothing, as it is set to 921600 bit/s");
   bus.serial->has_921600 = false;
-  EXPECT_EQ(note(), "hears nothing, as it is set to 1000000 bit/s");
+  EXPECT_EQ(note(), "receives nothing, as it is set to 1000000 bit/s");
 }
 
 }  // namespace config_listing_test

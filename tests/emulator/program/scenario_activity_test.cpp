@@ -62,7 +62,7 @@ state = "running"
   text += play;
   EXPECT_EQ(where(post()), "send.play");
   const std::string most = std::to_string(ScenarioActivity::kLongestFile);
-  EXPECT_NE(reason(post()).find("what is played is longer than " + most + " bytes in all"),
+  EXPECT_NE(reason(post()).find("the logs to play are longer than " + most + " bytes in all"),
             std::string::npos)
       << reason(post());
 }

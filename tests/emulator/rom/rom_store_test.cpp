@@ -86,7 +86,7 @@ TEST(RomStore, DamageIsSaidAndLeftAlone) {
   EXPECT_EQ(refusal(in(directory.path())),
             file +
                 ":2: bus: this is the ROM of vcan1:1, motor m, not of vcan0:1, motor m (give "
-                "another --rom DIR, or start anew with --wipe-rom)");
+                "another --rom DIR, or reset it with --wipe-rom)");
   EXPECT_TRUE(directory.text_of("vcan0-1.toml").starts_with("format = 1\nbus = \"vcan1\""));
   std::filesystem::remove(file);
   std::filesystem::create_directory(file);

@@ -121,8 +121,8 @@ TEST_F(Live, FaultsThatMadeRoomForOthersMakeItSayNothing) {
   EXPECT_EQ(verdict.outcome, Outcome::kInvalid);
   ASSERT_EQ(verdict.invalid.size(), 1U);
   EXPECT_EQ(verdict.invalid[0], line_.name() +
-                                    ": 2 faults ended and made room for others before the verdict; "
-                                    "what they did is not known");
+                                    ": 2 faults ended and were removed before the verdict to make "
+                                    "room; their effect is unknown");
 }
 
 TEST_F(Live, AFaultThatFoundNoRoomMakesItSayNothing) {

@@ -133,7 +133,8 @@ TEST(Verdict, IsInvalidWhenTheLoopsRunOutOfAllBounds) {
   const Verdict verdict = run(scenario);
   EXPECT_EQ(verdict.outcome, Outcome::kInvalid);
   ASSERT_EQ(verdict.invalid.size(), 1U);
-  EXPECT_EQ(verdict.invalid[0], "a drive 1: no such motor: its state has run out of all bounds");
+  EXPECT_EQ(verdict.invalid[0],
+            "a drive 1: the simulation diverged; check the parameters of its motor");
 }
 
 /// Inverts each expectation so that no value can meet it.

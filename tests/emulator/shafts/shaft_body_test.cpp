@@ -32,11 +32,10 @@ TEST(ShaftBody, RefusesWhatIsNoNumberOrNoJoints) {
   EXPECT_EQ(problem(body, {1, -kInfinity, 0.1, 3}), "vcan0:1: speed_rad_s is -inf");
   EXPECT_EQ(problem(body, {1, 2, -0.1, 3}), "vcan0:1: inertia_kg_m2 is -0.1");
   EXPECT_EQ(problem(body, {1, 2, 0.1, 1e300}), "vcan0:1: torque_Nm is 1e+300");
-  EXPECT_EQ(
-      problem(body, {1, 2, 0.009, 3}),
-      "vcan0:1: inertia_kg_m2 is 0.009, less than the armature of 0.01 that the joint has to have");
+  EXPECT_EQ(problem(body, {1, 2, 0.009, 3}),
+            "vcan0:1: inertia_kg_m2 is 0.009, below the drive's armature of 0.01");
   EXPECT_EQ(problem(body_of(LK_SHAFTS_SIMULATOR, 0, 0), {1, 2, 0, 3}),
-            "vcan0:1: inertia_kg_m2 is 0, and has to be told where the drive brings no armature");
+            "vcan0:1: inertia_kg_m2 is 0; must be above 0, as the drive has no armature");
 }
 
 TEST(ShaftBody, OfADrivesJointAngleAndSpeedMeanNothing) {

@@ -82,8 +82,8 @@ TEST(IdLocks, AnotherProcessIsToldWhoHasTheIdUntilThatIsKilled) {
   IdLocks theirs;
   Other other([&] { theirs.take(here, {}, 3); });
   IdLocks locks;
-  EXPECT_EQ(taken(locks, here, 3), here + ": ID 3 is answered by lk-emu (pid " + other.pid() +
-                                       ") already; stop it, or give other --ids");
+  EXPECT_EQ(taken(locks, here, 3), here + ": ID 3 is already in use by lk-emu (pid " + other.pid() +
+                                       "); stop it, or give other --ids");
   EXPECT_EQ(taken(locks, here, 4), "") << "another drive";
   EXPECT_EQ(taken(locks, bus("b"), 3), "") << "another bus";
   other.kill();
@@ -134,8 +134,8 @@ TEST(IdLocks, EveryRefusedProgramIsToldAsLongAsTheHolderHangsUp) {
 /// The owner of the name may be another program that does not answer.
 TEST(IdLocks, AStrangerThatHoldsTheNameIsNotWaitedFor) {
   const std::string refusal = bus() +
-                              ": ID 3 is answered by another program (of another container, "
-                              "perhaps) already; stop it, or give other --ids";
+                              ": ID 3 is already in use by another program (of another container, "
+                              "perhaps); stop it, or give other --ids";
   IdLocks locks;
   const int stranger = named_socket(bus(), 3);
   EXPECT_EQ(taken(locks, bus(), 3), refusal) << "it does not listen";

@@ -81,7 +81,8 @@ TEST_F(CaseBuilder, SaysWhyACaseIsImpossible) {
       {{{"fault", {{"at_s", 0.1}, {"idd", 1}, {"fault", "jam"}}}},
        "case 1: fault.idd: unknown key"},
       {{{"fault", {{"fault", "jam"}, {"when", {{"id", 1}, {"command", 0x9C}}}}}},
-       "case 1: fault.when: a case's fault begins at at_s; move it to directives"},
+       "case 1: fault.when: not allowed: a case's fault begins at at_s; move this event to "
+       "directives"},
       {fault(0.26, {{"kind", "jam"}}), "case 1: fault.at_s: is after the end of the scenario"},
       {fault(0.1, {{"kind", "jamm"}}),
        "case 1: fault.fault.kind: \"jamm\" is unknown, did you mean jam?"},

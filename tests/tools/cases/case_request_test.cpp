@@ -111,7 +111,7 @@ TEST(CaseRequest, RefusesWrongTypesAndRanges) {
       {R"("drive_errors": "any")", "case 7: drive_errors: must be an array of strings"},
       {R"("drive_errors": [1])", "case 7: drive_errors: must be an array of strings"},
       {R"("fault": "jam")", "case 7: fault: must be a table"},
-      {R"("fault": null)", "fault: null says nothing; leave the key out"},
+      {R"("fault": null)", "fault: null is not allowed; leave the key out"},
       {R"("fault": {"case": 1, "case": 2})", "case: is given twice"},
       {R"("case": 8)", "case: is given twice"},
   };
@@ -135,7 +135,7 @@ TEST(CaseRequest, RefusesWhatIsNoJsonObject) {
        {std::string("{"), std::string("{}{}"), std::string("{\"case\": NaN}"), nul,
         with("\"seed\": 1" + nul), std::string("{\"case\xFF\": 1}"), std::string("// {}"),
         std::string("\xEF\xBB{}"), std::string("{\"a\": \"\\ud800\"}")}) {
-    EXPECT_NE(problem_of(text).find("no JSON"), std::string::npos) << text;
+    EXPECT_NE(problem_of(text).find("not JSON"), std::string::npos) << text;
   }
   const auto nested = [](std::size_t depth) {
     return with("\"detect\": " + std::string(depth, '[') + std::string(depth, ']'));

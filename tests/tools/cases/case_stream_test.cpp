@@ -81,13 +81,14 @@ TEST_F(CaseStream, BlankLinesEndPilesAndNothingElse) {
 
 TEST_F(CaseStream, ALineThatIsNoCaseEndsTheProgram) {
   const std::string good = one(1).dump() + '\n';
-  EXPECT_EQ(place(run(good + "{\"case\": 2,\n")).find("2: byte 12: no JSON: "), 0U);
+  EXPECT_EQ(place(run(good + "{\"case\": 2,\n")).find("2: byte 12: not JSON: "), 0U);
   EXPECT_EQ(place(run("\n\n[]\n" + good)), "3: case: expected a JSON object");
   EXPECT_EQ(place(run(good + "{\"case\": -1}")), "2: case: out of range (0 to 2^53)");
-  EXPECT_EQ(place(run(std::string("\0\n", 2))).find("1: byte 1: no JSON: "), 0U);
+  EXPECT_EQ(place(run(std::string("\0\n", 2))).find("1: byte 1: not JSON: "), 0U);
   EXPECT_EQ(place(run(good + std::string(3'000'000, 'x'))), "2: is longer than 1 MB");
   for (const int jobs : {1, 4}) {
-    EXPECT_EQ(place(run(lines_of(200) + "x\n", {.jobs = jobs})).find("201: byte 1: no JSON: "), 0U);
+    EXPECT_EQ(place(run(lines_of(200) + "x\n", {.jobs = jobs})).find("201: byte 1: not JSON: "),
+              0U);
   }
 }
 

@@ -67,7 +67,7 @@ class Cases(unittest.TestCase):
         self.assertEqual((status, len(out.splitlines()), err), (1, 2, ""))
         status, out, err = self.run_cases("{\n")
         self.assertEqual((status, out, err.count("\n")), (2, "", 1))
-        self.assertTrue(err.startswith("lk-emu: --cases: standard input:1: byte 2: no JSON: "), err)
+        self.assertTrue(err.startswith("lk-emu: --cases: standard input:1: byte 2: not JSON: "), err)
         status, _, err = self.run_cases('{"\\u0007": 1, "\\u0007": 2}\n')
         self.assertEqual((status, err), (2, "lk-emu: --cases: standard input:1: ?: is given twice\n"))
         for jobs in ("0", "1025", "x", "-1"):

@@ -62,8 +62,8 @@ TEST_F(TwoPorts, AreKnownByTheirNamesOrAsIsSaid) {
 TEST_F(TwoPorts, ThatAreNotKnownAreNamed) {
   EXPECT_EQ(report({"--bus", "rs485:/tmp/arm"}),
             "replay: " + log_ +
-                " has the interfaces ttyUSB0, ttyUSB1, and none is rs485:/tmp/arm; say which with "
-                "--bus rs485:/tmp/arm=NAME");
+                " has the interfaces ttyUSB0, ttyUSB1, not rs485:/tmp/arm; choose one with --bus "
+                "rs485:/tmp/arm=NAME");
   EXPECT_EQ(report({"--bus", "rs485:/tmp/arm=ttyUSB7"}),
             "replay: " + log_ + " has no interface ttyUSB7, but ttyUSB0, ttyUSB1");
   EXPECT_EQ(report({"--bus", "rs485:/tmp/leg=ttyUSB1"}),

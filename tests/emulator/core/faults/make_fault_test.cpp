@@ -126,7 +126,7 @@ TEST_F(BusMistakes, AFaultThatCannotBeIsRefused) {
             "fault 'wrong_dlc': wrong value of dlc; allowed: 0 to 7, whole numbers");
   fault = make_fault("reset", {}, {1});
   fault.duration = 1s;
-  EXPECT_EQ(refusal_of(fault), "fault 'reset': is done at once and takes no duration");
+  EXPECT_EQ(refusal_of(fault), "fault 'reset': is instantaneous; remove the duration");
   fault = make_fault("drop", {}, {1});
   fault.probability = -1;
   EXPECT_EQ(refusal_of(fault), "fault 'drop': probability is -1; allowed: 0 to 1");
