@@ -424,10 +424,10 @@ def summary(path: str, run: Run) -> str:
 
 def main(arguments: Optional[List[str]] = None) -> None:
     parser = command.Parser(prog="lk-emu plot", description="Draw a CSV file of lk-emu run or lk-emu replay as SVG or PNG")
-    parser.add_argument("file", metavar="FILE", help="what --csv wrote")
-    parser.add_argument("-o", "--output", metavar="FILE", help="the picture, an .svg or .png (default: an .svg beside the CSV file)")
+    parser.add_argument("file", metavar="FILE", help="CSV file from --csv")
+    parser.add_argument("-o", "--output", metavar="FILE", help="picture to write, .svg or .png (default: .svg beside the CSV file)")
     parser.add_argument("--bus", default="", help="drives of this bus only")
-    parser.add_argument("--ids", metavar="LIST", help="of which drives (default: the first six): 1-4 or 1,3,7-9")
+    parser.add_argument("--ids", metavar="LIST", help="drives to draw (default: the first six): 1-4 or 1,3,7-9")
     parser.add_argument("--lang", help="language of the output: en or zh (default: the locale's)")
     given = parser.parse_args(arguments)
     warnings.simplefilter("ignore")  # such as of a title in letters that no font has

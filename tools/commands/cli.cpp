@@ -81,10 +81,11 @@ void add_options(CLI::App& app, Raw& raw) {
   app.add_option("--ids", raw.ids, "IDs of the drives on that bus, 1..32: 1-4 or 1,3,7-9")
       ->type_name("LIST")
       ->allow_extra_args(false);
-  app.add_option("--motor", raw.motor,
-                 std::string("motor of every drive: what it is sold as, or a motor file, as "
-                             "./my.toml (default ") +
-                     kDefaultMotor + ")")
+  app.add_option(
+         "--motor", raw.motor,
+         std::string(
+             "motor of every drive: its product name, or a motor file like ./my.toml (default ") +
+             kDefaultMotor + ")")
       ->type_name("MOTOR");
   app.add_option("--generation", raw.generations,
                  "firmware of the drives, one of " + comma_list(generation_words()) +
@@ -108,12 +109,11 @@ void add_options(CLI::App& app, Raw& raw) {
       ->type_name("N");
   app.add_option(
          "--boot-angle", raw.boot_angle,
-         "where the rotor of every drive stands at the start, in degrees (default: drawn from "
-         "the seed)")
+         "rotor angle of every drive at the start, in degrees (default: random, from the seed)")
       ->type_name("DEG");
   app.add_option("--rom", raw.rom,
-                 "directory that keeps what drives write to ROM, or :memory: to keep nothing "
-                 "(default lk-emu/BUS in the user's state directory)")
+                 "directory for the ROM of the drives, or :memory: to keep nothing (default "
+                 "lk-emu/BUS in the user's state directory)")
       ->type_name("DIR");
   app.add_flag("--wipe-rom", raw.line.rom.wipe,
                "remove the ROM files of these drives first: they start as configured");
@@ -122,23 +122,23 @@ void add_options(CLI::App& app, Raw& raw) {
   app.add_flag("--create-bus", raw.line.create_bus,
                "create missing interfaces as vcan and bring them up (needs CAP_NET_ADMIN)");
   app.add_flag("--real-bus", raw.line.real_bus,
-               "answer on interfaces that are not virtual (vcan, vxcan): no real drive on them may "
+               "allow interfaces that are not virtual (vcan, vxcan); no real drive on them may "
                "have one of the IDs");
   app.add_flag("--check", raw.line.check,
-               "print what would run and start nothing; needs no CAN interface");
-  app.add_option(
-         "--clock", raw.clock,
-         "clock: realtime (default), a factor like x10 or x0.1, or stepped: moves only with "
-         "lk-emu ctl advance")
+               "check and print the configuration, and exit; needs no CAN interface");
+  app.add_option("--clock", raw.clock,
+                 "clock: realtime (default), a factor like x10 or x0.1, or stepped: advances only "
+                 "with lk-emu ctl advance")
       ->type_name("MODE");
   app.add_option("--scenario", raw.scenario,
-                 "play this scenario, a file or the name of a shipped one, on the buses, judge it, "
-                 "and end with it (docs/guides/scenarios.md)")
+                 "run this scenario (a file, or the name of a shipped one) on the buses, print its "
+                 "verdict and exit (docs/guides/scenarios.md)")
       ->type_name("SCENARIO");
   app.add_option("--junit", raw.junit, "write the scenario's verdict as JUnit XML")
       ->type_name("FILE");
-  app.add_flag("--strict", raw.line.strict,
-               "advice about the host is a failure: exit status 1 (docs/guides/host-mistakes.md)");
+  app.add_flag(
+      "--strict", raw.line.strict,
+      "exit with status 1 if there is advice about the host (docs/guides/host-mistakes.md)");
   add_language_option(app, raw.language);
   app.add_option("--control", raw.control,
                  "Unix socket of the control interface, or none (default lk-emu/BUS-PID.sock in "
@@ -147,24 +147,23 @@ void add_options(CLI::App& app, Raw& raw) {
   app.add_option("--http", raw.http,
                  "control interface and dashboard over TCP, e.g. at localhost:8474 (port 0: any)")
       ->type_name("ADDR:PORT");
-  app.add_flag(
-      "--http-write", raw.http_write,
-      "let the dashboard, and all with --http-token none, change things and not only look");
-  app.add_option(
-         "--http-token", raw.http_token,
-         "file with the token that clients have to show, or none; required when other machines "
-         "can reach the address")
+  app.add_flag("--http-write", raw.http_write,
+               "let the dashboard make changes, and with --http-token none all clients (default: "
+               "read-only)");
+  app.add_option("--http-token", raw.http_token,
+                 "file with the token that clients must send, or none; required if other machines "
+                 "can reach the address")
       ->type_name("FILE");
   app.add_option("--shafts", raw.shafts,
                  "address at which an external simulator connects to the drives' shafts, as "
                  "unix:/tmp/shafts or tcp:29600 (docs/guides/your-simulator.md)")
       ->type_name("PLACE");
-  app.add_option(
-         "--shafts-lost", raw.shafts_lost,
-         "while no simulator is connected: free, the drives go on (default); stop, time stands")
+  app.add_option("--shafts-lost", raw.shafts_lost,
+                 "while no simulator is connected: free = the drives keep running (default), stop "
+                 "= time is stopped")
       ->type_name("WHAT");
   app.add_flag("--end-with-stdin", raw.line.end_with_input,
-               "stop when standard input ends, a pipe that the parent process holds open");
+               "stop when standard input ends (a pipe from the parent process)");
   app.add_option("--log-level", raw.line.log_level,
                  "trace, debug, info, warn, error or off (default info)")
       ->type_name("LEVEL");

@@ -264,23 +264,23 @@ constexpr Row kRows[] = {
     {"drive", "everything about one drive", &Ctl::drive, "ID", "the drive's, 1 to 32"},
     {"watch", "all drives, live; q leaves", &Ctl::watch},
     {.word = "set",
-     .about = "change something about drives (docs/reference/events.md)",
+     .about = "change supply, load or settings of drives (docs/reference/events.md)",
      .run = &Ctl::set,
      .example = "  lk-emu ctl set supply_V=18 ramp_s=0.5 --ids 1-2\n"
                 "  lk-emu ctl set load.tau_gravity_Nm=2 --ids 1\n"},
     {"fault", "inject a fault (lk-emu faults lists them)", &Ctl::fault, "FAULT", "its kind", true,
      "  lk-emu ctl fault drop probability=0.1 --ids 1-2 --for 2s\n"},
     {"faults", "the faults so far, and their effects", &Ctl::faults},
-    {"advice", "what hosts do wrong, and what to do", &Ctl::advice},
-    {"send", "say something to drives, as a host does", &Ctl::send, "COMMAND",
-     "a word of scenarios, a byte, or a frame: 141#9C00000000000000", true,
+    {"advice", "mistakes of the hosts, and their remedies", &Ctl::advice},
+    {"send", "send commands or frames to drives, as a host does", &Ctl::send, "COMMAND",
+     "a command name of scenarios, a command byte, or a frame: 141#9C00000000000000", true,
      "  lk-emu ctl send position_2 angle_deg=90 --ids 1-4\n"},
     {.word = "wait",
-     .about = "wait until it is ready",
+     .about = "wait until lk-emu is ready",
      .run = &Ctl::wait,
      .example = "  lk-emu --bus vcan0 --ids 1 & lk-emu ctl wait --for 10s\n"},
     {"clear", "end a fault, all of a kind, or all", &Ctl::clear, "NAME|all",
-     "of a fault, or its kind"},
+     "name or kind of a fault"},
     {"power", "switch the supply", &Ctl::power, "on|off|cycle", "cycle: off, and on again"},
     {"clock", "show or set the clock mode", &Ctl::clock, "MODE",
      "to set: realtime, stepped, or a factor like x10", false},
@@ -289,7 +289,8 @@ constexpr Row kRows[] = {
     {"record", "record into a directory, or stop", &Ctl::record, "DIR|stop",
      "new or empty, for lk-emu replay"},
     {"scenario", "run a scenario, stop it, or show its verdict", &Ctl::scenario,
-     "SCENARIO|stop|verdict", "what lk-emu run takes (docs/guides/scenarios.md)"},
+     "SCENARIO|stop|verdict",
+     "scenario file or name, as for lk-emu run (docs/guides/scenarios.md)"},
     {"mark", "write a note into log and recording", &Ctl::mark, "TEXT", "the note"},
 };
 
@@ -304,7 +305,7 @@ void add_arguments(CLI::App& sub, const Row& row, RawCtl& raw) {
   if (word == "fault") sub.add_option("ASSIGNMENT", raw.words, "its parameters: KEY=VALUE");
   if (word == "send") sub.add_option("ASSIGNMENT", raw.words, "its quantities: KEY=VALUE");
   if (word == "wait") {
-    sub.add_option("--for", raw.lasts, "how long at most (default 30s)")->type_name("TIME");
+    sub.add_option("--for", raw.lasts, "time-out (default 30s)")->type_name("TIME");
   }
   if (word == "set" || word == "fault" || word == "power" || word == "send") {
     sub.add_option("--ids", raw.ids, "drives, e.g. 1-2 (default all)")->type_name("LIST");
@@ -324,7 +325,7 @@ struct CtlApp {
   CtlApp() {
     app.require_subcommand(1);
     app.fallthrough();
-    app.add_option("--socket", raw.socket, "its control socket (default: the only one there is)")
+    app.add_option("--socket", raw.socket, "its control socket (default: the only one)")
         ->type_name("PATH");
     app.add_option("--bus", raw.bus, "the bus, when there are several")->type_name("BUS");
     app.add_flag("--json", raw.json, "print the answer as JSON");

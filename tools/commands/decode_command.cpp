@@ -54,8 +54,8 @@ struct DecodeApp {
   DecodeApp() {
     app.footer(kDecodeFooter);
     app.add_option("FILE", file,
-                   "what candump printed or logged (default, and -: standard input), or the "
-                   "directory of a recording, which tells what its drives are");
+                   "output or log of candump (default, and -: standard input), or the directory of "
+                   "a recording, which describes its drives");
     app.add_option("--generation", generation,
                    "firmware of the drives, one of " + comma_list(generation_words()) +
                        " (default legacy); seen: as measured on real drives of the motor")
@@ -65,8 +65,8 @@ struct DecodeApp {
                        kDefaultMotor + ")")
         ->type_name("MOTOR");
     app.add_flag("--guess", guess,
-                 "tell at the end which generation and which quirks the drives speak, and by which "
-                 "frames")
+                 "print at the end which generation and quirks the drives have, and the frames "
+                 "that show it")
         ->excludes("--generation")
         ->excludes("--motor");
     app.add_flag("--json", json, "one JSON object per line, for programs; the last is the summary");

@@ -53,7 +53,7 @@ struct DemoApp {
         ->type_name(words)
         ->required();
     app.add_flag("--no-browser", no_browser,
-                 "only print the dashboard's address, as without a terminal or a display");
+                 "print the dashboard's address without opening a browser");
   }
 };
 

@@ -72,9 +72,7 @@ std::string list_faults() {
       text += fmt::format("  {:<20}   {}\n", "", param);
   }
   return text +
-         "\nA value in brackets is what holds when nothing is said. docs/reference/events.md says "
-         "how faults "
-         "are set.\n";
+         "\nValues in brackets are defaults. For how to set faults see docs/reference/events.md.\n";
 }
 
 std::string describe_fault(const FaultRow& row) {
@@ -138,7 +136,7 @@ struct FaultsApp {
     app.footer(kFaultsFooter);
     app.add_option("FAULT", word, "fault to show");
     app.add_flag("--json", json, "print all faults with their parameters as JSON");
-    app.add_flag("--markdown", markdown, "as the page docs/reference/events.md has them");
+    app.add_flag("--markdown", markdown, "print all faults as tables for docs/reference/events.md");
   }
 };
 

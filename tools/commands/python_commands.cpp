@@ -98,7 +98,7 @@ apt install python3-scipy python3-jinja2 python3-regex.)";
 
 /// The options of python/lkemu/campaign, for the help, the completions and their check.
 struct CampaignApp {
-  CLI::App app{"Run many cases of a scenario with faults, and tell what came of them",
+  CLI::App app{"Run many cases of a scenario with faults, and report the results",
                "lk-emu campaign"};
   std::string text;
   std::vector<std::string> texts;
@@ -111,21 +111,23 @@ struct CampaignApp {
     add_run_options();
     add_case_options();
     add_report_options(app);
-    CLI::App* const merge = app.add_subcommand("merge", "put the shards of a campaign together");
-    merge->add_option("-o,--output", text, "the new file")->required()->type_name("FILE");
-    merge->add_option("PART", texts, "files of shards, or of merges")->required();
-    CLI::App* const report = app.add_subcommand("report", "tell what came of a campaign");
-    report->add_option("RESULTS", text, "the file of a campaign")->required();
+    CLI::App* const merge = app.add_subcommand("merge", "merge the shards of a campaign");
+    merge->add_option("-o,--output", text, "file to write")->required()->type_name("FILE");
+    merge->add_option("PART", texts, "results files of shards or merges")->required();
+    CLI::App* const report = app.add_subcommand("report", "report the results of a campaign");
+    report->add_option("RESULTS", text, "results file of a campaign")->required();
     add_report_options(*report);
-    CLI::App* const compare =
-        app.add_subcommand("compare", "tell what is worse than before, case by case");
-    compare->add_option("BEFORE", text, "the file of an earlier campaign of the plan")->required();
-    compare->add_option("NOW", text, "the file of a later one")->required();
-    compare->add_option("--html", text, "write a page, with the report of NOW")->type_name("FILE");
+    CLI::App* const compare = app.add_subcommand(
+        "compare", "compare two campaigns case by case, and list what got worse");
+    compare->add_option("BEFORE", text, "earlier results file of the same plan")->required();
+    compare->add_option("NOW", text, "later results file")->required();
+    compare->add_option("--html", text, "write an HTML page, with the report of NOW")
+        ->type_name("FILE");
     compare->add_option("--json", text, "write the comparison as JSON")->type_name("FILE");
     CLI::App* const canonical = app.add_subcommand(
-        "export", "print all cases as CSV: the same bytes whoever computed them");
-    canonical->add_option("RESULTS", text, "the file of a campaign")->required();
+        "export",
+        "print all cases as CSV, byte for byte the same for any --jobs, shards and workers");
+    canonical->add_option("RESULTS", text, "results file of a campaign")->required();
   }
 
  private:
@@ -144,18 +146,20 @@ struct CampaignApp {
         ->type_name("ADDRESS");
     app.add_option("--shard", text, "only the cases whose number divided by N leaves I, from 0")
         ->type_name("I/N");
-    app.add_flag("--resume", flag, "go on with a file that is there");
-    app.add_flag("--dry-run", flag, "tell the cases, what each dimension gives, and the cost");
-    app.add_flag("--yes", flag, "more than 1000 million cases are meant");
-    app.add_flag("--quiet", flag, "print nothing but what is wrong");
+    app.add_flag("--resume", flag, "resume an existing results file");
+    app.add_flag("--dry-run", flag,
+                 "print the number of cases by dimension and the cost; run nothing");
+    app.add_flag("--yes", flag, "allow more than 1000 million cases");
+    app.add_flag("--quiet", flag, "print problems only");
   }
   void add_case_options() {
     app.add_option("--case", number, "run one case and show it")->type_name("NUMBER");
-    app.add_option("--set", texts, "of this case: NAME=VALUE in place of what it has")
+    app.add_option("--set", texts, "override a value of this case: NAME=VALUE")
         ->allow_extra_args(false)
         ->type_name("NAME=VALUE");
     app.add_option("--csv", text, "write signals of this case")->type_name("FILE");
-    app.add_option("--signals", text, "which: true_angle_deg,speed_dps,…")->type_name("SIGNALS");
+    app.add_option("--signals", text, "signals to write: true_angle_deg,speed_dps,…")
+        ->type_name("SIGNALS");
     app.add_option("--rate", text, "rows per simulated second (default 100)")->type_name("HZ");
     app.add_option("--candump", text, "write all frames of this case, as candump -L does")
         ->type_name("FILE");
@@ -168,7 +172,7 @@ struct CampaignApp {
     to.add_option("--junit", text, "write a test for each kind of fault, as JUnit XML")
         ->type_name("FILE");
     to.add_option("--require", texts,
-                  "what must hold, \"coverage>=0.99\" or \"silently_wrong<=0\"; may be given again")
+                  "requirement: \"coverage>=0.99\" or \"silently_wrong<=0\" (repeatable)")
         ->allow_extra_args(false)
         ->type_name("TEXT");
   }
@@ -203,7 +207,8 @@ Exit status: 0 done, 1 something is not as --expect has it, 2 unusable input.)";
 
 /// The options of python/lkemu/identify, for the help, the completions and their check.
 struct IdentifyApp {
-  CLI::App app{"Find a motor's numbers in logs of it, and write a motor file", "lk-emu identify"};
+  CLI::App app{"Estimate a motor's parameters from its logs, and write a motor file",
+               "lk-emu identify"};
   std::vector<std::string> logs;
   std::string given;
   int id = 0;
@@ -211,24 +216,23 @@ struct IdentifyApp {
   IdentifyApp() {
     app.footer(kIdentifyFooter);
     app.add_option("LOG", logs,
-                   "what candump -L logged of the motor at work, or the script of --plan");
-    app.add_option(
-           "--motor", given,
-           std::string("what is known of the motor, a name or a file: gear, encoder, torque "
-                       "constant (default ") +
-               kDefaultMotor + ")")
+                   "log of the running motor, from candump -L or from the script of --plan");
+    app.add_option("--motor", given,
+                   std::string("motor whose gear, encoder and torque constant are used: a name or "
+                               "a file (default ") +
+                       kDefaultMotor + ")")
         ->type_name("MOTOR");
     app.add_option("--generation", given,
                    "firmware of the drives, one of " + comma_list(generation_words()) +
                        " (default: as the log shows)")
         ->type_name("GENERATION");
-    app.add_option("--id", id, "this drive alone (default: all that the log has)")
+    app.add_option("--id", id, "only this drive (default: all in the log)")
         ->type_name("ID")
         ->check(CLI::Range(1, kMaxId));
     app.add_option("-o,--output", given, "motor file to write")->type_name("FILE");
-    app.add_option("--report", given, "page with pictures to write, one HTML file")
+    app.add_option("--report", given, "report with plots to write, one HTML file")
         ->type_name("FILE");
-    app.add_option("--expect", given, "motor file of an earlier time; says what has changed")
+    app.add_option("--expect", given, "earlier motor file to compare with; prints what has changed")
         ->type_name("FILE");
     app.add_option("--plan", given,
                    "write a Python script that moves drive --id for 30 s and logs it, instead of "
@@ -265,12 +269,12 @@ struct PlotApp {
 
   PlotApp() {
     app.footer(kPlotFooter);
-    app.add_option("FILE", given, "what --csv wrote")->required();
+    app.add_option("FILE", given, "CSV file from --csv")->required();
     app.add_option("-o,--output", given,
-                   "the picture, an .svg or .png (default: an .svg beside the CSV file)")
+                   "picture to write, .svg or .png (default: .svg beside the CSV file)")
         ->type_name("FILE");
     app.add_option("--bus", given, "drives of this bus only")->type_name("BUS");
-    app.add_option("--ids", given, "of which drives (default: the first six): 1-4 or 1,3,7-9")
+    app.add_option("--ids", given, "drives to draw (default: the first six): 1-4 or 1,3,7-9")
         ->type_name("LIST");
     add_language_option(app, language);
   }

@@ -48,11 +48,12 @@ void add_options(CLI::App& app, ReplayRequest& request) {
   app.add_option("DIR", request.directory, "directory of the recording to run again");
   app.add_option("--candump", request.candump, "file that gets the frames of the replay")
       ->type_name("FILE");
-  app.add_flag("--marks", request.marks, "end its lines with T, a host's, or R, a drive's");
-  app.add_option("--capture", request.capture, "the same as pcapng, for Wireshark")
+  app.add_flag("--marks", request.marks,
+               "mark the lines of --candump: T from a host, R from a drive");
+  app.add_option("--capture", request.capture, "file that gets the frames as pcapng, for Wireshark")
       ->type_name("FILE");
   app.add_option("--csv", request.csv, "file that gets signals of the drives")->type_name("FILE");
-  app.add_option("--signals", request.signals, "what goes into it: angle_deg,speed_dps,…")
+  app.add_option("--signals", request.signals, "signals to write: angle_deg,speed_dps,…")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("SIGNALS");
@@ -60,7 +61,7 @@ void add_options(CLI::App& app, ReplayRequest& request) {
       ->type_name("HZ");
   app.add_option("--log", request.log, "a real robot's candump -L log instead of a recording")
       ->type_name("FILE");
-  app.add_option("--config", request.config, "the robot that the log is of")->type_name("ROBOT");
+  app.add_option("--config", request.config, "robot that produced the log")->type_name("ROBOT");
   app.add_option("--bus", request.bus, "bus of the configuration, and its name in the log")
       ->type_name("BUS[=NAME]");
   app.add_option("--report", request.report, "file for the comparison (default: standard output)")

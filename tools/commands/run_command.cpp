@@ -42,25 +42,28 @@ struct RawRun {
 void add_options(CLI::App& app, RawRun& raw) {
   app.add_option("SCENARIO", raw.files,
                  "scenarios to run: files, or names of shipped ones (docs/guides/scenarios.md)");
-  app.add_option("--seed", raw.seed, "seed, in place of the scenario's")->type_name("N");
+  app.add_option("--seed", raw.seed, "seed to use instead of the scenario's")->type_name("N");
   app.add_option("--junit", raw.junit, "write the verdicts as JUnit XML")->type_name("FILE");
   app.add_option("--csv", raw.csv, "write signals of one scenario")->type_name("FILE");
-  app.add_option("--signals", raw.signals, "what goes into the CSV file: angle_deg,speed_dps,…")
+  app.add_option("--signals", raw.signals, "signals to write: angle_deg,speed_dps,…")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("SIGNALS");
-  app.add_option("--ids", raw.ids, "of which drives (default all): 1-4 or 1,3,7-9")
+  app.add_option("--ids", raw.ids, "drives to write (default all): 1-4 or 1,3,7-9")
       ->type_name("LIST");
   app.add_option("--rate", raw.rate_Hz, "rows per simulated second (default 100)")->type_name("HZ");
   app.add_option("--candump", raw.candump, "write all frames of one scenario as candump -L does")
       ->type_name("FILE");
-  app.add_flag("--marks", raw.marks, "end its lines with T, a host's, or R, a drive's");
-  app.add_option("--capture", raw.capture, "the same as pcapng, for Wireshark")->type_name("FILE");
-  app.add_option("--rom", raw.rom, "directory that keeps ROM (default: nowhere)")->type_name("DIR");
+  app.add_flag("--marks", raw.marks, "mark the lines of --candump: T from a host, R from a drive");
+  app.add_option("--capture", raw.capture,
+                 "write all frames of one scenario as pcapng, for Wireshark")
+      ->type_name("FILE");
+  app.add_option("--rom", raw.rom, "directory for the ROM of the drives (default: keep nothing)")
+      ->type_name("DIR");
   app.add_flag("--strict", raw.strict,
-               "advice about the host is a failure (docs/guides/host-mistakes.md)");
+               "fail if there is advice about the host (docs/guides/host-mistakes.md)");
   add_language_option(app, raw.language);
-  app.add_flag("--quiet", raw.quiet, "print only what did not pass");
+  app.add_flag("--quiet", raw.quiet, "print only scenarios that did not pass");
   app.add_option(
          "--cases", raw.cases.file,
          "run cases, a JSON object each line, \"-\": standard input (docs/reference/formats.md)")
@@ -68,8 +71,9 @@ void add_options(CLI::App& app, RawRun& raw) {
   app.add_option("--jobs", raw.cases.jobs, "threads for --cases (default 1)")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
-  app.add_flag("--check", raw.cases.check, "read --cases and run none");
-  app.add_option("--scenario", raw.cases.scenario, "write the only one of --cases as a scenario")
+  app.add_flag("--check", raw.cases.check, "check --cases without running them");
+  app.add_option("--scenario", raw.cases.scenario,
+                 "write the case of --cases, which must be the only one, as a scenario")
       ->type_name("FILE");
 }
 

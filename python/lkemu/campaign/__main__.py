@@ -50,22 +50,22 @@ def parse(words: List[str]) -> argparse.Namespace:
         given = parse_other(f"lk-emu campaign {words[0]}", words[1:])
         given.act = act
         return given
-    parser = Parser("lk-emu campaign", description="Run many cases of a scenario with faults, and tell what came of them", epilog=EPILOG,
+    parser = Parser("lk-emu campaign", description="Run many cases of a scenario with faults, and report the results", epilog=EPILOG,
                     formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False)  # fmt: skip
     parser.add_argument("plan", metavar="PLAN", help="a plan: a file, or the name of a shipped one")
     parser.add_argument("-o", "--output", metavar="FILE", help="results, an SQLite file (default: the plan's name, .db)")
     parser.add_argument("-j", "--jobs", type=int, metavar="N", help=f"cases at once (default: {os.cpu_count() or 1})")
     parser.add_argument("--dask", metavar="ADDRESS", help="run the cases on the workers of a dask scheduler: 127.0.0.1:PORT or tls://HOST:PORT")
     parser.add_argument("--shard", type=parse_shard, default=Shard(), metavar="I/N", help="only the cases whose number divided by N leaves I")
-    parser.add_argument("--resume", action="store_true", help="go on with a file that is there")
-    parser.add_argument("--quiet", action="store_true", help="print nothing but what is wrong")
-    parser.add_argument("--dry-run", action="store_true", help="tell the cases, what each dimension gives, and the cost")
-    parser.add_argument("--yes", action="store_true", help="more than 1000 million cases are meant")
+    parser.add_argument("--resume", action="store_true", help="resume an existing results file")
+    parser.add_argument("--quiet", action="store_true", help="print problems only")
+    parser.add_argument("--dry-run", action="store_true", help="print the number of cases by dimension and the cost; run nothing")
+    parser.add_argument("--yes", action="store_true", help="allow more than 1000 million cases")
     parser.add_argument("--case", type=int, metavar="NUMBER", help="run one case and show it")
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="of this case, in place of what it has")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="override a value of this case: NAME=VALUE")
     parser.add_argument("--scenario", metavar="FILE", help="write this case as a scenario, for lk-emu run")
     parser.add_argument("--csv", metavar="FILE", help="write signals of this case")
-    parser.add_argument("--signals", metavar="SIGNALS", help="which: true_angle_deg,speed_dps,…")
+    parser.add_argument("--signals", metavar="SIGNALS", help="signals to write: true_angle_deg,speed_dps,…")
     parser.add_argument("--rate", metavar="HZ", help="rows per simulated second (default 100)")
     parser.add_argument("--candump", metavar="FILE", help="write all frames of this case, as candump -L does")
     add_report_options(parser)
@@ -100,35 +100,35 @@ def add_report_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", metavar="FILE", help="write the report as JSON")
     parser.add_argument("--junit", metavar="FILE", help="write a test for each kind of fault, as JUnit XML")
     parser.add_argument("--require", metavar="TEXT", action="append", default=[],
-                        help='what must hold, "coverage>=0.99" or "silently_wrong<=0"; may be given again')  # fmt: skip
+                        help='requirement: "coverage>=0.99" or "silently_wrong<=0" (repeatable)')  # fmt: skip
 
 
 def parse_report(name: str, words: List[str]) -> argparse.Namespace:
-    parser = Parser(name, description="Tell what came of a campaign")
-    parser.add_argument("results", metavar="RESULTS", help="the file of a campaign")
+    parser = Parser(name, description="Report the results of a campaign")
+    parser.add_argument("results", metavar="RESULTS", help="results file of a campaign")
     add_report_options(parser)
     return parser.parse_args(words)
 
 
 def parse_compare(name: str, words: List[str]) -> argparse.Namespace:
-    parser = Parser(name, description="Tell what is worse than before, case by case")
-    parser.add_argument("before", metavar="BEFORE", help="the file of an earlier campaign of the plan")
-    parser.add_argument("now", metavar="NOW", help="the file of a later one")
-    parser.add_argument("--html", metavar="FILE", help="write a page, with the report of NOW")
+    parser = Parser(name, description="Compare two campaigns case by case, and list what got worse")
+    parser.add_argument("before", metavar="BEFORE", help="earlier results file of the same plan")
+    parser.add_argument("now", metavar="NOW", help="later results file")
+    parser.add_argument("--html", metavar="FILE", help="write an HTML page, with the report of NOW")
     parser.add_argument("--json", metavar="FILE", help="write the comparison as JSON")
     return parser.parse_args(words)
 
 
 def parse_export(name: str, words: List[str]) -> argparse.Namespace:
-    parser = Parser(name, description="Print all cases as CSV: the same bytes whoever computed them")
-    parser.add_argument("results", metavar="RESULTS", help="the file of a campaign")
+    parser = Parser(name, description="Print all cases as CSV, byte for byte the same for any --jobs, shards and workers")
+    parser.add_argument("results", metavar="RESULTS", help="results file of a campaign")
     return parser.parse_args(words)
 
 
 def parse_merge(name: str, words: List[str]) -> argparse.Namespace:
-    parser = Parser(name, description="Put the shards of a campaign together")
-    parser.add_argument("-o", "--output", metavar="FILE", required=True, help="the new file")
-    parser.add_argument("parts", metavar="PART", nargs="+", help="files of shards, or of merges")
+    parser = Parser(name, description="Merge the shards of a campaign")
+    parser.add_argument("-o", "--output", metavar="FILE", required=True, help="file to write")
+    parser.add_argument("parts", metavar="PART", nargs="+", help="results files of shards or merges")
     return parser.parse_args(words)
 
 

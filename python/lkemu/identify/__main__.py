@@ -25,17 +25,17 @@ LONGEST_TEXT = 1 << 20  # bytes of a motor file
 
 
 def parse(words: List[str]) -> argparse.Namespace:
-    parser = Parser("lk-emu identify", description="Find a motor's numbers in logs of it, and write a motor file", epilog=EPILOG,
+    parser = Parser("lk-emu identify", description="Estimate a motor's parameters from its logs, and write a motor file", epilog=EPILOG,
                     formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False)  # fmt: skip
     parser.add_argument("logs", nargs="*", metavar="LOG", help="log of candump -L of the motor at work, or of the script of --plan")
-    parser.add_argument("--motor", default="mf7015", help="what is known of the motor, a name or a file: gear, encoder, torque constant "
+    parser.add_argument("--motor", default="mf7015", help="motor whose gear, encoder and torque constant are used: a name or a file "
                         "(default %(default)s)")  # fmt: skip
     parser.add_argument("--generation", help="firmware of the drives, one of legacy, late-legacy, v235, v236, v236b, seen "
                         "(default: as the log shows)")  # fmt: skip
-    parser.add_argument("--id", type=int, help="this drive alone (default: all that the log has)")
+    parser.add_argument("--id", type=int, help="only this drive (default: all in the log)")
     parser.add_argument("-o", "--output", metavar="FILE", help="motor file to write")
-    parser.add_argument("--report", metavar="FILE", help="page with pictures to write, one HTML file")
-    parser.add_argument("--expect", metavar="FILE", help="motor file of an earlier time; prints what has changed")
+    parser.add_argument("--report", metavar="FILE", help="report with plots to write, one HTML file")
+    parser.add_argument("--expect", metavar="FILE", help="earlier motor file to compare with; prints what has changed")
     parser.add_argument("--plan", metavar="FILE", help="write a Python script that moves drive --id for 30 s and logs it, instead of "
                         "reading a log")  # fmt: skip
     given = parser.parse_args(words)
