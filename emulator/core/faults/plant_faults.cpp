@@ -113,9 +113,9 @@ constexpr FaultRow kPlantRows[] = {
      .plant = [](const OnPlant& on, F& f) { f.encoder_offset += on.number() * kRadPerDeg * in_seconds(on.active); }, .varies_in_time = true,
      .about = {"the encoder runs away from the rotor at this rate", "编码器以这个速度漂离转子"}},
     {.word = "encoder_garbage", .group = kSensors, .plant = [](const OnPlant&, F& f) { f.encoder = EncoderFault::kGarbage; },
-     .about = {"the encoder shows anything, another thing each time", "编码器乱报，每次都不同"}},
+     .about = {"the encoder shows a random angle each time", "编码器乱报，每次都不同"}},
     {.word = "encoder_lost_magnet", .group = kSensors, .plant = [](const OnPlant&, F& f) { f.encoder = EncoderFault::kLostMagnet; },
-     .about = {"the encoder no longer sees its magnet: it wanders about where it was", "编码器看不到磁铁了：在原处附近游移"}},
+     .about = {"the encoder has lost its magnet: its angle wanders around the last value", "编码器看不到磁铁了：在原处附近游移"}},
     {.word = "encoder_slow", .group = kSensors, .params = {number("latency_ms", 0, 100, 2)}, .plant = [](const OnPlant& on, F& f) { f.encoder_latency += on.number() * 1e-3; },
      .about = {"the encoder shows where the rotor was this long ago", "编码器显示的是这么久以前转子的位置"}},
     {.word = "current_offset", .group = kSensors, .params = {needed("offset_A", -1000, 1000), kChannel},
@@ -147,7 +147,7 @@ constexpr FaultRow kPlantRows[] = {
     {.word = "switch_shorted", .group = kPowerStage, .params = {kPhase, kSide}, .plant = [](const OnPlant& on, F& f) { leg(on, f) = is_high(on) ? LegFault::kHighShorted : LegFault::kLowShorted; },
      .about = {"a switch of a phase never opens: with its partner it shorts the link", "一相的一个开关管不再关断：与同臂的另一个管子一起把直流母线短路"}},
     {.word = "bridge_dead", .group = kPowerStage, .plant = [](const OnPlant&, F& f) { f.bridge_dead = true; },
-     .about = {"no switch closes any more, and the firmware does not know", "所有开关管都不再导通，而固件不知道"}},
+     .about = {"no switch closes any more, and the firmware does not notice", "所有开关管都不再导通，而固件不知道"}},
     {.word = "calibration_lost", .group = kPowerStage, .params = {number("offset_deg", -180, 180, 90)}, .plant = [](const OnPlant& on, F& f) { f.commutation_offset += on.number() * kRadPerDeg; },
      .about = {"the drive commutates this far (electrical) beside the rotor, as after a calibration that failed: current without torque, or torque the wrong way round; its angles are right", "换相角偏这么多（电角度），如同校准失败：有电流没有转矩，或者转矩方向相反；显示的角度是对的"}},
     {.word = "jam", .group = kMechanics, .params = {number("percent", 0, 100, 100)}, .plant = [](const OnPlant& on, F& f) { f.jam = std::max(f.jam, on.number() / 100); },
@@ -170,13 +170,13 @@ constexpr FaultRow kPlantRows[] = {
        f.theta_min = std::max(f.theta_min, on.anchor() + on.number(0) * kRadPerDeg);
        f.theta_max = std::min(f.theta_max, on.anchor() + on.number(1) * kRadPerDeg);
      },
-     .about = {"something stands in the way of the output: it gets no further than these angles from where it stands", "有东西挡住输出轴：从所在位置出发，走不出这两个角度"}},
+     .about = {"an obstacle limits the output to these angles from its position", "有东西挡住输出轴：从所在位置出发，走不出这两个角度"}},
     {.word = "brake_late", .group = kMechanics, .params = {number("delay_ms", 0.01, 10'000, 100)}, .impossible = without_brake, .plant = [](const OnPlant& on, F& f) { f.brake_delay = std::max(f.brake_delay, on.number() * 1e-3); },
-     .about = {"the brake begins to move this long after its coil was switched; 0x8C is answered at once with what was commanded", "抱闸线圈通断之后这么久，抱闸才开始动作；0x8C 立即得到回复，内容是命令的状态"}},
+     .about = {"the brake begins to move this long after its coil was switched; the reply to 0x8C comes at once and shows the commanded state", "抱闸线圈通断之后这么久，抱闸才开始动作；0x8C 立即得到回复，内容是命令的状态"}},
     {.word = "fan_stuck", .group = kMechanics, .params = {number("factor", 1, 1000, 4)}, .plant = [](const OnPlant& on, F& f) { times(f.R_housing_ambient, on.number(), 1, 1000); },
      .about = {"air no longer moves over the housing: its thermal resistance to the surroundings is multiplied by this factor", "外壳上的空气不再流动：外壳到环境的热阻变成原来的这么多倍"}},
     {.word = "sag", .group = kPower, .params = {needed("to_V", 0, 100)}, .plant = [](const OnPlant& on, F& f) { f.v_source_max = std::min(f.v_source_max, on.number()); },
-     .about = {"the supply gives no more than this", "供电电源给不出更高的电压"}},
+     .about = {"the supply voltage is limited to this value", "供电电源给不出更高的电压"}},
     {.word = "dip", .group = kPower, .params = {number("below_reset_V", 0, 60, 1)},
      .plant = [](const OnPlant& on, F& f) {
        const double below_reset_V = std::max(on.servo.profile.drive.logic.v_reset - on.number(), 0.0);
@@ -187,9 +187,9 @@ constexpr FaultRow kPlantRows[] = {
      .about = {"the supply is disconnected", "供电断开"}},
     {.word = "reboot_loop", .group = kPower, .params = {number("off_ms", 1, 600'000, 1000), number("on_ms", 1, 600'000, 200)},
      .plant = [](const OnPlant& on, F& f) { f.supply_cut |= is_off(on); }, .varies_in_time = true,
-     .about = {"the supply comes and goes: off, on, and off again", "供电时有时无：断、通、再断"}},
+     .about = {"the supply is switched off, on, and off again", "供电时有时无：断、通、再断"}},
     {.word = "no_regeneration", .group = kPower, .plant = [](const OnPlant&, F& f) { f.no_regeneration = true; },
-     .about = {"the supply takes nothing back (a rectifier): braking raises the link", "电源不吸收回馈能量（整流电源）：制动使母线电压泵升"}},
+     .about = {"the supply absorbs no energy (a rectifier): braking raises the voltage of the DC link", "电源不吸收回馈能量（整流电源）：制动使母线电压泵升"}},
 };
 // clang-format on
 

@@ -48,16 +48,16 @@ void add_stalls(const LiveFault& live, AdapterTimes& sum) {
 constexpr FaultRow kAdapterRows[] = {
     {.word = "adapter_latency", .group = kLink, .params = {needed("tx_us", 0, 1'000'000), needed("rx_us", 0, 1'000'000), number("jitter_us", 0, 1'000'000, 0), number("tail_us", 0, 1'000'000, 0), number("tail_probability", 0, 1, 0)},
      .of_bus = true, .adapter = add_latency, .adapter_shows = &AdapterEffects::late,
-     .about = {"the hosts' adapter takes so long to the wire and to the host, by up to the jitter less or more, and now and then by the tail more", "主机的适配器到总线、到主机各要这么久，上下浮动不超过 jitter，偶尔再加上 tail"}},
+     .about = {"the hosts' adapter delays frames to the wire and to the host by this time, plus or minus the jitter, and sometimes plus the tail", "主机的适配器到总线、到主机各要这么久，上下浮动不超过 jitter，偶尔再加上 tail"}},
     {.word = "adapter_batch", .group = kLink, .params = {number("every_us", 1, 1'000'000, 1000), count("most", 1, 1024, 64)},
      .of_bus = true, .adapter = add_batch, .adapter_shows = &AdapterEffects::batched,
-     .about = {"frames reach the host in bundles, at multiples of this time or when so many wait, with one time stamp", "帧成批到达主机：在这一时间的整数倍，或等待的达到这么多时；时间戳相同"}},
+     .about = {"frames reach the host in batches with one time stamp: at multiples of this time, or when this number of frames waits", "帧成批到达主机：在这一时间的整数倍，或等待的达到这么多时；时间戳相同"}},
     {.word = "adapter_overrun", .group = kLink, .params = {count("depth", 1, 1024, 32), choice("flag", kNoYes, Report::kYes)},
      .of_bus = true, .adapter = add_overrun, .adapter_shows = &AdapterEffects::lost,
-     .about = {"no more than so many frames wait in the adapter for the host; newer ones are lost, and with the flag an error frame, RX overflow, says so", "适配器里最多有这么多帧等待主机；再来的丢掉，flag 为 yes 时有一个错误帧（RX overflow）说明"}},
+     .about = {"the adapter holds at most this number of frames for the host; newer ones are lost, and with the flag an error frame (RX overflow) reports it", "适配器里最多有这么多帧等待主机；再来的丢掉，flag 为 yes 时有一个错误帧（RX overflow）说明"}},
     {.word = "write_stalls", .group = kLink, .params = {count("every", 1, 1000, 2), number("stall_ms", 0.01, 10'000, 5200)},
      .of_bus = true, .adapter = add_stalls, .adapter_shows = &AdapterEffects::stalled,
-     .about = {"while no drive answers, for 10 ms, each of so many writes of the host blocks this long; what it writes meanwhile waits behind", "10 ms 没有驱动器应答时，主机每这么多次写就有一次阻塞这么久；其间写的排在后面"}},
+     .about = {"after 10 ms without a reply, one in this number of writes of the host blocks for this time; later writes queue behind it", "10 ms 没有驱动器应答时，主机每这么多次写就有一次阻塞这么久；其间写的排在后面"}},
 };
 // clang-format on
 
@@ -146,17 +146,17 @@ void turn_into_line_feeds(OnRead& on) {
 // clang-format off
 constexpr FaultRow kSerialRows[] = {
     {.word = "checksum_bad", .group = kLink, .params = {choice("which", kSumWords, Sum::kData)}, .serial = true, .per_frame = true, .on_reply = spoil_sum,
-     .about = {"the sum of the reply's header, or of its data where it has any, is off by 1 to 255, all the rest right", "回复帧头的校验和（有数据时为数据的校验和）偏 1 至 255，其余都对"}},
+     .about = {"the checksum of the reply's header, or of its data if any, is off by 1 to 255; the rest is right", "回复帧头的校验和（有数据时为数据的校验和）偏 1 至 255，其余都对"}},
     {.word = "byte_lost", .group = kLink, .serial = true, .per_frame = true, .on_reply = lose_byte,
      .about = {"a byte of the reply is missing", "回复里少一个字节"}},
     {.word = "byte_gap", .group = kLink, .params = {number("gap_ms", 0.01, 1000, 3)}, .serial = true, .per_frame = true, .on_reply = pause_inside,
-     .about = {"the reply pauses so long behind one of its bytes: who reads until the line rests has half of it", "回复在某个字节之后停这么久：按线路空闲来断帧的主机只读到一半"}},
+     .about = {"the reply pauses for this time after one of its bytes: a host that reads until the line is idle gets half of it", "回复在某个字节之后停这么久：按线路空闲来断帧的主机只读到一半"}},
     {.word = "echo", .group = kLink, .of_bus = true, .serial = true, .echoes = true,
-     .about = {"hosts read what they send, before the reply: dead drives seem to answer what is echoed", "主机先读到自己发出的字节，然后才是回复：原样回复的命令看上去连死掉的驱动器也应答了"}},
+     .about = {"hosts read back what they send before the reply: for commands with an echo, dead drives seem to answer", "主机先读到自己发出的字节，然后才是回复：原样回复的命令看上去连死掉的驱动器也应答了"}},
     {.word = "cr_to_lf", .group = kLink, .of_bus = true, .serial = true, .on_read = turn_into_line_feeds,
-     .about = {"hosts read 0x0A in place of each 0x0D, as from a terminal with ICRNL: a reply in a hundred has a wrong sum", "主机读到的每个 0x0D 都成了 0x0A，如同终端没有清掉 ICRNL：约百分之一的回复校验和不对"}},
+     .about = {"hosts read 0x0A instead of each 0x0D, as from a terminal with ICRNL: one reply in a hundred has a wrong checksum", "主机读到的每个 0x0D 都成了 0x0A，如同终端没有清掉 ICRNL：约百分之一的回复校验和不对"}},
     {.word = "late_release", .group = kLink, .params = {number("late_us", 1, 100'000, 300)}, .of_bus = true, .serial = true, .line_hold_time = [](const LiveFault& live) { return from_ms(live.number(0) * 1e-3); },
-     .about = {"the host's driver stays on so long behind its last byte: bytes of replies that begin before are spoiled", "主机发完最后一个字节后，驱动电路还占线这么久：在此之前开始的回复字节都被毁掉"}},
+     .about = {"the host's driver stays on for this time after its last byte: reply bytes that begin earlier are destroyed", "主机发完最后一个字节后，驱动电路还占线这么久：在此之前开始的回复字节都被毁掉"}},
 };
 // clang-format on
 
