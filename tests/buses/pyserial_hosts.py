@@ -435,7 +435,7 @@ id = 1
     def test_what_cannot_be_is_told_in_a_line(self):
         with open(self.link, "w", encoding="ascii") as file:
             file.write("mine")
-        self.assertIn("is there already", self.refused("--bus", self.bus, "--ids", "1"))
+        self.assertIn("already exists", self.refused("--bus", self.bus, "--ids", "1"))
         with open(self.link, encoding="ascii") as file:
             self.assertEqual(file.read(), "mine")
         self.assertIn("is not a bit rate of RS-485 drives",

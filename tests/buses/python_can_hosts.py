@@ -274,7 +274,7 @@ class SlcanAlone(support.TestCase):
         port = free_port()
         with emulator("--bus", f"slcan-tcp:0.0.0.0:{port}", "--ids", "1") as running:
             running.stop()
-            self.assertIn("whoever reaches 0.0.0.0 can command these drives", running.errors)
+            self.assertIn("anyone who can reach 0.0.0.0 can command these drives", running.errors)
 
     def test_what_cannot_be_is_told_in_a_line(self):
         place = SlcanTcp(self)
@@ -374,7 +374,7 @@ class UdpMulticastAlone(support.TestCase):
         port = free_port()
         with emulator("--bus", f"udp-multicast:239.74.163.2:{port}?ttl=1", "--ids", "1") as running:
             running.stop()
-            self.assertIn("whoever is on a network of this machine can command these drives",
+            self.assertIn("anyone on a network of this machine can command these drives",
                           running.errors)
 
     def test_what_cannot_be_is_told_in_a_line(self):

@@ -359,10 +359,9 @@ TEST(Interface, MissingOnesAreRefusedWithTheCommandsThatMakeThem) {
   const auto result =
       EmulatorProcess({"--rom", ":memory:", "--bus", "vcanno", "--ids", "1"}).wait();
   EXPECT_EQ(result.status, 2);
-  EXPECT_EQ(
-      result.err,
-      "lk-emu: there is no interface vcanno; create it with: sudo ip link add vcanno type vcan "
-      "&& sudo ip link set vcanno up (or start with --create-bus)\n");
+  EXPECT_EQ(result.err,
+            "lk-emu: interface not found: vcanno; create it with: sudo ip link add vcanno type "
+            "vcan && sudo ip link set vcanno up (or start with --create-bus)\n");
 }
 
 TEST(Interface, OthersThanCanAreRefused) {

@@ -54,8 +54,7 @@ TEST_F(WatchedInterface, RenamedItIsAnotherOne) {
   EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
   rename("vcanold", "vcannew");
-  ASSERT_TRUE(emulator.wait_for_log(
-      "vcanold is called vcannew now: waiting until there is a vcanold again"));
+  ASSERT_TRUE(emulator.wait_for_log("vcanold was renamed to vcannew: waiting for a new vcanold"));
   {
     Host stranger("vcannew");
     stranger.send(0x141, kReadState2);
@@ -73,11 +72,11 @@ TEST_F(WatchedInterface, RenamedBackItGoesOn) {
   EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
   rename("vcanold", "vcannew");
-  ASSERT_TRUE(emulator.wait_for_log("vcanold is called vcannew now"));
+  ASSERT_TRUE(emulator.wait_for_log("vcanold was renamed to vcannew"));
   rename("vcannew", "vcanold");
   ASSERT_TRUE(emulator.wait_for_log("vcanold is up: continuing"));
   EXPECT_TRUE(Host("vcanold").query(1, kReadState2));
-  EXPECT_EQ(count_of(emulator.stop().err, "is called vcannew now"), 1);
+  EXPECT_EQ(count_of(emulator.stop().err, "was renamed to vcannew"), 1);
 }
 
 /// No event reports a free descriptor, so the program must poll.

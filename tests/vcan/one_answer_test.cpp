@@ -109,7 +109,7 @@ TEST_F(OneAnswer, ThePlaceIsKeptForTheName) {
   EmulatorProcess first(on("onebus", "3"));
   ASSERT_TRUE(first.wait_ready());
   ASSERT_TRUE(run("ip link set onebus down && ip link set onebus name otherbus"));
-  ASSERT_TRUE(first.wait_for_log("onebus is called otherbus now"));
+  ASSERT_TRUE(first.wait_for_log("onebus was renamed to otherbus"));
   ASSERT_TRUE(run("ip link set otherbus up"));
   EmulatorProcess second(on("otherbus", "3"));
   EXPECT_TRUE(second.wait_ready()) << "the first has left it";

@@ -58,7 +58,7 @@ std::string numbers(const Profile& profile) {
          line("friction: Coulomb, break-away",
               fmt::format("{:.3g} mNm, {:.3g} mNm at the rotor", p.mechanics.tau_coulomb * 1e3,
                           p.mechanics.tau_static * 1e3)) +
-         line("seen to speak", seen(profile)) +
+         line("generation seen", seen(profile)) +
          line("encoder", fmt::format("{} bit", p.encoder.bits)) +
          line("supply", fmt::format("{:.4g} V, {:.3g} ohm, {:.4g} uF in the link",
                                     p.supply.v_source, p.supply.R_source, p.supply.C_link * 1e6)) +

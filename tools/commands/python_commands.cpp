@@ -137,7 +137,7 @@ struct CampaignApp {
         ->type_name("PLAN");
     app.add_option("-o,--output", text, "results, an SQLite file (default: the plan's name, .db)")
         ->type_name("FILE");
-    app.add_option("-j,--jobs", jobs, "cases at once (default: as many as there are processors)")
+    app.add_option("-j,--jobs", jobs, "cases at once (default: number of processors)")
         ->check(CLI::Range(1, 1024))
         ->type_name("N");
     app.add_option(

@@ -206,9 +206,9 @@ std::string doubts_of(const BusTally& bus, const DecodeOptions& options) {
                     language, all.unclear);
   }
   if (all.open > 0) {
-    text += format_line({"queries of which it is unknown whether they were answered: {}",
-                         "不知道有没有得到应答的命令帧：{}"},
-                        language, all.open);
+    text += format_line(
+        {"queries that may or may not have been answered: {}", "不知道有没有得到应答的命令帧：{}"},
+        language, all.open);
   }
   if (all.orphans > 0) {
     text += format_line({"replies to no query in the log: {}", "日志里没有对应命令帧的回复帧：{}"},

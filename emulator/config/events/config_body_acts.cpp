@@ -107,8 +107,8 @@ void read_joints(TableReader joints, const Mechanism& body, Pose& pose) {
     const double angle_rad = *angle_deg * kRadPerDeg;
     const auto stops = body.stops(n);
     if (stops && (angle_rad < stops->front() - 1e-9 || angle_rad > stops->back() + 1e-9)) {
-      joints.fail(name, "goes from " + degrees_text(stops->front()) + " to " +
-                            degrees_text(stops->back()) + " degrees");
+      joints.fail(name, "is out of range (" + degrees_text(stops->front()) + " to " +
+                            degrees_text(stops->back()) + " degrees)");
     }
     pose.joints.push_back({n, angle_rad});
   }

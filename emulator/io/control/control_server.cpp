@@ -112,7 +112,7 @@ void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& opt
   tcp_.emplace(loop_, address, http.port, serving(endpoint));
   const std::string host = url_host(address);
   if (!address.is_loopback() && access.token.empty()) {
-    spdlog::warn("--http: whoever reaches {} can look at these drives{}{}", host,
+    spdlog::warn("--http: anyone who can reach {} can look at these drives{}{}", host,
                  options.pages_may_write ? " and command them" : "",
                  address.is_unspecified() ? "; that is all addresses of this machine" : "");
   }

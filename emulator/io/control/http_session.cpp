@@ -407,7 +407,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
 
 void log_refusal(HttpEndpoint& endpoint, const std::string& kind, const std::string& reason) {
   if (!endpoint.logged_refusals.insert(kind).second) return;
-  spdlog::warn("control: a client was refused: {} (said once; others like it are not logged)",
+  spdlog::warn("control: a client was refused: {} (logged once; further ones of this kind are not)",
                sanitized_line(reason));
 }
 

@@ -64,7 +64,7 @@ void make(const std::string& interface) {
 
 void check_interface(const std::string& interface, const LinkState& link, Interfaces allowed) {
   if (link.index == 0) {
-    throw StartError("there is no interface " + interface + "; create it with: sudo ip link add " +
+    throw StartError("interface not found: " + interface + "; create it with: sudo ip link add " +
                      interface + " type vcan && sudo ip link set " + interface +
                      " up (or start with --create-bus)");
   }

@@ -80,8 +80,8 @@ void ShaftServer::listen(const ShaftOptions& options) {
   const std::string host = url_host(address);
   place_ = "tcp:" + host + ":" + std::to_string(listener_->port());
   if (!address.is_loopback()) {
-    spdlog::warn("--shafts: whoever reaches {} can turn these shafts and stop the time{}", host,
-                 address.is_unspecified() ? "; that is all addresses of this machine" : "");
+    spdlog::warn("--shafts: anyone who can reach {} can turn these shafts and stop the time{}",
+                 host, address.is_unspecified() ? "; that is all addresses of this machine" : "");
   }
 }
 

@@ -76,7 +76,7 @@ Holder holder_of(const Address& address) {
                      "or the same interface by another name");
   }
   const std::string who = pid != 0 ? "lk-emu (pid " + std::to_string(pid) + ")"
-                                   : "another program (of another container, perhaps)";
+                                   : "another program (perhaps in another container)";
   throw StartError(drive + " is already in use by " + who + "; stop it, or " + remedy);
 }
 

@@ -157,7 +157,7 @@ MulticastPort::MulticastPort(boost::asio::io_context& loop, std::string name, co
   }
   sender_port_ = sender_.local_endpoint().port();
   if (accepts_remote_) {
-    spdlog::warn("{}: whoever is on a network of this machine can command these drives", name_);
+    spdlog::warn("{}: anyone on a network of this machine can command these drives", name_);
   }
   socket_.non_blocking(true);
   descriptor_ = socket_.native_handle();

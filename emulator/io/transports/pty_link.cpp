@@ -57,8 +57,8 @@ void check_terminal_path(const std::string& name, const std::string& path) {
                      " leads to a terminal that is open; remove the link, or give another path");
   }
   throw StartError(name + ": " + path +
-                   " is there already, and is neither a link of lk-emu's nor a serial port; "
-                   "remove it, or give another path");
+                   " already exists and is neither a link of lk-emu nor a serial port; remove it, "
+                   "or give another path");
 }
 
 PtyLink::PtyLink(boost::asio::io_context& loop, const std::string& name, std::string path, bool raw)

@@ -117,10 +117,9 @@ void SocketCanPort::enter(Link link) {
 void SocketCanPort::log_missing() const {
   const std::string name = index_ != 0 ? link_name(index_) : "";
   if (name.empty() || name == interface_) {
-    spdlog::warn("{} is gone: waiting until it is made again", interface_);
+    spdlog::warn("{} is gone: waiting until it is created again", interface_);
   } else {
-    spdlog::warn("{} is called {} now: waiting until there is a {} again", interface_, name,
-                 interface_);
+    spdlog::warn("{} was renamed to {}: waiting for a new {}", interface_, name, interface_);
   }
 }
 

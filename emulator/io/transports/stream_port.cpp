@@ -51,7 +51,8 @@ void StreamPort::listen(boost::asio::io_context& loop) {
     throw StartError(name_ + ": cannot listen there: " + problem.code().message());
   }
   if (!address.is_loopback()) {
-    spdlog::warn("{}: whoever reaches {} can command these drives{}", name_, setup_.place.address,
+    spdlog::warn("{}: anyone who can reach {} can command these drives{}", name_,
+                 setup_.place.address,
                  address.is_unspecified() ? ", which is all addresses of this machine" : "");
   }
   clients_.watch(acceptor_.native_handle());

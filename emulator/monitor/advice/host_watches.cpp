@@ -219,7 +219,7 @@ constexpr BilingualText kLacks{"{command}, {name}: no answer, this drive does no
                        "{command} 没有回复：这台驱动器没有这条命令，有它的固件代是 {generations}"};
 constexpr BilingualText kGiveIt{"if the real drive has it, set {key} in its quirks, or choose a generation that has it; if not, do without",
                         "如果真实驱动器有这条命令，就在 quirks 里设 {key}，或者选用有它的固件代；没有就不要用"};
-constexpr BilingualText kNoneHas{"{command}, {name}: no answer, this drive does not have the command, and no generation has it by itself",
+constexpr BilingualText kNoneHas{"{command}, {name}: no answer, this drive does not have the command, and no generation has it by default",
                          "{command} 没有回复：这台驱动器没有这条命令，各固件代默认也都没有"};
 constexpr BilingualText kSetItsQuirk{"if the real drive has it, set {key} in its quirks; if not, do without",
                           "如果真实驱动器有这条命令，就在 quirks 里设 {key}；没有就不要用"};

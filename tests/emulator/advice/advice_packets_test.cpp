@@ -64,8 +64,8 @@ TEST(AdvicePackets, UnknownCommandsAreThoseOfTheWire) {
             "0x91, write encoder offset to ROM: no answer, this drive does not have the command; "
             "it is one of legacy, late-legacy");
   EXPECT_EQ(what_text(advice[2], Language::kEnglish),
-            "0x89, restore: no answer, this drive does not have the command, and no generation "
-            "has it by itself");
+            "0x89, restore: no answer, this drive does not have the command, and no generation has "
+            "it by default");
   EXPECT_EQ(todo_text(advice[2], Language::kEnglish),
             "if the real drive has it, set restore_command = true in its quirks; if not, do "
             "without");

@@ -195,8 +195,8 @@ TEST(ConfigBody, IsPutNowhereElse) {
   EXPECT_EQ(wrong("{ keyframe = \"stands\" }"),
             "robot.toml:10: bus.event.pose.keyframe: \"stands\" is not one of lies");
   EXPECT_EQ(wrong("{ joints_deg = { joint_0 = 30 } }"),
-            "robot.toml:10: bus.event.pose.joints_deg.joint_0: goes from -28.6479 to 28.6479 "
-            "degrees");
+            "robot.toml:10: bus.event.pose.joints_deg.joint_0: is out of range (-28.6479 to "
+            "28.6479 degrees)");
   EXPECT_NE(wrong("{ joints_deg = { joint_7 = 30 } }").find("joints_deg.joint_7: unknown"),
             std::string::npos);
   EXPECT_EQ(error(kEvent + "pose = { position_m = [0, 0, 1] }"),

@@ -134,8 +134,8 @@ TEST(IdLocks, EveryRefusedProgramIsToldAsLongAsTheHolderHangsUp) {
 /// The owner of the name may be another program that does not answer.
 TEST(IdLocks, AStrangerThatHoldsTheNameIsNotWaitedFor) {
   const std::string refusal = bus() +
-                              ": ID 3 is already in use by another program (of another container, "
-                              "perhaps); stop it, or give other --ids";
+                              ": ID 3 is already in use by another program (perhaps in another "
+                              "container); stop it, or give other --ids";
   IdLocks locks;
   const int stranger = named_socket(bus(), 3);
   EXPECT_EQ(taken(locks, bus(), 3), refusal) << "it does not listen";

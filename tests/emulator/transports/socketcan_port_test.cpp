@@ -58,8 +58,8 @@ TEST(SocketCanPort, WithoutDescriptorsNoInterfaceIsCalledGone) {
   }
   spdlog::set_default_logger(before);
   EXPECT_EQ(log.str(),
-            "none is gone: waiting until it is made again\n"
-            "lo: cannot open: socket: Too many open files\n");
+            "none is gone: waiting until it is created again\nlo: cannot open: socket: Too many "
+            "open files\n");
 }
 
 }  // namespace socketcan_port_test
