@@ -18,12 +18,10 @@ constexpr BilingualText kLength{"{1} of 8 bytes: the drive does not answer",
                                 "{1} 个字节，应为 8 个：驱动器不回复"};
 constexpr BilingualText kLen{"LEN {1} is not that of the command: the drive does not answer",
                              "LEN {1} 不是该命令的长度：驱动器不回复"};
-constexpr BilingualText kNoListener{
-    "no drive on this bus is in multi-drive mode: there is no answer",
-    "总线上没有驱动器处于广播模式：无人回复"};
-constexpr BilingualText kNotThis{
-    "the frame has something for this drive, whose multi-drive mode is off",
-    "帧里有给这台驱动器的内容，而它没有打开广播模式"};
+constexpr BilingualText kNoListener{"no answer, no drive on this bus is in multi-drive mode",
+                                    "总线上没有驱动器处于广播模式：无人回复"};
+constexpr BilingualText kNotThis{"the frame addresses this drive, whose multi-drive mode is off",
+                                 "帧里有给这台驱动器的内容，而它没有打开广播模式"};
 constexpr BilingualText kNotAlone{
     "the drive is in multi-drive mode: it answers no frame for one drive",
     "驱动器处于广播模式：不回复单电机命令"};

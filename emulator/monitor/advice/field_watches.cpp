@@ -22,9 +22,9 @@ constexpr BilingualText kPower{
     "power {1} is beyond {2} to {3} per mille: the drive takes the nearest",
     "功率 {1} 超出 {2} 到 {3}（千分之）：驱动器取最近的值"};
 constexpr BilingualText kSpeed{
-    "{1} dps is beyond Max Speed, {2} to {3} dps: the drive goes no faster",
+    "{1} dps is beyond Max Speed, {2} to {3} dps: the drive limits the speed",
     "{1} dps 超出 Max Speed（{2} 到 {3} dps）：驱动器不会更快"};
-constexpr BilingualText kAngle{"{1}° is beyond Max Angle, {2}° to {3}°: the drive goes no further",
+constexpr BilingualText kAngle{"{1}° is beyond Max Angle, {2}° to {3}°: the drive limits the angle",
                                "{1}° 超出 Max Angle（{2}° 到 {3}°）：驱动器不会走得更远"};
 constexpr BilingualText kTarget{"the single-turn target {1}° is beyond {2}° to {3}°: not executed",
                                 "单圈目标 {1}° 超出 {2}° 到 {3}°：不执行"};
@@ -40,7 +40,7 @@ constexpr BilingualText kParameter{
     "the value {1} is beyond {2} to {3}: the drive takes the nearest",
     "值 {1} 超出 {2} 到 {3}：驱动器取最近的值"};
 constexpr BilingualText kSettingRange{
-    "the setting {1} is beyond {2} to {3}: the drive keeps what it has",
+    "the setting {1} is beyond {2} to {3}: the drive keeps its old value",
     "设置 {1} 超出 {2} 到 {3}：驱动器保留原来的值"};
 constexpr BilingualText kAction{
     "0x8C has no action {1} (0 engages, 1 releases, 16 reads): not executed",
@@ -258,7 +258,7 @@ std::optional<Finding> RomWatch::on_query(const DecodedQuery& query, const Known
 namespace {
 
 constexpr BilingualText kLoaded{
-    "0x18 has turned the shaft while a load of {1} Nm hung on it, and the rated torque is {2} Nm",
+    "0x18 has turned the shaft under a load of {1} Nm; the rated torque is {2} Nm",
     "0x18 转动轴时轴上有 {1} Nm 的负载，而额定转矩是 {2} Nm"};
 
 }  // namespace
@@ -278,7 +278,7 @@ std::optional<Finding> CalibrationWatch::observe(const KnownDrive& drive) {
 namespace {
 
 // clang-format off
-constexpr BilingualText kArrived{"the shaft passed {1}° when the host left the speed of {1} dps, {2} times in a row: it means angles",
+constexpr BilingualText kArrived{"the shaft passed {1}° when the host left the speed of {1} dps, {2} times in a row: these values are angles",
                          "连续 {2} 次都在轴转过 {1}° 时换掉了 {1} dps 的速度：主机想说的是角度"};
 constexpr BilingualText kPath{"speeds that start at the angle of the shaft and continue in small steps, to {1} dps by now: they are angles",
                       "这串速度从轴的角度开始、以小步变化，现在是 {1} dps：它们其实是角度"};

@@ -223,7 +223,7 @@ constexpr BilingualText kNoneHas{"{command}, {name}: no answer, this drive does 
                          "{command} 没有回复：这台驱动器没有这条命令，各固件代默认也都没有"};
 constexpr BilingualText kSetItsQuirk{"if the real drive has it, set {key} in its quirks; if not, do without",
                           "如果真实驱动器有这条命令，就在 quirks 里设 {key}；没有就不要用"};
-constexpr BilingualText kMyActuator{"no answer, this is no command of LK-TECH drives; MyActuator drives from V3 on have it, and are not emulated",
+constexpr BilingualText kMyActuator{"no answer, LK-TECH drives do not have this command; MyActuator drives from V3 on do, but are not emulated",
                             "没有回复：这不是瓴控驱动器的命令；MyActuator V3 起的驱动器有它，本仿真器不支持"};
 constexpr BilingualText kOtherDrives{"look up which drives the host was written for (docs/start/which-drive.md)",
                              "查这个主机程序是为哪种驱动器写的（docs/zh-CN/start/which-drive.md）"};
@@ -233,11 +233,11 @@ constexpr BilingualText kOtherSeries{"use a command of this series, or a motor o
                              "使用这个系列的命令，或者换用另一系列的电机（--motor）"};
 constexpr BilingualText kNoGenerationHas{"{command}: no answer, no generation has the command",
                            "{command} 没有回复：没有哪一代有这条命令"};
-constexpr BilingualText kNoParameter{"{command}, {name}: no answer, there is no parameter {1}",
+constexpr BilingualText kNoParameter{"{command}, {name}: no answer, unknown parameter {1}",
                              "{command} 没有回复：没有参数 {1}"};
-constexpr BilingualText kLookUp{"look up the commands that there are (docs/reference/protocol.md, section 3)",
+constexpr BilingualText kLookUp{"see the list of commands (docs/reference/protocol.md, section 3)",
                         "查有哪些命令（docs/zh-CN/reference/protocol.md 第 3 节）"};
-constexpr BilingualText kLookUpPackets{"look up the commands that there are (docs/reference/rs485.md, Commands)",
+constexpr BilingualText kLookUpPackets{"see the list of commands (docs/reference/rs485.md, Commands)",
                                "查有哪些命令（docs/reference/rs485.md 的 Commands 一节）"};
 constexpr BilingualText kWideTarget{"a target of 32 bits, {1}°: this drive reads 16 bits of it, {2}°",
                             "目标是 32 位的 {1}°：这台驱动器只读其中 16 位，即 {2}°"};

@@ -171,8 +171,8 @@ TEST(AdviceUnknown, RecognisesAHostOfMyActuatorOnce) {
     ASSERT_EQ(host.adviser.advice().size(), 1U) << host.all();
     EXPECT_EQ(host.adviser.advice()[0].count, 10U);
     EXPECT_EQ(what_text(host.adviser.advice()[0], Language::kEnglish),
-              "no answer, this is no command of LK-TECH drives; MyActuator drives from V3 on have "
-              "it, and are not emulated");
+              "no answer, LK-TECH drives do not have this command; MyActuator drives from V3 on "
+              "do, but are not emulated");
     receive(host, 20ms, test::frame("141#EE00000000000000"));
     EXPECT_EQ(host.adviser.advice().size(), 2U);
   }
@@ -189,7 +189,7 @@ TEST(AdviceUnknown, IsAParameterToo) {
   receive(host, 1ms, test::frame("141#C077000000000000"));
   ASSERT_EQ(host.adviser.advice().size(), 1U);
   EXPECT_EQ(what_text(host.adviser.advice()[0], Language::kEnglish),
-            "0xC0, read parameter: no answer, there is no parameter 119");
+            "0xC0, read parameter: no answer, unknown parameter 119");
 }
 
 TEST(AdviceUnknown, IsACommandOfAnotherSeries) {

@@ -70,7 +70,7 @@ TEST(AdvicePackets, UnknownCommandsAreThoseOfTheWire) {
             "if the real drive has it, set restore_command = true in its quirks; if not, do "
             "without");
   EXPECT_EQ(todo_text(advice[3], Language::kEnglish),
-            "look up the commands that there are (docs/reference/rs485.md, Commands)");
+            "see the list of commands (docs/reference/rs485.md, Commands)");
 }
 
 /// Covers all commands that a drive lacks, in every generation: each text has a name.
