@@ -111,7 +111,7 @@ constexpr FaultRow kPlantRows[] = {
      .about = {"noise on the encoder, rms, of the rotor", "编码器噪声，有效值，转子角度"}},
     {.word = "encoder_drift", .group = kSensors, .params = {needed("rate_dps", -36'000, 36'000)},
      .plant = [](const OnPlant& on, F& f) { f.encoder_offset += on.number() * kRadPerDeg * in_seconds(on.active); }, .varies_in_time = true,
-     .about = {"the encoder runs away from the rotor at this rate", "编码器以这个速度漂离转子"}},
+     .about = {"the encoder drifts from the rotor at this rate", "编码器以这个速度漂离转子"}},
     {.word = "encoder_garbage", .group = kSensors, .plant = [](const OnPlant&, F& f) { f.encoder = EncoderFault::kGarbage; },
      .about = {"the encoder shows a random angle each time", "编码器乱报，每次都不同"}},
     {.word = "encoder_lost_magnet", .group = kSensors, .plant = [](const OnPlant&, F& f) { f.encoder = EncoderFault::kLostMagnet; },

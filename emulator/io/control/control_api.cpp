@@ -108,9 +108,9 @@ ApiResponse error_response(int status, const std::string& where, const std::stri
 Line& line_of(World& world, const std::string* bus) {
   if (bus != nullptr) {
     if (Line* const line = world.find_line(*bus)) return *line;
-    throw ApiError(400, "bus", "there is no bus " + *bus);
+    throw ApiError(400, "bus", "unknown bus " + *bus);
   }
-  if (world.lines().size() > 1) throw ApiError(400, "bus", "there are several; name one");
+  if (world.lines().size() > 1) throw ApiError(400, "bus", "missing; there are several buses");
   return *world.lines().front();
 }
 
@@ -165,12 +165,12 @@ void get_drive(const ApiCall& call) {
   call.world.serve_all();
   const std::string bus = decode_percent(call.parts[0], "path");
   const Line* const line = call.world.find_line(bus);
-  if (line == nullptr) throw ApiError(404, "path", "there is no bus " + bus);
+  if (line == nullptr) throw ApiError(404, "path", "unknown bus " + bus);
   int id = 0;
   const char* const last = call.parts[1].data() + call.parts[1].size();
   const auto [end, error] = std::from_chars(call.parts[1].data(), last, id);
   if (error != std::errc() || end != last || !line->bus().has(id)) {
-    throw ApiError(404, "path", "there is no drive " + call.parts[1] + " on " + bus);
+    throw ApiError(404, "path", "no drive " + call.parts[1] + " on " + bus);
   }
   call.reply({200, drive_json(*line, id), ""});
 }
@@ -264,13 +264,14 @@ void post_advance(const ApiCall& call) {
   check_clock_is_free(call.world);
   if (!call.world.clock().mode().stepped) {
     throw ApiError(409, "clock",
-                   "time goes by itself (" + to_string(call.world.clock().mode()) +
-                       "); it is moved by hand when the clock is stepped");
+                   "the clock mode is " + to_string(call.world.clock().mode()) +
+                       "; to advance the time by hand, set it to stepped");
   }
-  if (call.world.advancing()) throw ApiError(409, "clock", "time is being moved already");
+  if (call.world.advancing()) throw ApiError(409, "clock", "another advance is running");
   const SimTime now = call.world.clock().stepped_time();
   const SimTime target = std::chrono::round<std::chrono::microseconds>(by ? now + *by : *to);
-  if (target < now) reader.fail("to_s", "is past; it is " + std::to_string(in_seconds(now)) + " s");
+  if (target < now)
+    reader.fail("to_s", "is in the past; the time is " + std::to_string(in_seconds(now)) + " s");
   call.world.advance(target, [&world = call.world, reply = call.reply](World::Advanced how) {
     const Json time_s = in_seconds(world.time());
     switch (how) {
@@ -279,10 +280,10 @@ void post_advance(const ApiCall& call) {
       case World::Advanced::kCancelled:
         return reply(error_response(409, "clock", "cancelled at " + time_s.dump() + " s"));
       case World::Advanced::kStuck:
-        return reply(error_response(503, "clock",
-                                    "replies do not leave: the disk or an interface does not take "
-                                    "them; it is " +
-                                        time_s.dump() + " s"));
+        return reply(error_response(
+            503, "clock",
+            "stuck: the disk or an interface does not accept the replies; the time is " +
+                time_s.dump() + " s"));
     }
   });
 }

@@ -116,8 +116,7 @@ void check_body_request(const World& world, const ApiRequest& request) {
   if (!request.query.empty()) {
     throw ApiError(400, request.query.begin()->first, "unknown; this request has no parameters");
   }
-  if (drawable_body(world) == nullptr)
-    throw ApiError(404, "body", "the drives turn the joints of no body");
+  if (drawable_body(world) == nullptr) throw ApiError(404, "body", "the robot has no [body]");
 }
 
 Line& read_frames_request(World& world, const ApiRequest& request) {
