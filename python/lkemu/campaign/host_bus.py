@@ -1,4 +1,4 @@
-"""A bus for one case with a host program."""
+"""The bus of one case with a host program."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from ..buses import can_args
 from ..errors import StartError
 
 KINDS = ("vcan", "slcan-tcp", "slcan-pty", "socketcand", "udp-multicast", "rs485", "rs485-tcp")
-GROUP = "239.74.163.2"  # of the documents' example; it stays on this machine
+GROUP = "239.74.163.2"  # as in the documents' example; packets stay on this machine
 
 
 class HostBus:
-    """`name` as lk-emu has it, `channel` as the host opens it, `port` if it has one."""
+    """`name`: bus for lk-emu; `channel`: for python-can in the host; `port`: empty if the bus has none."""
 
     def __init__(self, kind: str, directory: str) -> None:
         self._kept: Optional[socket.socket] = None
@@ -48,8 +48,10 @@ class HostBus:
             self._kept.close()
 
     def _take_port(self, kind: int) -> None:
-        """A port that the system chooses. The bound socket keeps it from being chosen again; it does not listen, so
-        lk-emu, which asks for reuse, gets it."""
+        """Sets `port` to a free port and reserves it with a bound socket.
+
+        The socket does not listen, so lk-emu can bind the port too, with SO_REUSEADDR.
+        """
         try:
             self._kept = socket.socket(socket.AF_INET, kind)
             self._kept.bind(("127.0.0.1", 0))

@@ -1,9 +1,8 @@
-"""A process that has loaded the module of `host.python` and runs each case in a copy of itself, made by fork():
+"""Loads the module of `host.python` and runs each case in a forked child process:
 
     python3 -m lkemu.campaign.host_functions SOCKET FILE|MODULE
 
-Interpreter and libraries start once. A copy ends with its case, so nothing that a case changes in memory reaches
-another one.
+Interpreter and libraries start once. A child exits with its case, so a case cannot change the memory of another one.
 """
 
 from __future__ import annotations
@@ -24,12 +23,12 @@ from ..attached import attach
 from .host_processes import end_with_parent
 
 FUNCTION = "run_case"
-# What a bus needs is loaded once, not in each copy.
+# Libraries of buses, loaded before the fork to save time.
 LIBRARIES = ("lkemu.stepped_bus", *(f"can.interfaces.{name}" for name in ("slcan", "socketcan", "socketcand", "udp_multicast")))
 
 
 def load(python: str) -> Callable[..., Any]:
-    """`run_case` of a file or a module of the working directory. Raises ImportError."""
+    """Returns `run_case` of a file, or of a module in the working directory. Raises ImportError."""
     directory, name = os.path.split(python)
     sys.path.insert(0, os.path.abspath(directory))
     module = importlib.import_module(name.removesuffix(".py"))
@@ -40,7 +39,7 @@ def load(python: str) -> Callable[..., Any]:
     if len(parameters) < 2:
         raise ImportError(f"{FUNCTION} of {python} takes {len(parameters)} parameters; it has to take bus and clock")
     for library in LIBRARIES:
-        with contextlib.suppress(ImportError):  # of another interface than the plan's
+        with contextlib.suppress(ImportError):  # missing packages of interfaces that the plan does not use
             importlib.import_module(library)
     if threading.active_count() > 1:
         raise ImportError(f"{python} starts threads when it is loaded; start them in {FUNCTION}, or use host.command")
@@ -55,7 +54,7 @@ def problem_with(python: str) -> "tuple[Optional[Callable[..., Any]], str]":
 
 
 def setting(text: str) -> Any:
-    """The value of a dimension host.NAME: a number or a word."""
+    """Converts the value of a dimension host.NAME to int, float or str."""
     for kind in (int, float):
         try:
             return kind(text)
@@ -65,7 +64,10 @@ def setting(text: str) -> Any:
 
 
 def run_copy(function: Callable[..., Any], task: Dict[str, Any], out: int) -> NoReturn:
-    """Ends as a program: status 1 after a traceback for an exception, else what the function returns, or sys.exit() says."""
+    """Runs the case and exits as a program would.
+
+    The exit status is 1 after a traceback, else the function's return value or the argument of sys.exit().
+    """
     status = 1
     try:
         end_with_parent()

@@ -1,4 +1,4 @@
-"""What a host program may use: time, memory and output."""
+"""Limits of a host program: time, memory and output."""
 
 from __future__ import annotations
 
@@ -11,21 +11,25 @@ from .host_output import Output
 from .host_processes import Usage, descendants, usage_of
 from .host_relay import Relay
 
-LOOK_S = 0.25  # between two looks at the processes of a host
-IDLE_SHARE = 0.1  # of a processor: a stepped host that uses less waits for something else than the clock
-IDLE_FACTOR = 3.0  # it may wait so many times its timeout_s
+LOOK_S = 0.25  # sampling period
+IDLE_SHARE = 0.1  # of one processor; a stepped host that uses less is idle
+IDLE_FACTOR = 3.0  # longest idle time, as a multiple of timeout_s
 MB = 1_000_000
 
 
 @dataclass(frozen=True)
 class Over:
     kind: str  # "timeout" or "limit"
-    why: str  # does not depend on the speed of the machine
+    why: str  # the same text on fast and slow machines
 
 
 class Limits:
-    """In real time, `timeout_s` is just that. With a stepped clock it is simulated time and processor time, each for
-    itself: neither passes faster or slower on a busy machine. Beyond these such a host may only be idle."""
+    """Checks a running host against the limits of the plan.
+
+    With a real-time clock, `timeout_s` limits real time. With a stepped clock it limits simulated time and processor
+    time separately: neither depends on the load of the machine. A stepped host is idle if it waits for something else
+    than the clock; IDLE_FACTOR limits this time.
+    """
 
     def __init__(self, task: Dict[str, Any], output: Output, relay: Optional[Relay], emulator: int, spared: List[int]) -> None:
         self._task, self._output, self._relay, self._emulator, self._spared = task, output, relay, emulator, spared
@@ -40,7 +44,7 @@ class Limits:
 
     @property
     def was_idle(self) -> bool:
-        """A stepped host waited for something else than the clock when it was looked at last."""
+        """True if a stepped host was idle at the latest sample."""
         return self._idle_s > 0
 
     def check(self) -> Optional[Over]:
@@ -66,7 +70,7 @@ class Limits:
         return None
 
     def at_end(self, memory: int) -> Optional[Over]:
-        """`memory`: the most that the host had, in bytes."""
+        """`memory`: peak memory of the host in bytes."""
         return self._over_memory() if memory > self._task["memory_MB"] * MB else None
 
     def _count_idle(self, usage: Usage, passed_s: float) -> None:

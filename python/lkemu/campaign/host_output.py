@@ -1,4 +1,4 @@
-"""What a host program says, and which lines mean that it has noticed something."""
+"""Searches the output of a host program for lines that the plan counts as a detection."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ import regex
 
 from ..errors import StartError
 
-MAX_LINE = 2000  # bytes of a line that are searched
-MAX_NOTICE = 500  # characters that are kept of one
+MAX_LINE = 2000  # bytes searched in a line
+MAX_NOTICE = 500  # characters kept of a line
 MAX_NOTICES = 1000
-MAX_TAIL = 4096  # bytes of the end of the output that are kept
-SEARCH_S = 1.0  # an expression that takes longer to search one line is refused
+MAX_TAIL = 4096  # bytes kept of the end of the output
+SEARCH_S = 1.0  # longest search of one line; a slower expression is refused
 TRACEBACK = "Traceback (most recent call last):"
-EXIT_STATUS = 0  # in place of the number of an expression
+EXIT_STATUS = 0  # `rule` of a notice by exit status
 
 
 @dataclass(frozen=True)
 class Notice:
-    at_ns: int  # since the scenario began
+    at_ns: int  # since the start of the scenario
     text: str
-    rule: int  # which expression, from 1; EXIT_STATUS: its exit status
-    gist: str  # what another run says too, if it says the same
+    rule: int  # number of the expression, from 1; EXIT_STATUS for the exit status
+    gist: str  # equal in runs that print the same line
 
 
 def gist_of(line: str) -> str:
-    """The words without digits and slashes, which are times, ports and paths."""
+    """Returns the words without digits and slashes. Others may be times, ports or paths, which differ between runs."""
     return "".join(word + " " for word in line.split(" ") if not any(c.isdigit() or c == "/" for c in word))
 
 
@@ -39,8 +39,8 @@ class Output:
         self._in_traceback = False
         self.bytes = 0
         self.tail = b""
-        self.exception = ""  # the line of Python that tells the last one that was not caught
-        self.exception_is_known = False  # an expression is found in it
+        self.exception = ""  # line that names the exception of the last traceback
+        self.exception_is_known = False  # an expression matches this line
         self.notices: List[Notice] = []
 
     def take(self, data: bytes) -> None:
@@ -69,7 +69,7 @@ class Output:
             self.notices.append(Notice(self._now_ns(), line[:MAX_NOTICE], rule, gist))
 
     def _is_exception(self, line: str) -> bool:
-        """Behind the head of a traceback: the first line that is not indented."""
+        """True for the first line after the header of a traceback that is not indented."""
         if line == TRACEBACK:
             self._in_traceback = True
         elif self._in_traceback and line and not line[0].isspace():

@@ -1,4 +1,4 @@
-"""Processes of a case: found below this one, measured, and ended."""
+"""Finds, measures and kills the processes of a case, which are descendants of this process."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ libc = ctypes.CDLL(None, use_errno=True)
 
 
 def adopt_orphans() -> None:
-    """Descendants whose parent has ended become children of this process."""
+    """Makes this process the parent of descendants whose own parent exits."""
     libc.prctl(PR_SET_CHILD_SUBREAPER, 1)
 
 
@@ -30,7 +30,7 @@ def end_with_parent(by: int = signal.SIGKILL) -> None:
 
 
 def children_of(parent: int) -> List[int]:
-    """Also of a kernel without CONFIG_PROC_CHILDREN."""
+    """Searches all of /proc if the kernel lacks CONFIG_PROC_CHILDREN."""
     try:
         found: List[str] = []
         for thread in os.listdir(f"/proc/{parent}/task"):
@@ -42,7 +42,7 @@ def children_of(parent: int) -> List[int]:
 
 
 def descendants(parent: int, spared: Collection[int]) -> Iterator[int]:
-    """Without `spared`, but with the children of these."""
+    """Yields all descendants except those in `spared`. Yields children of `spared` processes too."""
     for pid in children_of(parent):
         if pid not in spared:
             yield pid
@@ -50,7 +50,7 @@ def descendants(parent: int, spared: Collection[int]) -> Iterator[int]:
 
 
 def end_descendants(spared: Collection[int] = ()) -> None:
-    """Kills all, then what became a child of this process because its parent ended, until there are none."""
+    """Kills descendants until there are none. Includes orphans that become children of this process meanwhile."""
     while found := list(descendants(os.getpid(), spared)):
         for pid in found:
             try:
@@ -62,16 +62,16 @@ def end_descendants(spared: Collection[int] = ()) -> None:
                 select.select([ended], [], [])
                 os.waitpid(pid, 0)
             except (ProcessLookupError, ChildProcessError):
-                pass  # of another parent, which waits for it
+                pass  # reaped by its own parent
             finally:
                 os.close(ended)
 
 
 @dataclass
 class Usage:
-    processor_s: float = 0.0  # also of children that have ended
+    processor_s: float = 0.0  # including children that have exited
     memory: int = 0  # resident bytes
-    is_running: bool = False  # on a processor, or waiting for one or for a disk
+    is_running: bool = False  # running, runnable, or waiting for a disk
 
     def add(self, pid: int) -> None:
         fields = _stat(pid)
@@ -89,7 +89,7 @@ def usage_of(pids: Iterator[int]) -> Usage:
 
 
 def _stat(pid: int) -> List[str]:
-    """The fields of /proc/PID/stat behind the name: state, parent, …"""
+    """Returns the fields of /proc/PID/stat after the name: state, parent, …"""
     try:
         with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
             return file.read().rpartition(")")[2].split()

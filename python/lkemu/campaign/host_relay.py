@@ -1,4 +1,4 @@
-"""The control socket of a stepped host: passes on what it asks lk-emu, and stops where its time is over."""
+"""Forwards the control requests of a stepped host to lk-emu, until the simulated time limit of the host."""
 
 from __future__ import annotations
 
@@ -11,14 +11,17 @@ TIME = re.compile(rb'"time_s": ?([0-9.e+-]+)')
 
 
 class Relay:
-    """What the host has printed before a request is of the time before that: `before_request` takes it."""
+    """Calls `before_request` before it forwards a request, which may advance the clock.
+
+    The callback reads the host's output, so that its lines get the time at which they were printed.
+    """
 
     def __init__(
         self, path: str, control: str, selector: BaseSelector, before_request: Callable[[], None], end_s: float
     ) -> None:
         self.path = path
         self.requests = 0
-        self.is_over = False  # the host has let time pass to `end_s`; it gets no answer any more
+        self.is_over = False  # simulated time has reached `end_s`; the host gets no more answers
         self._control, self._selector, self._before_request, self._end_s = control, selector, before_request, end_s
         listener = socket.socket(socket.AF_UNIX)
         listener.bind(path)

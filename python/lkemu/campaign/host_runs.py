@@ -1,4 +1,4 @@
-"""Cases with a host program: computed by workers (host_worker.py), judged here."""
+"""Runs cases with a host program in worker processes (host_worker.py) and judges them."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from .program import Program
 from .sampling import Case
 from .values import value_text
 
-EXCEPTION_STATUS = 1  # of Python
-SHELL_SIGNAL = 128  # a shell adds it to the number of the signal of which its program has died
+EXCEPTION_STATUS = 1  # exit status of Python after an uncaught exception
+SHELL_SIGNAL = 128  # offset of a shell's exit status after a signal
 
 
 class MachineFailed(Exception):
-    """A case has no result: something that it needs was ended from outside, or did not answer."""
+    """A case has no result: a process that it needs was killed from outside or did not answer."""
 
 
 class Worker:
-    """A process that runs one case after the other. All that a case starts ends with it."""
+    """A process that runs one case after the other. At its end it kills all processes of the case."""
 
     def __init__(self) -> None:
         self._process = subprocess.Popen([sys.executable, "-m", "lkemu.campaign.host_worker"], stdin=subprocess.PIPE,
@@ -69,7 +69,7 @@ class HostRuns:
         self._is_ending = False
 
     def check(self, first: Tuple[int, Case]) -> None:
-        """The host must live through a case without a fault. Raises StartError."""
+        """Checks that the host survives a case without a fault. Raises StartError."""
         host = self._host
         what = "host.python" if host.python else "host.command"
         if host.bus not in KINDS:
@@ -93,7 +93,7 @@ class HostRuns:
             self._end_workers()
 
     def run(self, cases: Iterable[Tuple[int, Case]], pile: int) -> Iterator[List[Result]]:
-        """Results in any order. `pile` is for cases that share beginnings; these do not."""
+        """Yields results in any order. `pile` is unused, because these cases share no simulation."""
         del pile
         pool = ThreadPoolExecutor(self.jobs)
         open_: Set["Future[Result]"] = set()
@@ -143,7 +143,7 @@ class HostRuns:
         return worst
 
     def _reference(self, number: int, values: Case, passive: bool = False) -> Dict[str, Any]:
-        """The run without the fault, shared by all cases that differ in nothing else."""
+        """Returns the run without the fault. All cases that differ only in the fault share it."""
         key = json.dumps([self._plan.request(0, values, fault=False), self._host_values(values), passive], sort_keys=True)
         with self._lock:
             reference = self._references.get(key)
@@ -155,7 +155,7 @@ class HostRuns:
                 reference.set_result(self._run(number, values, fault=False, passive=passive))
             except BaseException as problem:
                 with self._lock:
-                    del self._references[key]  # for the next case, the machine may be well again
+                    del self._references[key]  # the next case tries again
                 reference.set_exception(problem)
         return reference.result()
 
@@ -167,8 +167,10 @@ class HostRuns:
         }
 
     def _run(self, number: int, values: Case, fault: bool = True, passive: bool = False) -> Dict[str, Any]:
-        """Raises MachineFailed. A host that dies of a signal by which others end processes is run once more. It has
-        sent the signal itself if it dies of it again, busy, and at the same simulated instant."""
+        """Runs a case; once more if SIGKILL or SIGTERM ended its host. Raises MachineFailed.
+
+        If the same signal ends a busy host again at the same simulated instant, the host itself sent it.
+        """
         task = self._task(number, values, fault, passive)
         run = self._attempt(task)
         known = self._plan.detection.exit_status
@@ -197,7 +199,7 @@ class HostRuns:
         }  # fmt: skip
 
     def _attempt(self, task: Dict[str, Any]) -> Dict[str, Any]:
-        """A run, or why the machine failed; this once more. Raises StartError."""
+        """Returns a run, or the reason why the machine failed twice. Raises StartError."""
         run: Dict[str, Any] = {}
         for _ in range(2):
             with self._lock:
@@ -216,10 +218,10 @@ class HostRuns:
             worker.end()
         return run
 
-    # What was seen of a run, as `lk-emu run --cases` says it
+    # Conversion of runs to the format of `lk-emu run --cases`
 
     def _seen(self, run: Dict[str, Any], planned: int) -> Dict[str, Any]:
-        """`planned`: so many faults are the scenario's own."""
+        """`planned`: number of faults in the scenario without the fault of the case."""
         verdict = run["verdict"]
         results = [_result(one) for one in verdict["expectations"]]
         own, rules = len(self._plan.expectations), len(self._plan.detection.host)
@@ -267,7 +269,10 @@ class HostRuns:
 
 
 def ended_by_others(run: Dict[str, Any], known: Collection[int]) -> str:
-    """The name of a signal by which others end processes, if the host died of it; a shell tells it by its status."""
+    """Returns the name of the signal if SIGKILL or SIGTERM ended the host, else an empty text.
+
+    A shell reports the signal of its program as an exit status above SHELL_SIGNAL.
+    """
     status = run.get("status", 0)
     if run.get("end") == "exit" and status not in known:
         status -= SHELL_SIGNAL

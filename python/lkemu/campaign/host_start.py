@@ -1,4 +1,4 @@
-"""Starts the host of a case: a program, or a function in a process that stays (host_functions.py)."""
+"""Starts the host of a case: a program, or a function in a child of a long-lived process (host_functions.py)."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from typing import Any, Dict, List, Mapping
 from ..errors import StartError
 from .host_processes import end_with_parent
 
-KB = 1024  # of ru_maxrss
+KB = 1024  # bytes, the unit of ru_maxrss
 
 
 class ProgramHost:
-    """A process in a session of its own. Its descriptor is readable when it has ended."""
+    """A process in a session of its own. Its file descriptor becomes readable when it exits."""
 
     def __init__(self, command: List[str], directory: str, environment: Mapping[str, str], out: int) -> None:
         whole = {name: value for name, value in os.environ.items() if name != "LKEMU_CONTROL"}
@@ -31,7 +31,7 @@ class ProgramHost:
         return self._ended
 
     def finish(self) -> "tuple[int, int]":
-        """Status as of waitpid(), and the most memory that it had."""
+        """Returns the status as of waitpid(), and the peak memory in bytes."""
         _, status, usage = os.wait4(self._process.pid, 0)
         self._process.returncode = os.waitstatus_to_exitcode(status)
         return status, usage.ru_maxrss * KB
@@ -41,12 +41,12 @@ class ProgramHost:
 
 
 class FunctionProcess:
-    """Has loaded the module of `host.python`, and gives each case a copy of itself. Raises StartError."""
+    """A process that loads the module of `host.python` and forks a child for each case. Raises StartError."""
 
     def __init__(self, python: str, directory: str) -> None:
         self._socket, theirs = socket.socketpair()
         with theirs:
-            # Hashes of words decide the order of sets: they are the same in all processes.
+            # A fixed hash seed gives sets of words the same order in all processes.
             environment = {**os.environ, "PYTHONHASHSEED": "0", "PYTHONUNBUFFERED": "1"}
             self._process = subprocess.Popen([sys.executable, "-m", "lkemu.campaign.host_functions", str(theirs.fileno()), python],
                                              cwd=directory, env=environment, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL,
@@ -87,7 +87,7 @@ class FunctionProcess:
 
 
 class FunctionHost:
-    """A case in a copy of a FunctionProcess. Its descriptor is readable when it has ended."""
+    """A case in a child of a FunctionProcess. Its file descriptor becomes readable when the child exits."""
 
     def __init__(self, process: FunctionProcess) -> None:
         self._process = process
@@ -96,5 +96,8 @@ class FunctionHost:
         return self._process.fileno()
 
     def finish(self) -> "tuple[int, int]":
-        """As of ProgramHost. Raises EOFError: the FunctionProcess has ended."""
+        """Returns the status as of waitpid(), and the peak memory in bytes.
+
+        Raises EOFError if the FunctionProcess has exited.
+        """
         return self._process.receive_end()

@@ -1,8 +1,10 @@
 """Runs cases with a host program, one after the other: `python3 -m lkemu.campaign.host_worker`.
 
-Reads a JSON object per line on standard input, writes one per line on standard output. Two processes: a worker, and
-its parent, which ends the worker and all that a case has started as soon as standard input is closed, or the worker
-ends. The worker does the same when its parent ends. So no single kill leaves a process behind.
+Reads one JSON object per line from standard input and writes one per line to standard output.
+
+There are two processes: a worker and its parent. If standard input is closed or the worker exits, the parent kills
+the worker and all processes of the case. If the parent exits, the worker kills them. So a kill of any one process
+leaves none behind.
 """
 
 from __future__ import annotations
@@ -29,23 +31,25 @@ from .host_processes import adopt_orphans, end_descendants, end_with_parent, ent
 from .host_relay import Relay
 from .host_start import FunctionHost, FunctionProcess, ProgramHost
 
-START_S = 60.0  # a machine with much to do may take long to start lk-emu
-ANSWER_S = 600.0  # the rest of a long scenario may have to pass before an answer
-BEYOND_END_S = 0.001  # times of the control interface are rounded, so the last instant may be later
-MAX_DIRECTORY = 50  # characters: the path of a terminal in it has to fit into the name of a bus
-OUTSIDE = (signal.SIGKILL, signal.SIGTERM)  # signals by which others end a process
+START_S = 60.0  # lk-emu may start slowly on a busy machine
+ANSWER_S = 600.0  # before it answers, lk-emu may compute the rest of a scenario
+
+# Times of the control interface are rounded, so the scenario may end slightly later than computed.
+BEYOND_END_S = 0.001
+MAX_DIRECTORY = 50  # characters, as bus names contain the path of a terminal in it
+OUTSIDE = (signal.SIGKILL, signal.SIGTERM)  # signals of kills from outside
 
 
 class MachineFailed(Exception):
-    """The case says nothing: something that it needs was ended from outside, or did not answer."""
+    """The case has no result: a process that it needs was killed from outside or did not answer."""
 
 
 class Abandoned(BaseException):
-    """The parent of the worker has ended."""
+    """The parent of the worker has exited."""
 
 
 class Case:
-    """One case from its start to its verdict."""
+    """One case, from the start of lk-emu to the verdict."""
 
     def __init__(self, task: Dict[str, Any], directory: str, functions: Optional[FunctionProcess]) -> None:
         self.task, self.directory, self.functions = task, directory, functions
@@ -75,7 +79,7 @@ class Case:
                 return self._run_host(emulator)
             except Ended as problem:
                 status = emulator.wait()
-                if status == 0 or -status in OUTSIDE:  # 0: it takes SIGTERM
+                if status == 0 or -status in OUTSIDE:  # 0: lk-emu handles SIGTERM
                     raise MachineFailed("lk-emu was ended from outside") from None
                 raise StartError(_last_line(log) or f"lk-emu ended with status {status}: {problem}") from None
             except Error as problem:
@@ -123,7 +127,7 @@ class Case:
                 said += data
 
     def now_ns(self) -> int:
-        """Since the scenario began. The clock shows microseconds."""
+        """Time since the start of the scenario. The clock's resolution is 1 µs."""
         return round((self.client.get("/clock")["time_s"] - self.began_s) * 1e6) * 1000
 
     # The host
@@ -183,7 +187,7 @@ class Case:
     def _wait_for(
         self, host: "Union[ProgramHost, FunctionHost]", emulator: "subprocess.Popen[bytes]", limits: Limits
     ) -> "tuple[Optional[Over], int]":
-        """What it exceeded, or how it ended by itself, as waitpid() tells."""
+        """Returns the limit that the host exceeded, or its status as of waitpid()."""
         emulator_ended = os.pidfd_open(emulator.pid)
         self.selector.register(host, EVENT_READ, None)
         self.selector.register(emulator_ended, EVENT_READ, None)
@@ -195,7 +199,7 @@ class Case:
                 ended = [self._handle(key) for key, _ in self.selector.select(limits.until_next_look_s)]
                 if emulator_ended in ended:
                     raise Ended("lk-emu ended")
-                if host.fileno() in ended:  # what it said and asked before comes first
+                if host.fileno() in ended:  # by now its earlier output and requests are handled
                     status, memory = host.finish()
                     return limits.at_end(memory), status
         except EOFError:
@@ -213,7 +217,7 @@ class Case:
         return -1
 
     def _take_output(self) -> None:
-        for _ in range(32):  # a pipe holds less; a host that goes on writing must not keep us here
+        for _ in range(32):  # enough for a full pipe; bounded, since a host may write without end
             if self.said is None:
                 return
             try:
@@ -230,7 +234,7 @@ class Case:
     # The verdict
 
     def _verdict(self) -> Any:
-        """Nobody waits for the rest of the scenario any more: as fast as it goes."""
+        """Computes the rest of the scenario as fast as possible and returns the verdict."""
         slipped_s = self.client.get("/clock")["slipped_s"]
         if not self.task["stepped"]:
             self.client.request("PUT", "/clock", {"mode": "stepped"})
@@ -294,7 +298,7 @@ def _abandon(*_: object) -> NoReturn:
 
 def main() -> None:
     adopt_orphans()
-    os.setsid()  # Ctrl-C is for the campaign, which then closes standard input
+    os.setsid()  # Ctrl-C must reach only the campaign, which then closes standard input
     above = tempfile.gettempdir()
     directory = tempfile.mkdtemp(prefix="lk-", dir=above if len(above) <= MAX_DIRECTORY else "/tmp")
     worker = os.fork()
@@ -305,7 +309,7 @@ def main() -> None:
             os._exit(0)
     os.close(sys.stdout.fileno())
     poll = select.poll()
-    poll.register(sys.stdin.fileno(), 0)  # tells when it is closed
+    poll.register(sys.stdin.fileno(), 0)  # reports POLLHUP when closed
     poll.register(os.pidfd_open(worker), select.POLLIN)
     poll.poll()
     end_descendants()
