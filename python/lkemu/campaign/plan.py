@@ -1,4 +1,4 @@
-"""The plan of a campaign (docs/guides/campaigns.md) as values, and its cases as requests to the program. plan_file.py reads it."""
+"""The plan of a campaign (docs/guides/campaigns.md) and its cases as requests to lk-emu. plan_file.py reads plans."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MAX_CASES = 10**15
 
 
 class PlanError(Exception):
-    """What is wrong with a plan: `file:line: key: reason`."""
+    """An error in a plan: `file:line: key: reason`."""
 
 
 @dataclass(frozen=True)
@@ -24,23 +24,23 @@ class Dimension:
 
     @property
     def fault_parameter(self) -> Optional[Tuple[str, str]]:
-        """("jam", "percent") of fault.jam.percent."""
+        """Kind of fault and its parameter, e.g. ("jam", "percent") for fault.jam.percent; None for other dimensions."""
         parts = self.name.split(".")
         return (parts[1], parts[2]) if parts[0] == "fault" and len(parts) == 3 else None
 
 
 @dataclass(frozen=True)
 class Host:
-    """A host program that is started for each case, or a function that is called for it."""
+    """A host program, started for each case, or a Python function, called for each case."""
 
-    command: Tuple[str, ...]  # {host.NAME}, {channel} and others are filled in; empty: `python`
+    command: Tuple[str, ...]  # with placeholders such as {host.NAME} and {channel}; empty if `python` is set
     python: str = ""  # file or module with run_case(bus, clock)
     bus: str = "slcan-tcp"
     stepped: bool = False
     timeout_s: float = 60.0
     memory_MB: float = 2000.0
     output_MB: float = 20.0
-    runs: int = 1  # of each case in real time
+    runs: int = 1  # per case; above 1 only in real time
     passive: Tuple[str, str] = ("", "")  # environment variable that disables the host's reaction, and its value
 
 
@@ -52,7 +52,7 @@ class Detection:
     exit_status: Tuple[int, ...] = ()
 
 
-# By dimension: a list of values, or the ends of a range.
+# By index of the dimension: a list of values, or both ends of a range.
 Exclusion = Mapping[int, Union[List[Value], Tuple[float, float]]]
 
 
@@ -62,8 +62,8 @@ class Plan:
     text: str
     sampling: str
     seed: int
-    cases: int  # as the plan says; 0 if it is counted
-    scenario: str  # an absolute path, or the name of a delivered one
+    cases: int  # as in the plan; 0 if computed
+    scenario: str  # an absolute path, or the name of a shipped one
     about: str = ""
     tolerant_time_ns: Optional[int] = None
     dimensions: List[Dimension] = field(default_factory=list)
@@ -71,10 +71,10 @@ class Plan:
     hazards: Tuple[str, ...] = ()  # `says` of expectations; empty: all
     detection: Detection = Detection()
     host: Optional[Host] = None
-    faults: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # kinds that exist
-    called: str = ""  # the word on the command line
-    numbers: int = 0  # cases are numbered from 0 to this - 1
-    included: int = 0  # cases that are not excluded, as far as counted
+    faults: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # all kinds of lk-emu
+    called: str = ""  # as on the command line
+    numbers: int = 0  # cases are numbered 0 to numbers - 1
+    included: int = 0  # without excluded cases; `numbers` if not counted
     drives: List[Mapping[str, Any]] = field(default_factory=list)
     expectations: List[str] = field(default_factory=list)
     duration_s: float = 0.0
@@ -86,7 +86,7 @@ class Plan:
 
     @property
     def kinds(self) -> List[str]:
-        """The kinds of fault, in order; empty if the plan has none."""
+        """Kinds of fault in order of the plan; empty if it has none."""
         for dimension in self.dimensions:
             if dimension.name == "fault.kind":
                 assert isinstance(dimension.values, Listed)
@@ -94,7 +94,7 @@ class Plan:
         return []
 
     def counts(self, dimension: Dimension, kind: Optional[str]) -> bool:
-        """Whether the dimension counts in cases with this kind of fault; None: without fault."""
+        """True if the dimension applies to cases with this kind of fault. `kind` None: cases without a fault."""
         fault = self.faults[kind] if kind is not None else None
         if dimension.name == "fault.id":
             return fault is not None and not fault["of_bus"]
@@ -106,7 +106,7 @@ class Plan:
         return parameter is None or parameter[0] == kind
 
     def fill(self, value_of: Callable[[int], Value]) -> Case:
-        """The value of each dimension that counts. The kind of fault comes first: it decides which do."""
+        """Returns a value for each dimension that applies. Chooses the kind of fault first: others depend on it."""
         values: List[Optional[Value]] = [None] * len(self.dimensions)
         kind = None
         for n, dimension in enumerate(self.dimensions):
@@ -131,7 +131,7 @@ class Plan:
         return PlanError(f"{self.file}: {key}: {reason}")
 
     def request(self, number: int, values: Case, *, fault: bool = True, watch: bool = True) -> Dict[str, Any]:
-        """The case as a line for `lk-emu run --cases`; `fault` False: the run it is compared with."""
+        """Returns the case as a line for `lk-emu run --cases`; with `fault` False, its reference run."""
         request: Dict[str, Any] = {"case": number, "scenario": self.scenario}
         settings: Dict[str, Any] = {}
         event: Dict[str, Any] = {}
@@ -165,7 +165,7 @@ class Plan:
 
 
 def whole_or_not(value: Value) -> Union[int, float, str]:
-    """Whole numbers as such: counts and IDs take no fractions."""
+    """Converts whole numbers to int, because counts and IDs must not have a fraction."""
     if isinstance(value, str) or value != round(value) or abs(value) >= 2.0**53:
         return value
     return int(value)

@@ -1,4 +1,4 @@
-"""The dimensions of a plan and what it excludes, from its text."""
+"""Reads the dimensions and the exclusions of a plan."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ANYTHING = 1e12
 
 
 class DimensionReader:
-    """Needs the plan's faults, drives and scenario."""
+    """Pre: faults, drives and scenario of the plan are set."""
 
     def __init__(self, text: PlanText, plan: Plan, program: Program) -> None:
         self.text, self.plan, self.program = text, plan, program
@@ -36,7 +36,7 @@ class DimensionReader:
         return dimensions
 
     def words_of(self, name: str) -> Optional[List[str]]:
-        """The words that the dimension may be; None: numbers. Raises PlanError: no such dimension."""
+        """Returns the allowed words; None: numbers only; empty: numbers or any words. Raises PlanError if unknown."""
         numbers = {"fault.id", "fault.at_s", "fault.for_s", "fault.probability", "seed", "bitrate", "bus_load", "supply_V",
                    "ambient_C"}  # fmt: skip
         if name in numbers or name.startswith("load."):
@@ -147,18 +147,18 @@ class DimensionReader:
         if not is_number(step) or step <= 0 or (stop - start) / step > MAX_STEPS:
             raise self.text.fail(key, "step must be above 0, and a millionth of the range or more")
         steps = math.floor((stop - start) / step + 1e-9)
-        # As a person would write it: without the last bits of the multiplication.
+        # Rounded to 1e-9, which removes rounding errors of the multiplication.
         return Listed([float(round((start + n * step) * 1e9)) / 1e9 for n in range(steps + 1)])
 
     def possible_kinds(self) -> List[str]:
-        """The kinds that a drive of the first bus can have."""
+        """Returns the kinds of fault that a drive of the first bus accepts."""
         bus = self.plan.drives[0]["bus"]
         ids = [drive["id"] for drive in self.plan.drives if drive["bus"] == bus]
         requests = []
         for kind, row in self.plan.faults.items():
             needed = [one for one in row["parameters"] if one["required"]]
             needed += row["parameters"][:1] if row["needs_one"] else []
-            # A drive may refuse one end of a range: the ID that it has already.
+            # Both ends of each range are tried, because a drive refuses, for example, its current ID.
             for end in ("min", "max"):
                 parameters = {one["name"]: whole_or_not(one[end]) for one in needed}
                 for drive in [None] if row["of_bus"] else ids:

@@ -1,4 +1,4 @@
-"""Reads the file of a plan. All that is wrong with it is found before a case runs."""
+"""Reads the file of a plan and checks it completely before the first case runs."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from .values import Listed
 
 SAMPLINGS = ("full", "random", "latin", "pairwise")
 KEYS = {"about", "scenario", "sampling", "cases", "seed", "tolerant_time_s", "dimension", "exclude", "hazard", "detect", "host", "rates"}
-MAX_COUNTED = 1_000_000  # excluded cases are counted up to so many numbers
+MAX_COUNTED = 1_000_000  # case numbers; in larger plans excluded cases are not counted
 
 
 def find_plan(called: str, program: Program) -> pathlib.Path:
-    """A file, or a delivered plan by its name. Raises PlanError."""
+    """Returns the path of a file, or of a shipped plan by its name. Raises PlanError."""
     file = pathlib.Path(called)
     if file.is_file() or "/" in called or called.endswith(".toml"):
         return file
@@ -102,7 +102,7 @@ def read_head(text: PlanText, called: str) -> Plan:
 
 
 def read_scenario(text: PlanText, plan: Plan, program: Program) -> None:
-    """Drives, expectations and duration, as the program reads them."""
+    """Fills in drives, expectations, duration and inputs, which lk-emu reads from the scenario."""
     (seen,) = program.check([{"case": 0, "scenario": plan.scenario}])
     if "error" in seen:
         raise text.fail("scenario", seen["error"])
@@ -142,7 +142,7 @@ def check_fault(text: PlanText, plan: Plan) -> None:
 
 
 def check_rates(text: PlanText, rates: Any, plan: Plan) -> None:
-    """Failure rates of the kinds, in any unit: only their ratios count. The report reads them from the text."""
+    """Checks failure rates. Only their ratios matter, so any unit will do. The report reads them from the text."""
     if not isinstance(rates, dict):
         raise text.fail("rates", "must be a table")
     for kind, rate in rates.items():

@@ -1,4 +1,4 @@
-"""The tables [host] and [detect] of a plan, and the hash of all that decides results."""
+"""Reads the tables [host] and [detect] of a plan, and hashes all inputs of a campaign."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .plan_text import PlanText, is_number, is_whole
 from .program import Program
 
 HOST_KEYS = {"command", "python", "bus", "clock", "timeout_s", "memory_MB", "output_MB", "runs", "passive"}
-REALTIME_RUNS = 2  # the least that shows a case with two outcomes
+REALTIME_RUNS = 2  # minimum to notice that the outcome of a case varies
 
 
 def read_detection(text: PlanText, table: Mapping[str, Any]) -> Detection:
@@ -85,7 +85,7 @@ def read_passive(text: PlanText, passive: Any) -> Tuple[str, str]:
 
 
 def plan_hash(plan: Plan, program: Program) -> str:
-    """Of the plan, the program's version and all files that decide results: hexadecimal."""
+    """Returns a hexadecimal hash of the plan, the version of lk-emu and all files that affect results."""
     total = hashlib.sha256(f"{program.version()}\0{plan.inputs}\0{plan.text}".encode())
     for file in host_files(plan):
         total.update(f"{file.name}\0".encode() + hashlib.sha256(file.read_bytes()).digest())
@@ -93,7 +93,10 @@ def plan_hash(plan: Plan, program: Program) -> str:
 
 
 def host_files(plan: Plan) -> List[pathlib.Path]:
-    """Files of the plan's directory that are words of the command or the module of `python`, and what these import from it."""
+    """Lists the files in the plan's directory that the host uses.
+
+    These are words of `command`, the module of `python`, and the modules that they import.
+    """
     if plan.host is None:
         return []
     directory = plan.file.absolute().parent
@@ -102,7 +105,7 @@ def host_files(plan: Plan) -> List[pathlib.Path]:
     for file in list(files):
         if file.suffix == ".py":
             finder = modulefinder.ModuleFinder([str(file.parent), str(directory)])
-            with contextlib.suppress(SyntaxError):  # the host tells it
+            with contextlib.suppress(SyntaxError):  # the host reports it when it runs
                 finder.run_script(str(file))
             files.update(pathlib.Path(one.__file__).resolve() for one in finder.modules.values() if one.__file__)
     return sorted(files)

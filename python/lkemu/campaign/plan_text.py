@@ -1,4 +1,4 @@
-"""The text of a plan: its tables, and the line on which each key is."""
+"""The text of a plan: its tables, and the line number of each key."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .plan import PlanError
 
 
 class PlanText:
-    """Raises PlanError: the file cannot be read, or is not TOML."""
+    """Raises PlanError if the file cannot be read or is not TOML."""
 
     def __init__(self, file: pathlib.Path) -> None:
         self.file = file
@@ -24,7 +24,7 @@ class PlanText:
         self.lines = lines_of(self.text)
 
     def fail(self, key: str, reason: str) -> PlanError:
-        """With the line on which the key is complete."""
+        """Returns an error with the line on which the key is complete."""
         place = next((f":{n}" for name, n in self.lines.items() if name == key), "")
         return PlanError(f"{self.file}{place}: {key}: {reason}")
 
@@ -60,7 +60,7 @@ def is_values(table: Mapping[str, Any]) -> bool:
 
 
 def flat(table: Mapping[str, Any], prefix: str = "") -> List[Tuple[str, Any]]:
-    """`fault.kind = …` is a table in a table, `"fault.kind" = …` is not: both give fault.kind."""
+    """Joins names of nested tables by dots: `fault.kind = …` and `"fault.kind" = …` both give fault.kind."""
     names: List[Tuple[str, Any]] = []
     for key, node in table.items():
         if isinstance(node, dict) and node and not is_values(node):
@@ -71,7 +71,10 @@ def flat(table: Mapping[str, Any], prefix: str = "") -> List[Tuple[str, Any]]:
 
 
 def lines_of(text: str) -> Dict[str, int]:
-    """The line on which each key is complete: tomllib tells no places, but reads beginnings of the text."""
+    """Maps each key to the line on which it is complete.
+
+    tomllib reports no positions. So this parses the first n lines for each n, which takes quadratic time.
+    """
     lines = text.split("\n")
     found: Dict[str, int] = {}
     for n in range(1, len(lines) + 1):

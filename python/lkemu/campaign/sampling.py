@@ -1,4 +1,4 @@
-"""Which cases a plan has. The number of a case gives its values, whichever other cases run."""
+"""Computes the cases of a plan. The values of a case depend only on the plan and the number of the case."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from .values import Listed, Value
 if TYPE_CHECKING:
     from .plan import Plan
 
-Case = Tuple[Optional[Value], ...]  # by the plan's dimensions; None where a dimension does not count
+Case = Tuple[Optional[Value], ...]  # in order of the plan's dimensions; None if a dimension does not apply
 BITS = (1 << 64) - 1
 MAX_NUMBER = (1 << 63) - 1
 MAX_ATTEMPTS = 1000
-MAX_PAIRS = 10_000_000  # about 1 GB
-MAX_LOOKS = 100_000  # about a second for one pair
+MAX_PAIRS = 10_000_000  # take about 1 GB
+MAX_LOOKS = 100_000  # take about 1 s for one pair
 
 
 def mix(x: int) -> int:
@@ -27,7 +27,7 @@ def mix(x: int) -> int:
 
 
 def uniform(bits: int) -> float:
-    """0 <= result < 1, with 53 bits."""
+    """Returns a number from 0 to below 1 with 53 random bits."""
     return (bits >> 11) * 2.0**-53
 
 
@@ -36,7 +36,7 @@ def draw(seed: int, number: int, dimension: int, attempt: int) -> float:
 
 
 def shuffled(number: int, count: int, key: int) -> int:
-    """Place of `number` in an order of 0 to count - 1: a Feistel network, walked until it is within."""
+    """Permutes 0 to count - 1 pseudo-randomly: applies a Feistel network until the result is below `count`."""
     half = 1
     while half < 31 and (1 << (2 * half)) < count:
         half += 1
@@ -51,11 +51,11 @@ def shuffled(number: int, count: int, key: int) -> int:
 
 
 class Cases:
-    """The cases of a plan: numbers in, values out."""
+    """Maps numbers of cases to their values."""
 
     def __init__(self, plan: "Plan") -> None:
         self.plan = plan
-        self.numbers = plan.cases  # cases are numbered from 0 to this - 1
+        self.numbers = plan.cases  # cases are numbered 0 to numbers - 1
         self._before_kind: List[int] = []
         self._pairwise: List[Case] = []
         if plan.sampling == "full":
@@ -69,7 +69,7 @@ class Cases:
             self.numbers = len(self._pairwise)
 
     def values(self, number: int) -> Optional[Case]:
-        """The values of a case; None: it is excluded."""
+        """Returns the values of a case; None if it is excluded."""
         if self.plan.sampling == "pairwise":
             return self._pairwise[number]
         if self.plan.sampling == "random":
@@ -96,7 +96,7 @@ class Cases:
         return size
 
     def _full(self, number: int) -> Case:
-        """Counts through all combinations; the last dimension varies fastest."""
+        """Enumerates all combinations; the last dimension varies fastest."""
         place = bisect.bisect_right(self._before_kind, number) - 1
         rest = number - self._before_kind[place]
         kind = self.plan.kinds[place] if self.plan.kinds else None
@@ -112,7 +112,7 @@ class Cases:
         return tuple(values)
 
     def _latin(self, number: int) -> Case:
-        """Each dimension is cut into as many slices as there are cases; each slice is met once."""
+        """Cuts each dimension into as many slices as there are cases, and uses each slice once."""
         seed = self.plan.seed
 
         def value(n: int) -> Value:
@@ -123,15 +123,15 @@ class Cases:
         return self.plan.fill(value)
 
 
-Choice = Tuple[int, int]  # a dimension, and the place of a value in its list
-Partial = List[Optional[int]]  # place of the chosen value of each dimension
+Choice = Tuple[int, int]  # index of a dimension, index of a value in its list
+Partial = List[Optional[int]]  # index of the chosen value, by dimension
 
 
 class Cover:
-    """Few cases in which any two values of any two dimensions meet, unless excluded.
+    """Few cases that cover each pair of values of two dimensions, except excluded pairs.
 
-    Greedy, as AETG (Cohen, Dalal, Fredman, Patton 1997): each new case begins with a pair that has not met yet and
-    takes for each other dimension the value that adds most new pairs, as far as exclusions permit.
+    The algorithm is greedy, as AETG (Cohen, Dalal, Fredman, Patton 1997). Each new case begins with a pair that is not
+    covered yet. Each other dimension then gets the allowed value that covers most new pairs.
     """
 
     def __init__(self, plan: "Plan") -> None:
@@ -149,7 +149,7 @@ class Cover:
             return 0 if plan.dimensions[n].name == "fault.kind" else 1 if n in excluding else 2
 
         self.order = sorted(range(len(sizes)), key=rank)
-        # A dict keeps order: pairs in lexicographic order, each removed when it has met.
+        # Uncovered pairs in lexicographic order. A dict keeps this order and removes fast.
         self.open: Dict[Tuple[Choice, Choice], None] = {
             ((a, n), (b, m)): None
             for a in range(len(sizes))
@@ -169,7 +169,7 @@ class Cover:
             if chosen is not None:
                 self._strike(chosen)
                 cases.append(self._values(chosen))
-            self.open.pop(first, None)  # it has met, or only excluded cases have it
+            self.open.pop(first, None)  # covered, or part of excluded cases only
         return cases
 
     def _values(self, chosen: Partial) -> Case:
@@ -191,14 +191,14 @@ class Cover:
         return chosen if self._fill(chosen, 0, mix((self.plan.seed + number) & BITS)) else None
 
     def _fill(self, chosen: Partial, place: int, random: int) -> bool:
-        """Chooses for the dimensions from `place` of the order on; False: every choice ends in an excluded case."""
+        """Chooses values of the dimensions in `order[place:]`. Returns False if all choices give excluded cases."""
         if place == len(self.order):
             return True
         n = self.order[place]
         is_kind = self.plan.dimensions[n].name == "fault.kind"
         if not is_kind and not self.plan.counts(self.plan.dimensions[n], self._kind(chosen)):
             return self._fill(chosen, place + 1, random)
-        if chosen[n] is not None:  # a parameter of another fault does not fit
+        if chosen[n] is not None:  # a parameter of another kind of fault does not fit
             return (not is_kind or self._fits(chosen)) and self._fill(chosen, place + 1, random)
         for choice in self._by_gain(chosen, n, mix((random + n) & BITS)):
             self.looks += 1
@@ -212,7 +212,7 @@ class Cover:
         return False
 
     def _by_gain(self, chosen: Partial, n: int, random: int) -> List[int]:
-        """Places of the values of a dimension, most new pairs first; ties in the order of `random`."""
+        """Returns indices of the values of a dimension, most new pairs first; `random` orders ties."""
         count = len(self.lists[n].values)
         places = [(random + k) % count for k in range(count)]
         return sorted(places, key=lambda place: -self._gain(chosen, (n, place)))

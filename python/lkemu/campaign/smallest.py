@@ -1,4 +1,4 @@
-"""The smallest failing case of each kind of fault and outcome, from the rows themselves."""
+"""Finds the smallest failing case of each kind of fault and outcome among the results."""
 
 from __future__ import annotations
 
@@ -11,16 +11,18 @@ Key = Tuple[Any, ...]
 
 
 def _is_severity(name: str) -> bool:
-    """How long and how strong the fault is, not when and where."""
+    """True for dimensions of duration and strength of a fault, false for those of time and place."""
     parts = name.split(".")
     return name in ("fault.for_s", "fault.probability") or (parts[0] == "fault" and len(parts) == 3)
 
 
 class Smallest:
-    """No other failing case of the same kind and outcome is at least as harmless in every number and more harmless in one.
+    """Finds, for each kind and outcome, a failing case that no other one dominates.
 
-    The least sum of shares of the ranges has this property; the values themselves decide between equal sums, which rounding
-    may have made equal. Severities come first, then the other numbers. Words have no order and do not count."""
+    A case dominates another one if no number of it is more harmful and at least one is less harmful. The case with the
+    least sum of numbers, each scaled to its range, has this property. Rounding may make sums equal: then the numbers
+    themselves are compared. Duration and strength come first, then the other numbers. Words are ignored.
+    """
 
     def __init__(self, dimensions: Sequence[Mapping[str, Any]]) -> None:
         numbers = [(n, one) for n, one in enumerate(dimensions) if "words" not in one]
@@ -39,12 +41,12 @@ class Smallest:
 
     @staticmethod
     def _harm(group: List[Tuple[int, Mapping[str, Any]]], result: Result) -> Tuple[float, Tuple[float, ...]]:
-        """Of dimensions: the sum of the shares of their ranges, and the values, the harmless ones first."""
+        """Returns the sum of the scaled numbers, and the numbers; in both, less is more harmless."""
         shares, values = [], []
         for n, one in group:
             value = result.values[n]
             if not isinstance(value, (int, float)):
-                continue  # does not count for this kind
+                continue  # the dimension does not apply to this kind
             least, most = (-one["to"], -one["from"]) if one["harmless_is_most"] else (one["from"], one["to"])
             signed = -value if one["harmless_is_most"] else value
             values.append(signed)

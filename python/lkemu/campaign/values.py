@@ -1,4 +1,4 @@
-"""What a dimension of a plan may be: a list or a distribution, and its values as text."""
+"""Values of a dimension of a plan: a list or a distribution, and their form as text."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ Value = Union[float, str]
 
 
 def value_text(value: Value) -> str:
-    """A word, or the shortest text that reads back to the same number: fixed or scientific, whichever is shorter."""
+    """Returns words unchanged, and a number as the shortest fixed or scientific text that reads back exactly."""
     if isinstance(value, str):
         return value
-    value += 0.0  # no "-0"
+    value += 0.0  # converts -0 to 0
     digits = repr(float(value))
     mantissa, _, exponent = digits.partition("e")
     sign, figures = ("-", mantissa[1:]) if mantissa.startswith("-") else ("", mantissa)
@@ -46,7 +46,7 @@ def _scientific(figures: str, point: int) -> str:
 
 @dataclass(frozen=True)
 class Listed:
-    """Values of one kind, all numbers or all words; `weights` are empty if all are alike."""
+    """A list of numbers or a list of words. `weights` are empty if all values are equally likely."""
 
     values: Sequence[Value]
     weights: Sequence[float] = ()
@@ -64,7 +64,7 @@ class Listed:
         return max(float(value) for value in self.values)
 
     def quantile(self, share: float) -> Value:
-        """The value below which the share of all draws lies, 0 <= share < 1."""
+        """Returns the value below which this share of all draws lies, 0 <= share < 1."""
         if not self.weights:
             return self.values[min(int(share * len(self.values)), len(self.values) - 1)]
         left = share * math.fsum(self.weights)
@@ -77,14 +77,14 @@ class Listed:
 
 @dataclass(frozen=True)
 class Ranged:
-    """Numbers from `start` to `stop`: even, even in the logarithm, or normal and cut off at both ends."""
+    """Numbers from `start` to `stop`: uniform, log-uniform, or normal and truncated at both ends."""
 
     start: float
     stop: float
     log: bool = False
     mean: Optional[float] = None
     sd: float = 1.0
-    rounding: str = "figures"  # four significant digits; "ms": to 0.001; "whole"
+    rounding: str = "figures"  # four significant digits; "ms": multiples of 0.001; "whole": whole numbers
 
     has_words = False
 
@@ -97,7 +97,7 @@ class Ranged:
         return self.stop
 
     def quantile(self, share: float) -> float:
-        """As Listed.quantile, rounded so that a person can type it."""
+        """As Listed.quantile(), rounded to few digits, which are easy to type."""
         value = self.start + (self.stop - self.start) * share
         if self.log:
             value = self.start * math.pow(self.stop / self.start, share)
@@ -122,7 +122,7 @@ class Ranged:
 
 
 def _half_away(value: float) -> float:
-    """The nearest whole number; halves away from zero, as C's round()."""
+    """Rounds to the nearest whole number, halves away from zero, as round() in C."""
     whole = math.floor(abs(value))
     whole += abs(value) - whole >= 0.5
     return math.copysign(float(whole), value)
