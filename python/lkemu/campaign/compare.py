@@ -1,4 +1,4 @@
-"""Two campaigns of the same plan, case by case."""
+"""Compares two campaigns of the same plan, case by case."""
 
 from __future__ import annotations
 
@@ -12,32 +12,33 @@ from .outcomes import NOT_FIRED, OUTCOMES
 from .store import Head
 from .values import value_text
 
-MAX_WORSE = 25_000  # cases that are kept; of the others there is the count
+MAX_WORSE = 25_000  # cases kept; more are only counted
 
 
 @dataclass
 class Comparison:
     before: Head
     now: Head
-    moves: "Counter[Tuple[str, str]]" = field(default_factory=Counter)  # outcome before and now
+    moves: "Counter[Tuple[str, str]]" = field(default_factory=Counter)  # by outcome before and outcome now
     worse: int = 0
     better: int = 0
-    same: int = 0  # outcome
-    not_fired: int = 0  # before or now, with another outcome in the other: neither
+    same: int = 0  # equal outcomes
+    not_fired: int = 0  # in one campaign only: neither worse nor better
     only_before: int = 0
     only_now: int = 0
-    cases: List[Tuple[str, Result]] = field(default_factory=list)  # worse ones: outcome before, result now
+    cases: List[Tuple[str, Result]] = field(default_factory=list)  # worse cases: outcome before, result now
 
     @property
     def changes(self) -> List[Tuple[Tuple[str, str], int]]:
-        """Outcomes before and now that differ, with the number of cases, most first."""
+        """Different outcomes before and now, with the number of cases; the most frequent change comes first."""
         return sorted((move for move in self.moves.items() if move[0][0] != move[0][1]), key=lambda move: (-move[1], move[0]))
 
 
 def compare(before: Head, old: Iterable[Result], now: Head, new: Iterable[Result]) -> Comparison:
-    """Both by number. A case is worse when its outcome has a higher rank (outcomes.py) than before.
+    """Pre: `old` and `new` are in order of case numbers. A case is worse if the rank of its outcome (outcomes.py) rose.
 
-    Raises StartError where the same number is not the same case."""
+    Raises StartError if equal numbers belong to different cases.
+    """
     _check_same_plan(before, now)
     comparison = Comparison(before, now)
     for was, is_now in _pairs(iter(old), iter(new)):

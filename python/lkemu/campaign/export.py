@@ -1,4 +1,4 @@
-"""All cases as CSV: the same bytes for any number of jobs and shards, and after any interruption."""
+"""Exports all cases as CSV. The bytes do not depend on jobs, shards or interruptions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ COLUMNS = (
 
 
 def export(plan_names: Iterable[str], results: Iterable[Result]) -> Iterator[str]:
-    """Lines of the export; results come by number."""
+    """Yields lines. Pre: `results` are in order of case numbers."""
     yield ",".join(["number", *map(_text, plan_names), *COLUMNS]) + "\n"
     for result in results:
         yield line_of(result)

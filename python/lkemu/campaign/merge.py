@@ -1,4 +1,4 @@
-"""Puts the results of shards together."""
+"""Merges the results of shards."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from typing import Iterator, List, Sequence, Tuple
 from .store import Row, Store, StoreError, same_result
 
 BATCH = 1000
-MAX_NAMED = 10  # shards that are missing and named
+MAX_NAMED = 10  # missing shards listed in the message
 
 
 @dataclass
 class Merged:
     cases: int
     all_cases: int
-    named: List[Tuple[int, int]]  # the first of the shards that are missing
-    missing: int  # shards
+    named: List[Tuple[int, int]]  # first missing shards
+    missing: int  # number of missing shards
 
     @property
     def is_whole(self) -> bool:
@@ -41,10 +41,10 @@ class Merged:
 
 
 def merge(out: pathlib.Path, paths: Sequence[pathlib.Path]) -> Merged:
-    """A new file with the results of all `paths`. Raises StoreError: they do not belong together, or `out` exists."""
+    """Creates `out` from the results in `paths`. Raises StoreError if `out` exists or the campaigns differ."""
     if out.exists():
         raise StoreError(f"{out}: exists already")
-    # Each part is a file that is open.
+    # All parts are open at the same time.
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
     with contextlib.ExitStack() as stack:
@@ -79,7 +79,7 @@ def _copy(parts: Sequence[Store], whole: Store) -> int:
 
 
 def _once(parts: Sequence[Store]) -> Iterator[Row]:
-    """By number. Several parts may have a case, and then must have the same result."""
+    """Yields each case once, in order of numbers. Raises StoreError if parts have different results of a case."""
     last: Row = (-1,)
     for row in heapq.merge(*(part.rows() for part in parts), key=operator.itemgetter(0)):
         if row[0] != last[0]:
@@ -91,7 +91,7 @@ def _once(parts: Sequence[Store]) -> Iterator[Row]:
 
 
 def _missing(shards: Sequence[Tuple[int, int]]) -> Tuple[List[Tuple[int, int]], int]:
-    """The first shards that are not there, and how many, if all are of one division."""
+    """Returns the first missing shards, and how many are missing. Finds none if the shards have different counts."""
     counts = {count for _, count in shards}
     if len(counts) != 1:
         return [], 0

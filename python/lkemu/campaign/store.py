@@ -1,4 +1,4 @@
-"""The results of a campaign: one SQLite file with a row for each case."""
+"""Stores the results of a campaign in one SQLite file with a row for each case."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .writer_lock import WriterLock
 
 APPLICATION_ID = 0x4C4B4643  # "LKFC", which file(1) shows
 FORMAT = 4
-SYNC_S = 1.0  # a power failure loses no more than this; committed cases survive SIGKILL
+SYNC_S = 1.0  # a power failure loses at most this; committed cases survive SIGKILL
 MAX_TEXT = 1_000_000  # bytes of one field
 HEAD = (
     "version TEXT NOT NULL, plan_name TEXT NOT NULL, about TEXT NOT NULL, plan_text TEXT NOT NULL, "
@@ -35,17 +35,17 @@ SHARDS = "shard INTEGER NOT NULL, shards INTEGER NOT NULL, PRIMARY KEY (shards, 
 
 
 class StoreError(Exception):
-    """A file of results that cannot be used; one line."""
+    """A results file cannot be used. The message is one line."""
 
 
 @dataclass(frozen=True)
 class Column:
-    name: str  # of Result, and in the file
+    name: str  # in Result and in the file
     sql: str
     kind: type
 
 
-# All but `number` and `values`, in the order of Result.
+# All fields of Result except `number` and `values`, in order.
 TYPES = {"str": ("TEXT NOT NULL", str), "int": ("INTEGER NOT NULL", int), "bool": ("INTEGER NOT NULL", bool),
          "float": ("REAL NOT NULL", float), "Optional[int]": ("INTEGER", int), "Optional[float]": ("REAL", float)}  # fmt: skip
 COLUMNS = [Column(one.name, *TYPES[str(one.type)]) for one in fields(Result)[2:]]
@@ -55,7 +55,7 @@ Row = Tuple[Any, ...]
 
 
 def _check_of(column: Column) -> str:
-    """An SQL expression that is 1 for what a campaign writes."""
+    """Returns an SQL expression that is 1 for values that a campaign can write."""
     if column.name == "outcome":
         return f"outcome IN ({', '.join(repr(name) for name in OUTCOMES)})"
     kind = {str: "text", float: "real"}.get(column.kind, "integer")
@@ -68,7 +68,7 @@ def _check_of(column: Column) -> str:
 
 @dataclass(frozen=True)
 class Head:
-    """Which campaign results are of. All shards of a campaign have the same, but for `plan_called`."""
+    """Identifies the campaign of a results file. All shards of a campaign agree in it, except for `plan_called`."""
 
     version: str
     plan_name: str
@@ -77,8 +77,8 @@ class Head:
     input_hash: str
     sampling: str
     seed: int
-    numbers: int  # cases are numbered from 0 to this - 1
-    cases: int  # not excluded, as far as counted
+    numbers: int  # cases are numbered 0 to numbers - 1
+    cases: int  # without excluded cases; `numbers` if not counted
     plan_called: str
     tolerant_time_ns: Optional[int]
     dimensions: Tuple[Dict[str, Any], ...]  # name, words or from and to, harmless_is_most
@@ -103,7 +103,7 @@ def head_of(plan: Plan, version: str, input_hash: str) -> Head:
 
 
 def _check_head(head: Head) -> None:
-    """Raises ValueError or TypeError for what head_of does not give."""
+    """Raises ValueError or TypeError if head_of() cannot have made the head."""
     if not 0 <= head.cases <= head.numbers <= MAX_CASES:
         raise ValueError("number of cases")
     for one in head.dimensions:
@@ -133,24 +133,24 @@ def schema(head: Head) -> Dict[str, str]:
 
 
 def same_result(row: Row, other: Row) -> bool:
-    """Whether two rows are equal in all that is exported."""
+    """True if two rows are equal in all exported columns."""
     ignored = [n - len(COLUMNS) for n, one in enumerate(COLUMNS) if one.name in NOT_EXPORTED]
     return all(a == b for n, (a, b) in enumerate(zip(row, other), -len(row)) if n not in ignored)
 
 
 class Store:
-    """Open results. Rows are checked when they are read: the file may come from anybody."""
+    """An open results file. Rows are checked when they are read, because the file may be untrusted."""
 
     def __init__(self, path: pathlib.Path, connection: sqlite3.Connection, head: Head) -> None:
         self.path, self.head, self._connection = path, head, connection
         self._synced_at = time.monotonic()
         self._lock: Optional[WriterLock] = None
 
-    # Ways to open one
+    # Constructors
 
     @classmethod
     def create(cls, path: pathlib.Path, head: Head) -> "Store":
-        """A new file. Raises StoreError if there is one."""
+        """Creates a file. Raises StoreError if it exists."""
         names = [one["name"].lower() for one in head.dimensions] + ["number"] + [one.name for one in COLUMNS]
         if len(set(names)) < len(names):
             raise StoreError(f"{path}: two columns would have the same name")
@@ -174,7 +174,7 @@ class Store:
 
     @classmethod
     def resume(cls, path: pathlib.Path, head: Head) -> "Store":
-        """Waits while another process writes the file."""
+        """Opens a file for writing; waits while another process writes it. Raises StoreError."""
         try:
             lock = WriterLock(path)
         except OSError as problem:
@@ -239,11 +239,11 @@ class Store:
     # Reading and writing
 
     def put(self, results: Iterable[Result]) -> None:
-        """Keeps results; they survive SIGKILL from now on."""
+        """Commits results. They then survive SIGKILL."""
         self.put_rows([(one.number, *one.values, *(getattr(one, column.name) for column in COLUMNS)) for one in results])
 
     def put_rows(self, rows: Sequence[Row]) -> None:
-        """As `rows` gives them."""
+        """Commits rows in the format of `rows()`."""
         places = ", ".join("?" * (1 + len(self.head.dimensions) + len(COLUMNS)))
         try:
             with self._connection:
@@ -261,12 +261,12 @@ class Store:
             self._connection.execute("INSERT OR IGNORE INTO shards VALUES (?, ?)", (shard, shards))
 
     def note_failures(self, failures: Iterable[Tuple[int, str]]) -> None:
-        """Cases that the machine kept from having a result, with the reason; --resume runs them again."""
+        """Commits cases that have no result because the machine failed, with the reason. --resume runs them again."""
         with self._connection:
             self._connection.executemany("INSERT OR REPLACE INTO failures VALUES (?, ?)", failures)
 
     def failed_cases(self) -> List[Tuple[int, str]]:
-        """The failures with their case numbers. Raises StoreError."""
+        """Returns case numbers and reasons of machine failures. Raises StoreError."""
         with self._reading():
             found = list(self._connection.execute("SELECT number, substr(reason, 1, 1000) FROM failures ORDER BY number"))
         if not all(0 <= number < self.head.numbers and isinstance(reason, str) for number, reason in found):
@@ -274,7 +274,7 @@ class Store:
         return found
 
     def failures(self) -> "Counter[str]":
-        """How many cases have no result for which reason."""
+        """Returns the number of cases without a result, by reason."""
         rows = self._connection.execute("SELECT substr(reason, 1, 1000), count(*) FROM failures GROUP BY 1 ORDER BY 1")
         return Counter(dict(rows))
 
@@ -293,7 +293,7 @@ class Store:
         return {row[0] for row in rows}
 
     def __iter__(self) -> Iterator[Result]:
-        """By number. Raises StoreError for a row that no campaign writes."""
+        """Yields results in order of numbers. Raises StoreError for a row that no campaign writes."""
         places = [n for n, one in enumerate(COLUMNS, 1 + len(self.head.dimensions)) if one.kind is bool]
         values = slice(1, 1 + len(self.head.dimensions))
         for row in self.rows():
@@ -303,7 +303,7 @@ class Store:
             yield result
 
     def rows(self) -> Iterator[Row]:
-        """By number: number, values, and the rest of a Result. Raises StoreError for a row that no campaign writes."""
+        """Yields number, values and other fields of each Result, in order of numbers. Raises StoreError."""
         with self._reading():
             self._check_rows()
             last = -1
@@ -315,18 +315,18 @@ class Store:
 
     @contextlib.contextmanager
     def _reading(self) -> Iterator[None]:
-        """Sees the file as it is now, whoever writes meanwhile."""
+        """Reads a snapshot of the file, even if another process writes it meanwhile. Raises StoreError."""
         try:
             self._connection.execute("BEGIN")
             yield
         except sqlite3.Error as problem:
             raise StoreError(f"{self.path}: damaged: {problem}") from None
         finally:
-            with contextlib.suppress(sqlite3.ProgrammingError):  # closed meanwhile
+            with contextlib.suppress(sqlite3.ProgrammingError):  # the connection was closed meanwhile
                 self._connection.rollback()
 
     def _check_rows(self) -> None:
-        """One pass by SQLite itself: the file may come from anybody."""
+        """Checks all rows by one SQL query, because the file may be untrusted. Raises StoreError."""
         checks, parameters = [f"number BETWEEN 0 AND {self.head.numbers - 1}"], []  # type: List[str], List[Any]
         for one in self.head.dimensions:
             name = quoted(one["name"])
@@ -342,13 +342,13 @@ class Store:
             raise StoreError(f"{self.path}: damaged: case {number}")
 
     def close(self) -> None:
-        """One file remains; other processes may have it open."""
+        """Leaves a single file without a WAL, unless another process has it open."""
         if self._connection.in_transaction:
             self._connection.rollback()
         try:
             self._connection.execute("PRAGMA journal_mode = DELETE")
         except sqlite3.OperationalError:
-            pass  # read only, or open elsewhere
+            pass  # read-only, or open in another process
         self._connection.close()
         if self._lock is not None:
             self._lock.close()

@@ -1,4 +1,4 @@
-"""One process at a time writes a file of results."""
+"""Lets only one process at a time write a results file."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ import pathlib
 import struct
 import sys
 
-BYTE = 1 << 62  # beyond what SQLite locks
+BYTE = 1 << 62  # beyond the bytes that SQLite locks
 HELD = (errno.EAGAIN, errno.EACCES)
 
 
 class WriterLock:
-    """Held until `close` or the end of the process, however it ends. Waits while another process holds it.
+    """Waits until no other process holds the lock. Holds it until `close` or the end of the process.
 
-    A lock of the open file: SQLite's own, which are of the process, neither conflict with it nor end it."""
+    The lock belongs to the open file description. SQLite's locks belong to the process, so neither kind affects the
+    other.
+    """
 
     def __init__(self, path: pathlib.Path) -> None:
         self._file = os.open(path, os.O_RDWR | os.O_CLOEXEC)
@@ -24,7 +26,7 @@ class WriterLock:
             self._lock(fcntl.F_OFD_SETLK)
         except OSError as problem:
             if problem.errno not in HELD:
-                return  # a file system without locks
+                return  # the file system does not support locks
             print(f"lk-emu: {path}: another process writes it; waiting for its end", file=sys.stderr)
             self._lock(fcntl.F_OFD_SETLKW)
 
