@@ -1,1 +1,1 @@
-"""Campaigns: many cases of a scenario with faults, and what came of them (docs/guides/campaigns.md)."""
+"""Fault-injection campaigns: runs many cases of a scenario and evaluates their outcomes (docs/guides/campaigns.md)."""

@@ -31,7 +31,7 @@ with libraries("campaign", __name__):
     from .store import Store, StoreError, head_of
     from .thresholds import Threshold, check_thresholds, parse_threshold
 
-MANY = 1_000_000_000  # cases that nobody asks for by mistake
+MANY = 1_000_000_000  # cases; a larger campaign needs --yes
 EPILOG = """
 Examples:
   lk-emu campaign every_fault --dry-run                     how many cases, and what they cost
@@ -77,7 +77,7 @@ def parse(words: List[str]) -> argparse.Namespace:
 
 
 def check_options(given: argparse.Namespace) -> None:
-    """Options that make no sense together. Raises StartError."""
+    """Raises StartError for options that exclude each other, or that need another option."""
     if given.jobs is not None and given.jobs < 1:
         raise StartError("--jobs: must be 1 or more")
     if given.dask is not None and given.jobs is not None:
@@ -203,8 +203,8 @@ def show_case(plan: Plan, program: Program, given: argparse.Namespace) -> int:
 
 
 def report(path: pathlib.Path, given: argparse.Namespace, thresholds: List[Threshold]) -> int:
-    """Prints and writes what came of a campaign. Status 1: something that is required does not hold."""
-    from . import report as reports  # pylint: disable=import-outside-toplevel  # its libraries take a second to load
+    """Prints and writes the reports. Returns the exit status: 1 if a --require is not met."""
+    from . import report as reports  # pylint: disable=import-outside-toplevel  # loading jinja2 and scipy takes 1 s
     from .answer import answer_of
 
     with contextlib.closing(Store.read(path)) as store:
@@ -227,7 +227,10 @@ def write_text(path: Optional[str], option: str, text: Callable[[], str]) -> Non
 
 
 def check_outputs(given: argparse.Namespace, others: Dict[str, str]) -> None:
-    """Reports must have a place of their own, before a night is spent on them. `others`: files by what they are."""
+    """Checks before the first case runs that each report can be written, and to a file of its own. Raises StartError.
+
+    `others`: files that no report may overwrite; the keys describe them in messages.
+    """
     for option in ("html", "json", "junit"):
         file = getattr(given, option, None)
         if file is None:

@@ -1,4 +1,4 @@
-"""What a campaign says, from its results."""
+"""Evaluates the results of a campaign: outcomes, diagnostic coverage, latencies, failing cases."""
 
 from __future__ import annotations
 
@@ -20,19 +20,22 @@ from .smallest import Smallest
 from .store import Head
 
 CONFIDENCE = 0.95
-MAX_RESIDUAL = 25_000  # failures of each outcome that are kept; of the others there are counts
-MAX_ENDS = 100  # ways to die that are counted
+MAX_RESIDUAL = 25_000  # failing cases kept for each outcome; more are only counted
+MAX_ENDS = 100  # distinct ends of hosts that are counted
 STATES = ("off", "stopped", "running")
 
 
 def is_dangerous(result: Result) -> bool:
-    """A hazard of the plan occurred, or would have without the host's reaction, or the host did not live to prevent one."""
+    """True if a hazard occurred, or would have occurred without the host's reaction.
+
+    Also true if the host hung or crashed, because it could not have prevented a hazard.
+    """
     hazard = result.violated_at_ns is not None or result.passive == DANGEROUS
     return result.outcome != NOT_FIRED and (hazard or result.outcome in (HANG, CRASH))
 
 
 def clopper_pearson(hits: int, trials: int) -> Tuple[float, float]:
-    """The exact interval of Clopper and Pearson (1934), with half of 1 - CONFIDENCE on either side."""
+    """Returns the exact interval of Clopper and Pearson (1934), with half of 1 - CONFIDENCE on either side."""
     tail = (1 - CONFIDENCE) / 2
     lower = float(betaincinv(hits, trials - hits + 1, tail)) if hits > 0 else 0.0
     upper = 1 - float(betaincinv(trials - hits, hits + 1, tail)) if hits < trials else 1.0
@@ -41,25 +44,27 @@ def clopper_pearson(hits: int, trials: int) -> Tuple[float, float]:
 
 @dataclass
 class Coverage:
-    """Diagnostic coverage, λ_DD / λ_D of IEC 61508: of the dangerous cases, the share that was detected in time.
+    """Diagnostic coverage, λ_DD / λ_D of IEC 61508: the share of the dangerous cases that was detected in time.
 
-    A case that was detected and without a hazard is dangerous if one would have occurred without the host's reaction.
-    Where nothing tells that, coverage lies between two bounds."""
+    A detected case without a hazard is dangerous if a hazard would have occurred without the host's reaction.
+    If this is unknown, coverage has a lower and an upper bound.
+    """
 
-    detected: int = 0  # dangerous, and detected in time
+    detected: int = 0  # dangerous and detected in time
     dangerous: int = 0
-    open_in_time: int = 0  # detected in time; nothing tells whether they were dangerous
-    open_late: int = 0
+    open_in_time: int = 0  # detected in time; unknown whether dangerous
+    open_late: int = 0  # detected late; unknown whether dangerous
     interval: Optional[Tuple[float, float]] = None
 
     @property
     def share(self) -> Optional[float]:
-        """The lower bound: what was detected in time was safe, what was detected late was not."""
+        """Lower bound: of the open cases, those detected in time count as safe, those detected late as dangerous."""
         dangerous = self.dangerous + self.open_late
         return self.detected / dangerous if dangerous else None
 
     @property
     def upper(self) -> Optional[float]:
+        """Upper bound: of the open cases, those detected in time count as dangerous, those detected late as safe."""
         dangerous = self.dangerous + self.open_in_time
         return (self.detected + self.open_in_time) / dangerous if dangerous else None
 
@@ -70,7 +75,7 @@ class Coverage:
 
 
 class Latencies:
-    """From the first effect of a fault to its detection, in ns."""
+    """Times from the first effect of a fault to its detection, in ns."""
 
     def __init__(self) -> None:
         self._values = array("q")
@@ -85,7 +90,7 @@ class Latencies:
             self._sorted = False
 
     def quantile_s(self, share: float) -> Optional[float]:
-        """The nearest rank: the least latency that at least this share of the cases do not exceed."""
+        """Returns the nearest-rank quantile: at least this share of the cases has this latency or a shorter one."""
         if not self._values:
             return None
         if not self._sorted:
@@ -100,17 +105,17 @@ class Latencies:
 
 @dataclass
 class Group:
-    """The cases of one kind of fault, or all."""
+    """Statistics of the cases with one kind of fault, or of all cases."""
 
-    kind: str  # empty: all
+    kind: str  # empty: all kinds
     outcomes: "Counter[str]" = field(default_factory=Counter)
     coverage: Coverage = field(default_factory=Coverage)
-    safe_detected: int = 0  # no hazard, and detected, in time or late
+    safe_detected: int = 0  # detected in time or late, without a hazard
     safe_undetected: int = 0
-    false_alarms: int = 0  # the host notices something without the fault
+    false_alarms: int = 0  # cases whose host also detects something without the fault
     by_drive: Latencies = field(default_factory=Latencies)
     by_host: Latencies = field(default_factory=Latencies)
-    first: Latencies = field(default_factory=Latencies)  # by whichever was first
+    first: Latencies = field(default_factory=Latencies)  # of the earlier detection
 
     @property
     def cases(self) -> int:
@@ -148,12 +153,12 @@ class Group:
 
 @dataclass
 class Space:
-    """Where faults met the drive: kind of fault × run state × latest command."""
+    """Covered combinations of the kind of fault, and the drive's state and latest command when the fault acted."""
 
     kinds: List[str] = field(default_factory=list)
     states: List[str] = field(default_factory=lambda: list(STATES))
     commands: List[str] = field(default_factory=list)
-    cells: Dict[Tuple[str, str, str], List[int]] = field(default_factory=dict)  # cases and failures
+    cells: Dict[Tuple[str, str, str], List[int]] = field(default_factory=dict)  # number of cases, number of failures
 
     @property
     def size(self) -> int:
@@ -165,7 +170,7 @@ class Space:
 
     def add(self, kind: str, result: Result) -> None:
         if not result.state and not result.command:
-            return  # of what a host program has commanded nothing is known
+            return  # unknown if a host program commands the drive
         place = kind, result.state or "unknown", result.command or "none"
         for word, known in zip(place, (self.kinds, self.states, self.commands)):
             if word not in known:
@@ -182,15 +187,18 @@ class Answer:
     kinds: Dict[str, Group] = field(default_factory=dict)
     space: Space = field(default_factory=Space)
     residual: List[Result] = field(default_factory=list)
-    smallest: List[Tuple[str, Result]] = field(default_factory=list)  # kind and failing case (smallest.py)
+    smallest: List[Tuple[str, Result]] = field(default_factory=list)  # kind of fault and failing case (smallest.py)
+
     real_time: int = 0  # cases in real time
-    flipped: int = 0  # of these, those whose runs differ in their outcome
-    in_time: "Counter[str]" = field(default_factory=Counter)  # dangerous cases that were detected in time, by outcome
-    ends: "Counter[str]" = field(default_factory=Counter)  # of hosts that hung or died: how
+    flipped: int = 0  # real-time cases whose runs differ in outcome
+    in_time: "Counter[str]" = field(default_factory=Counter)  # dangerous cases detected in time, by outcome
+
+    ends: "Counter[str]" = field(default_factory=Counter)  # how hosts that hung or crashed ended
     rates: Mapping[str, float] = field(default_factory=dict)  # failure rates of the plan, by kind
-    has_hazard: bool = True  # the plan says which expectations are hazards
+    has_hazard: bool = True  # the plan has [hazard]
+
     machine_failures: Mapping[str, int] = field(default_factory=dict)  # cases without a result, by reason
-    has_host: bool = False  # a program, which can react; that of a scenario sends what it sends
+    has_host: bool = False  # a host program can react to faults; the host of a scenario cannot
 
     @property
     def missing(self) -> int:
@@ -201,8 +209,10 @@ class Answer:
 
     @property
     def weighted_coverage(self) -> Optional[float]:
-        """By the failure rates of the plan: of each kind, its rate times its share of dangerous cases. None: no rates.
-        Where there are bounds, the lower one."""
+        """Lower bound of coverage, weighted by the plan's failure rates; None without rates.
+
+        Each kind of fault counts with its rate times its share of dangerous cases.
+        """
         detected = dangerous = 0.0
         for kind, rate in self.rates.items():
             group = self.kinds.get(kind)
@@ -260,7 +270,7 @@ def answer_of(head: Head, results: Iterable[Result], machine_failures: Mapping[s
 
 
 def conclusion(answer: Answer) -> str:
-    """A few sentences that say what the campaign found."""
+    """Summarizes the campaign in a few sentences."""
     return " ".join([_finding(answer), *(f"{said}." for said, _ in uncounted_ends(answer))])
 
 
@@ -292,7 +302,10 @@ def _detected(answer: Answer) -> str:
 
 
 def uncounted_ends(answer: Answer) -> List[Tuple[str, str]]:
-    """How hosts ended that did not end well, and what in a plan would count it as a detection; empty: nothing would."""
+    """Lists how hosts hung or crashed, each with the line of [[detect.host]] that would make it a detection.
+
+    The line is empty if no rule can match.
+    """
     told = []
     for end, count in sorted(answer.ends.items(), key=lambda one: (-one[1], one[0])):
         hosts = f"{count} host{'' if count == 1 else 's'}"

@@ -1,4 +1,4 @@
-"""--dask: batches of cases on the workers of a dask.distributed scheduler (docs/guides/campaigns-on-clusters.md)."""
+"""Runs batches of cases on the workers of a dask.distributed scheduler (docs/guides/campaigns-on-clusters.md)."""
 
 from __future__ import annotations
 
@@ -26,29 +26,32 @@ from .sampling import Cases
 from .scenario_runs import ScenarioRuns
 
 CONNECT_S = 10
-BATCHES_PER_THREAD = 3  # that wait or run; one that is done leaves no thread idle
-MIN_WAITING = 16  # a cluster that has no worker yet sees that there is work
-MAX_PILE = 1024  # seconds of a core; the scheduler handles some thousand batches a second
+BATCHES_PER_THREAD = 3  # avoids idle threads
+MIN_WAITING = 16  # pending batches make an adaptive cluster start workers
+MAX_PILE = 1024  # seconds on a core; the scheduler handles some 1000 batches/s
 MAX_HOST_PILE = 16
-RETRIES = 2  # of a batch whose lk-emu was killed, say
-LOOK_S = 1.0  # between two looks at the number of workers
+RETRIES = 2  # of a batch, e.g. if its lk-emu was killed
+LOOK_S = 1.0  # between two reads of the number of threads
 
 
 @dataclass(frozen=True)
 class Job:
-    """What a worker has to know and to have: the same plan, files and version."""
+    """Identifies the plan, its files and the version; a worker must have the same ones."""
 
-    plan: str  # an absolute path, or the name of a delivered plan
+    plan: str  # an absolute path, or the name of a shipped plan
     input_hash: str
     package: str  # version of lkemu
-    campaign: str  # unique: a worker checks its files anew in each campaign
+    campaign: str  # unique, so that each campaign checks the worker's files again
 
 
-Answer = Union[str, List[Result]]  # of a batch; a text: why the worker is refused
+Answer = Union[str, List[Result]]  # to a batch; a text is the reason why the worker cannot run it
 
 
 def check_address(address: str) -> str:
-    """The address for dask. Workers execute what reaches them, so it is loopback or TLS. Raises StartError."""
+    """Returns the address in the form that dask expects. Raises StartError.
+
+    The address must be loopback or TLS, because workers execute any code that they receive.
+    """
     scheme, _, place = address.rpartition("://")
     try:
         parts = urllib.parse.urlsplit(f"//{place}")
@@ -73,16 +76,16 @@ def _is_loopback(host: str) -> bool:
 
 
 class DaskRuns:
-    """Batches on the workers of a scheduler. Their retries and their number are dask's matter."""
+    """Runs batches on the workers of a scheduler. Dask handles retries and workers that join or leave."""
 
     def __init__(self, plan: Plan, program: Program, address: str) -> None:
         address = check_address(address)
         try:
-            import distributed  # pylint: disable=import-outside-toplevel  # takes a second, and not everybody has it
+            import distributed  # pylint: disable=import-outside-toplevel  # optional package; loading takes 1 s
         except ImportError as problem:
             raise StartError(f"--dask: {problem}: apt install python3-distributed, or pip install 'lk-emu[campaign-dask]'") from None
         for name in ("distributed", "asyncio"):
-            logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters becomes an exception
+            logging.getLogger(name).setLevel(logging.CRITICAL)  # errors raise exceptions as well
         warnings.filterwarnings("ignore", module="distributed")
         self._as_completed, self._address = distributed.as_completed, address
         try:
@@ -97,14 +100,14 @@ class DaskRuns:
         self._check()
 
     def look(self) -> int:
-        """The number of threads of all workers."""
+        """Updates `jobs`, the number of threads of all workers, and returns it."""
         if time.monotonic() - self._looked_at >= LOOK_S:
             self.jobs = max(sum(self._client.nthreads().values()), 1)
             self._looked_at = time.monotonic()
         return self.jobs
 
     def _check(self) -> None:
-        """Asks all workers that are there. Those that come later check before their first batch. Raises StartError."""
+        """Checks all current workers. Later ones check themselves before their first batch. Raises StartError."""
         answers = self._client.run(run_batch, self._job, [], on_error="return")
         for worker, answer in answers.items():
             if isinstance(answer, BaseException) and "No module named" in str(answer):  # dask wraps the ImportError
@@ -112,7 +115,7 @@ class DaskRuns:
             _results_of(answer, f"worker {worker}")
 
     def run(self, numbers: Iterable[int], pile: int) -> Iterator[List[Result]]:
-        """Results in any order. `pile`: cases of one batch."""
+        """Yields results in any order. `pile`: cases per batch."""
         numbers = iter(numbers)
         batches = iter(lambda: list(itertools.islice(numbers, pile)), [])
         done = self._as_completed(loop=self._client.loop)
@@ -150,7 +153,7 @@ def _results_of(answer: Any, whose: str) -> List[Result]:
     return list(answer)
 
 
-# On workers
+# Functions that run on workers
 
 
 @functools.lru_cache(maxsize=4)
@@ -166,7 +169,7 @@ def _plan_of(job: Job) -> Tuple[Plan, Program, Cases]:
 
 
 def run_batch(job: Job, numbers: List[int]) -> Answer:
-    """Runs in a worker. What no other worker could do either is a text; exceptions are dask's."""
+    """Returns results, or an error text if a retry cannot help. Dask retries after other exceptions."""
     import socket  # pylint: disable=import-outside-toplevel
 
     try:

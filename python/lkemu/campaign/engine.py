@@ -1,4 +1,4 @@
-"""Runs the cases of a plan that its results do not have yet."""
+"""Runs the cases of a plan that have no result yet."""
 
 from __future__ import annotations
 
@@ -19,36 +19,39 @@ from .sampling import Case, Cases
 from .scenario_runs import ScenarioRuns
 from .store import Store
 
-MAX_PILE = 128  # cases that one thread sorts by time and shares beginnings of
+MAX_PILE = 128  # cases that one thread sorts by time; they share the simulation up to their faults
 MIN_PILE = 8
-LOOKED_UP = 4096  # numbers that are looked up in the results at once
-BATCH = 64  # results that are written together, at most BATCH_S after they came
+LOOKED_UP = 4096  # case numbers per query of the results
+BATCH = 64  # results per write; a write happens at least every BATCH_S
 BATCH_S = 0.2
 
 
 @dataclass(frozen=True)
 class Shard:
-    """The cases whose number divided by `count` leaves `index`."""
+    """The cases whose number modulo `count` is `index`."""
 
     index: int = 0
     count: int = 1
 
     def size(self, numbers: int) -> int:
-        """So many numbers it has, with those of excluded cases."""
+        """Returns the number of cases in the shard, including excluded ones."""
         return max(0, (numbers - self.index + self.count - 1) // self.count)
 
 
 def numbers_left(plan: Plan, path: pathlib.Path, shard: Shard) -> Iterator[int]:
-    """Numbers that have no result, in order, with those of excluded cases. May be asked in another thread than the writer's."""
+    """Yields case numbers without a result, in order, including excluded cases.
+
+    May run in another thread than the writer.
+    """
     for first in range(shard.index, plan.numbers, shard.count * LOOKED_UP):
         numbers = range(first, min(first + shard.count * LOOKED_UP, plan.numbers), shard.count)
-        with contextlib.closing(Store.read(path)) as store:  # closed again: the writer is to be the last
+        with contextlib.closing(Store.read(path)) as store:  # not kept open: the writer must close last
             done = store.numbers_between(numbers[0], numbers[-1])
         yield from (number for number in numbers if number not in done)
 
 
 def cases_of(plan: Plan, numbers: Iterable[int]) -> Iterator[Tuple[int, Case]]:
-    """With their values, without excluded ones."""
+    """Yields numbers and values, without excluded cases."""
     cases = Cases(plan)
     for number in numbers:
         values = cases.values(number)
@@ -64,7 +67,7 @@ def run_campaign(
     plan: Plan, store: Store, shard: Shard, runs: Union[ScenarioRuns, HostRuns, DaskRuns], progress: Callable[[int], None],
     interruption: Interruption,
 ) -> None:  # fmt: skip
-    """`progress` gets how many cases were run. KeyboardInterrupt ends it; what is finished has been written."""
+    """Calls `progress` with the number of cases that have run. Writes finished results even after KeyboardInterrupt."""
     store.note_shard(shard.index, shard.count)
     most = runs.most if isinstance(runs, DaskRuns) else MAX_PILE
     pile = min(max(shard.size(plan.numbers) // (4 * runs.jobs + 1), MIN_PILE), most)

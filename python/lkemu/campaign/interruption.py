@@ -1,4 +1,4 @@
-"""Ctrl-C, and SIGTERM, with which batch systems end their jobs."""
+"""Handles Ctrl-C, and SIGTERM by which batch systems end jobs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Iterator
 
 
 class Interruption:
-    """SIGINT and SIGTERM raise KeyboardInterrupt once, but never while results are written."""
+    """Raises KeyboardInterrupt at the first SIGINT or SIGTERM, but not while results are written."""
 
     def __init__(self) -> None:
         self._is_shielded = self._has_come = False
@@ -17,14 +17,14 @@ class Interruption:
 
     def _come(self, *_: Any) -> None:
         if self._has_come:
-            return  # the campaign is ending already
+            return  # the first signal already ends the campaign
         self._has_come = True
         if not self._is_shielded:
             raise KeyboardInterrupt
 
     @contextlib.contextmanager
     def shielded(self) -> Iterator[None]:
-        """Raises KeyboardInterrupt at its end if a signal came meanwhile."""
+        """Defers a signal within the block: KeyboardInterrupt is raised at its end."""
         before, self._is_shielded = self._has_come, True
         try:
             yield

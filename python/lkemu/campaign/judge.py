@@ -1,4 +1,4 @@
-"""From what was seen of a case, and of the same case without its fault, to the outcome (docs/guides/campaigns.md)."""
+"""Judges a case: compares its run with a run without the fault (docs/guides/campaigns.md)."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from .plan import Plan
 from .sampling import Case
 
 DANGEROUS, SAFE = "dangerous", "safe"
-EXCEPTION = "uncaught "  # the note of a host that ended so; the name of the exception follows
+EXCEPTION = "uncaught "  # prefix of the note; the name of the exception follows
 
 
 @dataclass
 class Result:
-    """What came of one case. Times are ns since the scenario began; None: it did not happen."""
+    """The result of one case. Times are ns since the start of the scenario; None if the event did not occur."""
 
     number: int
     values: Case
@@ -34,30 +34,32 @@ class Result:
     first_effect_at_ns: Optional[int] = None
     detected_by_drive_ns: Optional[int] = None
     detected_by_host_ns: Optional[int] = None
-    violated_at_ns: Optional[int] = None  # the first hazardous expectation failed
-    violated: str = ""  # which
-    margin: Optional[float] = None  # 0 at the limit of the worst hazardous expectation, below 0 it failed
+    violated_at_ns: Optional[int] = None  # first failure of a hazardous expectation
+    violated: str = ""  # name of this expectation
+
+    margin: Optional[float] = None  # of the worst hazardous expectation: 0 at its limit, negative if it failed
     state: str = ""  # of the drive when the fault acted
-    command: str = ""  # the latest one that it had heard
+    command: str = ""  # latest command received by then
     note: str = ""
-    real_time: bool = False  # not reproducible to the bit
+    real_time: bool = False  # not reproducible bit by bit
     runs: int = 1
-    flips: int = 0  # runs with another outcome than the worst
-    false_alarm: bool = False  # the host notices something without the fault
-    passive: str = ""  # DANGEROUS or SAFE: what came of the case with a host that does not react; empty: it was not run
-    said: str = ""  # by the host program; not part of the export
-    wall_s: float = 0.0  # not part of the export
+    flips: int = 0  # runs whose outcome differs from the worst one
+    false_alarm: bool = False  # the host also detects something without the fault
+
+    passive: str = ""  # DANGEROUS or SAFE with a host that does not react; empty: not run
+    said: str = ""  # output of the host program; not exported
+    wall_s: float = 0.0  # not exported
 
 
 @dataclass
 class HostEnd:
-    """How a host program ended, and what it noticed."""
+    """How a host program ended, and its detections."""
 
     EXITED, HUNG, DIED = "exited", "hung", "died"
 
     kind: str
     note: str  # "exit status 3"
-    said: str = ""  # the last line of one that hung or died
+    said: str = ""  # last line of a host that hung or died
     notices: List[Mapping[str, Any]] = field(default_factory=list)
 
 
@@ -66,14 +68,14 @@ def earlier(first: Optional[int], second: Optional[int]) -> Optional[int]:
 
 
 def _came(expectation: Mapping[str, Any], by_failing: bool) -> Optional[int]:
-    """When a watched expectation came about; None: it did not."""
+    """Returns the time at which a watched expectation passed, or failed; None if it did not."""
     if by_failing:
         return expectation.get("decided_at_ns") if expectation["status"] == "failed" else None
     return expectation.get("at_ns") if expectation["status"] == "passed" else None
 
 
 def _because(without: Optional[int], at: Optional[int]) -> Optional[int]:
-    """`at` if the fault is the cause: without it, it came later or not at all."""
+    """Returns `at` if the fault is the cause: without it, the event came later or not at all."""
     return at if at is not None and (without is None or at < without) else None
 
 
@@ -91,13 +93,13 @@ def is_in_time(at: Optional[int], result: Result, tolerant_ns: Optional[int]) ->
 
 
 def is_safe_by_detection(result: Result) -> bool:
-    """No hazard occurred, and the fault was detected: without a reaction to it one might have occurred."""
+    """True if the fault was detected and no hazard occurred. A hazard may have occurred without a reaction."""
     detected = earlier(result.detected_by_drive_ns, result.detected_by_host_ns) is not None
     return detected and result.violated_at_ns is None and result.outcome not in (NOT_FIRED, HANG, CRASH)
 
 
 def judge(plan: Plan, result: Result, seen: Mapping[str, Any], reference: Optional[Mapping[str, Any]]) -> None:
-    """Fills in all of `result` that follows from the runs. `reference`: without the fault; None if there is no fault."""
+    """Fills in `result` from the runs. `reference`: the run without the fault; None if the case has no fault."""
     fault = seen.get("fault")
     if fault is not None:
         result.fault_at_ns, result.first_effect_at_ns = fault.get("began_at_ns"), fault.get("first_effect_at_ns")
@@ -125,7 +127,7 @@ def _judge_hazards(
 ) -> None:
     for n, one in enumerate(seen["expect"]):
         hazardous = not plan.hazards or plan.expectations[n] in plan.hazards
-        # A failure without the fault says nothing about the fault.
+        # An expectation that fails without the fault as well is ignored.
         if not hazardous or (reference is not None and reference["expect"][n]["status"] != "passed"):
             continue
         if "margin" in one:
@@ -138,7 +140,10 @@ def _judge_hazards(
 
 
 def judge_host(plan: Plan, result: Result, end: HostEnd, reference: Optional[HostEnd]) -> None:
-    """After `judge`: what a host program adds. `reference`: its end without the fault; None if there is no fault."""
+    """Adds the end and the detections of a host program. Pre: `judge` has filled in `result`.
+
+    `reference`: end of the host without the fault; None if the case has no fault.
+    """
     result.note, result.said = end.note, end.said
     result.false_alarm = result.false_alarm or (reference is not None and bool(reference.notices))
     notice = _noticed(result, end, reference)
@@ -157,9 +162,12 @@ def judge_host(plan: Plan, result: Result, end: HostEnd, reference: Optional[Hos
 
 
 def _noticed(result: Result, end: HostEnd, reference: Optional[HostEnd]) -> Optional[Mapping[str, Any]]:
-    """The first that the host says because of the fault. In real time no two runs say the same at the same instant:
-    there it means nothing whenever the other says it too."""
-    since = (result.first_effect_at_ns or 0) // 1000 * 1000  # hosts' times are in microseconds
+    """Returns the first notice that the fault has caused.
+
+    In real time, two runs never print a line at the same instant. There, a line that the reference also prints does
+    not count, at whatever time.
+    """
+    since = (result.first_effect_at_ns or 0) // 1000 * 1000  # times of hosts have a resolution of 1 µs
     for one in end.notices:
         anyway = reference is not None and any(
             other["gist"] == one["gist"] and (result.real_time or other["at_ns"] <= one["at_ns"]) for other in reference.notices
@@ -170,7 +178,7 @@ def _noticed(result: Result, end: HostEnd, reference: Optional[HostEnd]) -> Opti
 
 
 def outcome_of(plan: Plan, result: Result, has_fault: bool, same_replies: bool) -> str:
-    """The first that fits."""
+    """Returns the first outcome whose condition holds."""
     if has_fault and result.first_effect_at_ns is None:
         return NOT_FIRED
     if is_in_time(result.detected_by_host_ns, result, plan.tolerant_time_ns):

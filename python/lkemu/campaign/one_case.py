@@ -1,4 +1,4 @@
-"""--case and --dry-run: single cases, and what a campaign will cost."""
+"""Runs single cases (--case) and estimates the cost of a campaign (--dry-run)."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from .program import Program
 from .sampling import Case, Cases
 from .values import Value, value_text
 
-TRIED = 64  # cases for the estimate of time
-TRIED_OF_KIND = 8  # and for whether a kind of fault can take effect at all
-MAX_TRIAL_S = 60.0  # for the latter, so estimated
-MAX_LOOKS = 100_000  # numbers
+TRIED = 64  # cases to estimate the duration
+TRIED_OF_KIND = 8  # cases to check whether a kind of fault takes effect
+MAX_TRIAL_S = 60.0  # estimated, for all kinds
+MAX_LOOKS = 100_000  # case numbers
 SHOWN = 8  # values of a list
 
 
 def values_of(plan: Plan, number: int, changes: List[str]) -> Case:
-    """The values of a case, with NAME=VALUE of --set in their place. Raises StartError."""
+    """Returns the values of a case after the changes NAME=VALUE of --set. Raises StartError."""
     cases = Cases(plan)
     if not 0 <= number < cases.numbers:
         raise StartError(f"--case: {number} is not one of the {cases.numbers} of {plan.name}, from 0")
@@ -77,7 +77,7 @@ def run_one(plan: Plan, program: Program, number: int, values: Case) -> Result:
 
 
 def write_outputs(plan: Plan, program: Program, number: int, values: Case, given: argparse.Namespace) -> None:
-    """--scenario, --csv and --candump."""
+    """Writes the files of --scenario, --csv and --candump."""
     with tempfile.TemporaryDirectory() as folder:
         scenario = given.scenario or os.path.join(folder, "case.toml")
         line = json.dumps(plan.request(number, values, watch=False))
@@ -106,7 +106,7 @@ def tell_cost(plan: Plan, program: Program, jobs: int) -> None:
     count = sum(len(results) for results in runs_of(plan, program, 1).run(some, len(some)))
     each_s = (time.monotonic() - began) / count
     print(f"about {1 / each_s:.3g} cases/s for each of {jobs} jobs ({count} tried): {_duration(each_s * plan.included / jobs)}")
-    # Hosts take long: fewer cases of each kind, or none.
+    # With slow hosts, fewer cases of each kind are tried, or none.
     of_kind = min(TRIED_OF_KIND, int(MAX_TRIAL_S * jobs / (each_s * len(plan.kinds)))) if plan.kinds else 0
     if plan.kinds and of_kind == 0:
         print(f"not tried whether each of {len(plan.kinds)} kinds of fault takes effect: that would take {_duration(each_s * len(plan.kinds) / jobs)}")
@@ -116,7 +116,7 @@ def tell_cost(plan: Plan, program: Program, jobs: int) -> None:
 
 
 def spread_cases(plan: Plan, most: int) -> List[Tuple[int, Case]]:
-    """A few, spread over all of them."""
+    """Returns up to `most` cases, spread evenly over the campaign."""
     cases = Cases(plan)
     count = min(most, cases.numbers)
     some: List[Tuple[int, Case]] = []
@@ -135,7 +135,7 @@ def spread_cases(plan: Plan, most: int) -> List[Tuple[int, Case]]:
 
 
 def _idle_kinds(plan: Plan, program: Program, jobs: int, of_kind: int) -> List[str]:
-    """Kinds of fault that never took effect in a few cases of each."""
+    """Returns the kinds of fault that took no effect in `of_kind` cases each."""
     if of_kind == 0:
         return []
     cases = Cases(plan)

@@ -1,4 +1,4 @@
-"""What can come of a case, in one table."""
+"""The table of outcomes of a case."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Dict, NamedTuple
 class Outcome(NamedTuple):
     name: str
     meaning: str
-    rank: int  # for comparisons: higher is worse; a case that did not fire has none
-    in_time: bool = False  # the fault was noticed in time
-    failure: bool = False  # listed case by case
+    rank: int  # for comparisons: higher is worse; unused for NOT_FIRED
+    in_time: bool = False  # the fault was detected in time
+    failure: bool = False  # reports list these cases one by one
 
     @property
     def key(self) -> str:
-        """As in JSON and --require: detected_by_drive."""
+        """Name in JSON and --require, e.g. detected_by_drive."""
         return self.name.replace(" the ", " ").replace(" ", "_")
 
 
@@ -27,9 +27,9 @@ LATE = "late"
 SILENTLY_WRONG = "silently wrong"
 HANG = "hang"
 CRASH = "crash"
-MACHINE_FAILED = "machine failed"  # no outcome: the case says nothing and has no result
+MACHINE_FAILED = "machine failed"  # not an outcome: the case has no result
 
-# In this order in tables. The rank says what is worse: to lose a detection is.
+# In the order of tables. By rank, every detection in time is better than none.
 _TABLE = (
     Outcome(NOT_FIRED, "the fault never took effect, or the host hangs or dies without it too; the case says nothing", 0),
     Outcome(NO_EFFECT, "it did, and hosts got what they get without it", 3),

@@ -1,4 +1,4 @@
-"""lk-emu as the engine of a campaign: what it knows, and the cases that it computes (docs/reference/formats.md)."""
+"""Calls lk-emu to list faults and to check and compute cases (docs/reference/formats.md)."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class Program:
         return ["legacy", "late-legacy", "v235", "v236", "v236b", "seen"]
 
     def check(self, requests: Sequence[Mapping[str, Any]]) -> List[Dict[str, Any]]:
-        """Reads cases and runs none. The answers are in any order."""
+        """Checks cases without running them. Returns answers in any order."""
         return list(self.run(requests, jobs=1, check=True))
 
     def run(self, requests: Iterable[Optional[Mapping[str, Any]]], jobs: int, check: bool = False) -> Iterator[Dict[str, Any]]:
-        """Results in any order. None among the requests ends a pile, which one thread computes."""
+        """Yields results in any order. A request of None ends a pile, the cases that one thread computes together."""
         command = [self.path, "run", "--cases", "-", "--jobs", str(jobs), *(["--check"] if check else [])]
         with subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -41,11 +41,11 @@ class Program:
             feeder.start()
             try:
                 for line in process.stdout:
-                    if line.endswith("\n"):  # else the program was killed
+                    if line.endswith("\n"):  # an incomplete line means that the program was killed
                         yield json.loads(line)
             except BaseException:
                 process.terminate()
-                feeder.join()  # it may be reading the results
+                feeder.join()  # `requests` may still read the results file
                 raise
             finally:
                 process.stdout.close()
@@ -58,7 +58,7 @@ class Program:
                 raise Error(f"lk-emu run --cases ended with status {process.returncode}" + (f": {said}" if said else "") + "; --resume goes on")
 
     def scenario_text(self, request: Mapping[str, Any]) -> str:
-        """The case as a scenario file, with what is watched as expectations behind its own."""
+        """Returns the case as a scenario file. Watched events are expectations after the scenario's own."""
         with tempfile.NamedTemporaryFile(suffix=".toml") as file:
             self._output("run", "--cases", "-", "--scenario", file.name, text=json.dumps(request))
             with open(file.name, encoding="utf-8") as written:
@@ -77,6 +77,6 @@ def _feed(stream: Any, requests: Iterable[Optional[Mapping[str, Any]]], problems
             for request in requests:
                 stream.write("\n" if request is None else json.dumps(request) + "\n")
     except BrokenPipeError:
-        pass  # the program says why it ended
-    except Exception as problem:  # of the requests
+        pass  # the program has reported the reason
+    except Exception as problem:  # raised by `requests`; re-raised in run()
         problems.append(problem)

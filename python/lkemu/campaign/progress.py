@@ -1,4 +1,4 @@
-"""A line on the terminal while cases run."""
+"""Shows progress on one line of the terminal."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ STEP_S = 0.5
 
 class Progress:
     def __init__(self, cases: int, before: int, shown: bool) -> None:
-        """`cases`: of the shard, with excluded ones; `before`: those that have results already."""
+        """`cases`: number in the shard, including excluded ones; `before`: number that already has results."""
         self._cases, self._before, self._shown = cases, before, shown
         self._began = self._last = time.monotonic()
 

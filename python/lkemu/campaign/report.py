@@ -1,4 +1,4 @@
-"""The report of a campaign as text, page, JUnit and JSON (docs/guides/campaigns.md)."""
+"""Formats the report of a campaign as text, HTML, JUnit and JSON (docs/guides/campaigns.md)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .outcomes import NOT_FIRED, OUTCOMES
 from .thresholds import Checked
 from .values import value_text
 
-CASES_IN_TEXT = 5  # of each outcome
+CASES_IN_TEXT = 5  # per outcome
 CASES_IN_PAGE = 1000
 CASES_IN_JUNIT = 10
 SMALLEST_IN_TEXT = 10
@@ -33,7 +33,7 @@ def coverage_text(coverage: Coverage) -> str:
     if coverage.share is None:
         return "no hazard occurred, or all dangerous cases were detected in time" if coverage.open_in_time else "no case was dangerous"
     if coverage.upper is None:
-        return "0, or no case was dangerous"  # all that may have been were detected late
+        return "0, or no case was dangerous"  # all possibly dangerous cases were detected late
     if coverage.open_in_time + coverage.open_late:
         text = f"from {coverage.share:.4f} to {coverage.upper:.4f}"
     else:
@@ -44,7 +44,7 @@ def coverage_text(coverage: Coverage) -> str:
 
 
 def sentence(answer: Answer, result: Result) -> str:
-    """What came of a case, on one line."""
+    """Describes the result of a case on one line."""
     kind = kind_place(answer.head)
     values = ", ".join(
         f"{dimension['name']}={value_text(value)}"
@@ -97,12 +97,12 @@ def _render(template: str, answer: Answer, required: Sequence[Checked], most: in
 
 
 def _clean(text: str) -> str:
-    """Without control characters, which results of somebody else may have."""
+    """Replaces control characters, which an untrusted results file may contain."""
     return "".join(c if c.isprintable() or c in "\n\t" else "?" for c in text)
 
 
 def _residual(answer: Answer, most: int) -> List[Tuple[str, int, List[Result]]]:
-    """Outcome, number of its cases, and the first of them."""
+    """Returns each failing outcome with its number of cases and the first `most` cases."""
     found = []
     for name, outcome in OUTCOMES.items():
         count = answer.all.outcomes[name]
@@ -146,7 +146,10 @@ def _test(answer: Answer, group: Group) -> Dict[str, str]:
 
 
 def _style_sheet() -> str:
-    """That of the dashboard, so that both look alike; the page follows the browser's choice of light or dark, and prints light."""
+    """Returns the style sheet of the dashboard.
+
+    The page follows the browser's choice of light or dark, and prints in light colours.
+    """
     package = pathlib.Path(__file__).resolve().parent
     for place in (package / "style.css", package.parents[2] / "web/style.css"):
         if place.is_file():

@@ -1,4 +1,4 @@
-"""Cases whose host is the scenario itself: computed by `lk-emu run --cases`, judged here."""
+"""Runs cases without a host program by `lk-emu run --cases`, and judges them."""
 
 from __future__ import annotations
 
@@ -14,32 +14,32 @@ from .plan import Plan
 from .program import Program
 from .sampling import Case
 
-REFERENCE = 1 << 52  # added to the number of a case: the same without its fault
-MAX_GROUPS = 256  # references that are kept for cases to come
+REFERENCE = 1 << 52  # added to the number of a case: its run without the fault
+MAX_GROUPS = 256  # references kept for later cases
 
 
 @dataclass
 class Group:
-    """Cases that differ in the fault alone share one run without it: the reference."""
+    """Cases that differ only in the fault. They share a reference, the run without the fault."""
 
-    reference: Optional[Any] = None  # None: under way
-    open: int = 0  # cases that are not judged yet
-    waiting: List[int] = field(default_factory=list)  # cases that were computed before the reference
+    reference: Optional[Any] = None  # None: not computed yet
+    open: int = 0  # cases not judged yet
+    waiting: List[int] = field(default_factory=list)  # cases computed before the reference
 
 
 class ScenarioRuns:
-    """Cases under way. Requests are made by the thread that feeds the program, results are taken by another."""
+    """Runs and judges cases. One thread feeds requests to the program, another one takes the results."""
 
     def __init__(self, plan: Plan, program: Program, jobs: int) -> None:
         self._plan, self._program, self.jobs = plan, program, jobs
         self._lock = threading.Lock()
-        self._values: Dict[int, Tuple[Case, str]] = {}  # by case: its values and its group
-        self._seen: Dict[int, Any] = {}  # by case: what was computed
+        self._values: Dict[int, Tuple[Case, str]] = {}  # by case: values and key of the group
+        self._seen: Dict[int, Any] = {}  # by case: answer of the program
         self._groups: "OrderedDict[str, Group]" = OrderedDict()
-        self._group_of: Dict[int, str] = {}  # by number of a reference
+        self._group_of: Dict[int, str] = {}  # by number of the reference
 
     def run(self, cases: Iterable[Tuple[int, Case]], pile: int) -> Iterator[List[Result]]:
-        """Results in any order. `pile`: cases that one thread computes together."""
+        """Yields results in any order. `pile`: number of cases that one thread computes together."""
         for seen in self._program.run(self._requests(cases, pile), self.jobs):
             number = seen["case"]
             if "error" in seen:

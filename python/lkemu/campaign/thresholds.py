@@ -1,4 +1,4 @@
-"""--require: what a campaign must reach."""
+"""Parses and checks --require, the thresholds that a campaign must reach."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FORM = re.compile(r"\s*([a-z_0-9.]+)\s*(?:\[([^\]]+)\])?\s*([<>]=)\s*(\S+)\s*")
 class Threshold:
     text: str
     measure: str
-    kind: str  # of fault; empty: all
+    kind: str  # of fault; empty: all kinds
     at_least: bool
     limit: float
 
@@ -30,7 +30,7 @@ class Threshold:
 class Checked:
     threshold: Threshold
     measured: Optional[float]
-    missing: int  # cases without a result: what is missing may be what would have failed
+    missing: int  # cases without a result, which might have failed
 
     @property
     def holds(self) -> bool:
@@ -45,7 +45,7 @@ class Checked:
 
 
 def parse_threshold(text: str) -> Threshold:
-    """ "coverage[jam]>=0.9". Raises StartError."""
+    """Parses, for example, `coverage[jam]>=0.9`. Raises StartError."""
     form = FORM.fullmatch(text)
     if form is None:
         raise _refused(text, "it is written MEASURE>=NUMBER or MEASURE<=NUMBER, like coverage>=0.99 or coverage[jam]>=0.9")
@@ -67,7 +67,7 @@ def parse_threshold(text: str) -> Threshold:
 
 
 def check_thresholds(answer: Answer, thresholds: Sequence[Threshold]) -> List[Checked]:
-    """Raises StartError for what this campaign cannot have."""
+    """Raises StartError for a measure or kind that this campaign does not have."""
     return [Checked(one, _measured(answer, one), answer.missing) for one in thresholds]
 
 
