@@ -27,11 +27,11 @@ from .scenario_runs import ScenarioRuns
 
 CONNECT_S = 10
 BATCHES_PER_THREAD = 3  # avoids idle threads
-MIN_WAITING = 16  # pending batches make an adaptive cluster start workers
-MAX_PILE = 1024  # seconds on a core; the scheduler handles some 1000 batches/s
-MAX_HOST_PILE = 16
+MIN_PENDING = 16  # pending batches make an adaptive cluster start workers
+MAX_BATCH = 1024  # seconds on a core; the scheduler handles some 1000 batches/s
+MAX_HOST_BATCH = 16
 RETRIES = 2  # of a batch, e.g. if its lk-emu was killed
-LOOK_S = 1.0  # between two reads of the number of threads
+POLL_S = 1.0  # between two reads of the number of threads
 
 
 @dataclass(frozen=True)
@@ -94,16 +94,16 @@ class DaskRuns:
             raise StartError(f"--dask: no scheduler answers at {address}: {_line(problem)}") from None
         called = os.path.abspath(plan.file) if os.path.exists(plan.called) else plan.called
         self._job = Job(called, plan_hash(plan, program), __version__, uuid.uuid4().hex)
-        self.most = MAX_PILE if plan.host is None else MAX_HOST_PILE
-        self._looked_at = 0.0
-        self.look()
+        self.max_batch = MAX_BATCH if plan.host is None else MAX_HOST_BATCH
+        self._counted_at = 0.0
+        self.count_threads()
         self._check()
 
-    def look(self) -> int:
+    def count_threads(self) -> int:
         """Updates `jobs`, the number of threads of all workers, and returns it."""
-        if time.monotonic() - self._looked_at >= LOOK_S:
+        if time.monotonic() - self._counted_at >= POLL_S:
             self.jobs = max(sum(self._client.nthreads().values()), 1)
-            self._looked_at = time.monotonic()
+            self._counted_at = time.monotonic()
         return self.jobs
 
     def _check(self) -> None:
@@ -114,28 +114,28 @@ class DaskRuns:
                 raise StartError(f"--dask: worker {worker}: {_line(answer)}: install lk-emu there")
             _results_of(answer, f"worker {worker}")
 
-    def run(self, numbers: Iterable[int], pile: int) -> Iterator[List[Result]]:
-        """Yields results in any order. `pile`: cases per batch."""
+    def run(self, numbers: Iterable[int], batch_size: int) -> Iterator[List[Result]]:
+        """Yields results in any order. `batch_size`: cases per batch."""
         numbers = iter(numbers)
-        batches = iter(lambda: list(itertools.islice(numbers, pile)), [])
+        batches = iter(lambda: list(itertools.islice(numbers, batch_size)), [])
         done = self._as_completed(loop=self._client.loop)
-        waiting: Set[Any] = set()
+        pending: Set[Any] = set()
         try:
             while True:
-                most = max(BATCHES_PER_THREAD * self.look(), MIN_WAITING)
-                for batch in itertools.islice(batches, max(most - len(waiting), 0)):
+                max_pending = max(BATCHES_PER_THREAD * self.count_threads(), MIN_PENDING)
+                for batch in itertools.islice(batches, max(max_pending - len(pending), 0)):
                     future = self._client.submit(run_batch, self._job, batch, pure=False, retries=RETRIES)
-                    waiting.add(future)
+                    pending.add(future)
                     done.add(future)
-                if not waiting:
+                if not pending:
                     return
                 future = next(done)
-                waiting.discard(future)
+                pending.discard(future)
                 yield _results_of(future.exception() or future.result(), f"scheduler {self._address}")
         except OSError as problem:
             raise Error(f"scheduler {self._address}: {_line(problem)}; --resume goes on") from None
         finally:
-            self._client.cancel(list(waiting), force=True)
+            self._client.cancel(list(pending), force=True)
 
     def close(self) -> None:
         self._client.close(timeout=CONNECT_S)
@@ -145,11 +145,11 @@ def _line(problem: BaseException) -> str:
     return " ".join(str(problem).split()) or type(problem).__name__
 
 
-def _results_of(answer: Any, whose: str) -> List[Result]:
+def _results_of(answer: Any, source: str) -> List[Result]:
     if isinstance(answer, str):
         raise StartError(f"--dask: {answer}")
     if isinstance(answer, BaseException):
-        raise Error(f"--dask: {whose}: {_line(answer)}; --resume goes on")
+        raise Error(f"--dask: {source}: {_line(answer)}; --resume goes on")
     return list(answer)
 
 

@@ -19,11 +19,11 @@ from .sampling import Case, Cases
 from .scenario_runs import ScenarioRuns
 from .store import Store
 
-MAX_PILE = 128  # cases that one thread sorts by time; they share the simulation up to their faults
-MIN_PILE = 8
-LOOKED_UP = 4096  # case numbers per query of the results
-BATCH = 64  # results per write; a write happens at least every BATCH_S
-BATCH_S = 0.2
+MAX_BATCH = 128  # cases that one thread sorts by time; they share the simulation up to their faults
+MIN_BATCH = 8
+QUERY_SIZE = 4096  # case numbers per query of the results
+MAX_UNWRITTEN = 64  # results per write; a write happens at least every WRITE_INTERVAL_S
+WRITE_INTERVAL_S = 0.2
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,8 @@ def numbers_left(plan: Plan, path: pathlib.Path, shard: Shard) -> Iterator[int]:
 
     May run in another thread than the writer.
     """
-    for first in range(shard.index, plan.numbers, shard.count * LOOKED_UP):
-        numbers = range(first, min(first + shard.count * LOOKED_UP, plan.numbers), shard.count)
+    for first in range(shard.index, plan.numbers, shard.count * QUERY_SIZE):
+        numbers = range(first, min(first + shard.count * QUERY_SIZE, plan.numbers), shard.count)
         with contextlib.closing(Store.read(path)) as store:  # not kept open: the writer must close last
             done = store.numbers_between(numbers[0], numbers[-1])
         yield from (number for number in numbers if number not in done)
@@ -69,31 +69,31 @@ def run_campaign(
 ) -> None:  # fmt: skip
     """Calls `progress` with the number of cases that have run. Writes finished results even after KeyboardInterrupt."""
     store.note_shard(shard.index, shard.count)
-    most = runs.most if isinstance(runs, DaskRuns) else MAX_PILE
-    pile = min(max(shard.size(plan.numbers) // (4 * runs.jobs + 1), MIN_PILE), most)
+    max_batch = runs.max_batch if isinstance(runs, DaskRuns) else MAX_BATCH
+    batch_size = min(max(shard.size(plan.numbers) // (4 * runs.jobs + 1), MIN_BATCH), max_batch)
     numbers = numbers_left(plan, store.path, shard)
-    results = runs.run(numbers, pile) if isinstance(runs, DaskRuns) else runs.run(cases_of(plan, numbers), pile)
+    results = runs.run(numbers, batch_size) if isinstance(runs, DaskRuns) else runs.run(cases_of(plan, numbers), batch_size)
     done = 0
-    batch: List[Result] = []
+    unwritten: List[Result] = []
 
     def write() -> None:
-        nonlocal done, batch
+        nonlocal done, unwritten
         with interruption.shielded():
-            finished = [one for one in batch if one.outcome != MACHINE_FAILED]
-            failed = [(one.number, one.note) for one in batch if one.outcome == MACHINE_FAILED]
+            finished = [one for one in unwritten if one.outcome != MACHINE_FAILED]
+            failed = [(one.number, one.note) for one in unwritten if one.outcome == MACHINE_FAILED]
             if finished:
                 store.put(finished)
             if failed:
                 store.note_failures(failed)
-            done, batch = done + len(finished), []
+            done, unwritten = done + len(finished), []
             progress(done)
 
     written_at = time.monotonic()
     with contextlib.closing(results):
         try:
-            for some in results:
-                batch += some
-                if len(batch) >= BATCH or time.monotonic() - written_at >= BATCH_S:
+            for new in results:
+                unwritten += new
+                if len(unwritten) >= MAX_UNWRITTEN or time.monotonic() - written_at >= WRITE_INTERVAL_S:
                     write()
                     written_at = time.monotonic()
         finally:

@@ -92,22 +92,22 @@ class HostRuns:
         finally:
             self._end_workers()
 
-    def run(self, cases: Iterable[Tuple[int, Case]], pile: int) -> Iterator[List[Result]]:
-        """Yields results in any order. `pile` is unused, because these cases share no simulation."""
-        del pile
+    def run(self, cases: Iterable[Tuple[int, Case]], batch_size: int) -> Iterator[List[Result]]:
+        """Yields results in any order. `batch_size` is unused, because these cases share no simulation."""
+        del batch_size
         pool = ThreadPoolExecutor(self.jobs)
-        open_: Set["Future[Result]"] = set()
+        pending: Set["Future[Result]"] = set()
         try:
             for number, values in cases:
-                if len(open_) >= 2 * self.jobs:
-                    done, open_ = wait(open_, return_when=FIRST_COMPLETED)
+                if len(pending) >= 2 * self.jobs:
+                    done, pending = wait(pending, return_when=FIRST_COMPLETED)
                     yield [one.result() for one in done]
-                open_.add(pool.submit(self._case, number, values))
-            while open_:
-                done, open_ = wait(open_, return_when=FIRST_COMPLETED)
+                pending.add(pool.submit(self._case, number, values))
+            while pending:
+                done, pending = wait(pending, return_when=FIRST_COMPLETED)
                 yield [one.result() for one in done]
         finally:
-            for one in open_:
+            for one in pending:
                 one.cancel()
             self._is_ending = True
             self._end_workers()
@@ -121,11 +121,11 @@ class HostRuns:
 
     def _case(self, number: int, values: Case) -> Result:
         try:
-            return self._finished(number, values)
+            return self._worst_result(number, values)
         except MachineFailed as problem:
             return Result(number, values, MACHINE_FAILED, note=str(problem))
 
-    def _finished(self, number: int, values: Case) -> Result:
+    def _worst_result(self, number: int, values: Case) -> Result:
         reference = None
         if self._plan.kind_of(values) is not None:
             reference = self._reference(number, values)
@@ -147,10 +147,10 @@ class HostRuns:
         key = json.dumps([self._plan.request(0, values, fault=False), self._host_values(values), passive], sort_keys=True)
         with self._lock:
             reference = self._references.get(key)
-            mine = reference is None
+            is_first = reference is None
             if reference is None:
                 reference = self._references[key] = Future()
-        if mine:
+        if is_first:
             try:
                 reference.set_result(self._run(number, values, fault=False, passive=passive))
             except BaseException as problem:
@@ -174,13 +174,13 @@ class HostRuns:
         task = self._task(number, values, fault, passive)
         run = self._attempt(task)
         known = self._plan.detection.exit_status
-        by = ended_by_others(run, known)
-        if by:
+        name = external_signal(run, known)
+        if name:
             first, run = run, self._attempt(task)
-            again = ended_by_others(run, known)
-            is_its_own = self._host.stepped and again == by and run["ended_ns"] == first["ended_ns"] and not run["was_idle"]
+            again = external_signal(run, known)
+            is_its_own = self._host.stepped and again == name and run["ended_ns"] == first["ended_ns"] and not run["was_idle"]
             if again and not is_its_own:
-                run = {"failed": f"the host was ended from outside by {by}"}
+                run = {"failed": f"the host was ended from outside by {name}"}
         if "failed" in run:
             raise MachineFailed(run["failed"])
         return run
@@ -268,7 +268,7 @@ class HostRuns:
         return result
 
 
-def ended_by_others(run: Dict[str, Any], known: Collection[int]) -> str:
+def external_signal(run: Dict[str, Any], known: Collection[int]) -> str:
     """Returns the name of the signal if SIGKILL or SIGTERM ended the host, else an empty text.
 
     A shell reports the signal of its program as an exit status above SHELL_SIGNAL.

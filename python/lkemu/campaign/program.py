@@ -30,7 +30,7 @@ class Program:
         return list(self.run(requests, jobs=1, check=True))
 
     def run(self, requests: Iterable[Optional[Mapping[str, Any]]], jobs: int, check: bool = False) -> Iterator[Dict[str, Any]]:
-        """Yields results in any order. A request of None ends a pile, the cases that one thread computes together."""
+        """Yields results in any order. A request of None ends a batch, the cases that one thread computes together."""
         command = [self.path, "run", "--cases", "-", "--jobs", str(jobs), *(["--check"] if check else [])]
         with subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -51,11 +51,11 @@ class Program:
                 process.stdout.close()
             if problems:
                 raise problems[0]
-            said = process.stderr.read().strip()
+            errors = process.stderr.read().strip()
             if process.wait() == 2:
-                raise StartError(said)
+                raise StartError(errors)
             if process.returncode not in (0, 1):
-                raise Error(f"lk-emu run --cases ended with status {process.returncode}" + (f": {said}" if said else "") + "; --resume goes on")
+                raise Error(f"lk-emu run --cases ended with status {process.returncode}" + (f": {errors}" if errors else "") + "; --resume goes on")
 
     def scenario_text(self, request: Mapping[str, Any]) -> str:
         """Returns the case as a scenario file. Watched events are expectations after the scenario's own."""

@@ -23,7 +23,7 @@ class Group:
     """Cases that differ only in the fault. They share a reference, the run without the fault."""
 
     reference: Optional[Any] = None  # None: not computed yet
-    open: int = 0  # cases not judged yet
+    unjudged: int = 0  # number of cases
     waiting: List[int] = field(default_factory=list)  # cases computed before the reference
 
 
@@ -38,9 +38,9 @@ class ScenarioRuns:
         self._groups: "OrderedDict[str, Group]" = OrderedDict()
         self._group_of: Dict[int, str] = {}  # by number of the reference
 
-    def run(self, cases: Iterable[Tuple[int, Case]], pile: int) -> Iterator[List[Result]]:
-        """Yields results in any order. `pile`: number of cases that one thread computes together."""
-        for seen in self._program.run(self._requests(cases, pile), self.jobs):
+    def run(self, cases: Iterable[Tuple[int, Case]], batch_size: int) -> Iterator[List[Result]]:
+        """Yields results in any order. `batch_size`: number of cases that one thread computes together."""
+        for seen in self._program.run(self._requests(cases, batch_size), self.jobs):
             number = seen["case"]
             if "error" in seen:
                 raise Error(f"case {number % REFERENCE}: {seen['error']}")
@@ -50,8 +50,8 @@ class ScenarioRuns:
             if results:
                 yield results
 
-    def _requests(self, cases: Iterable[Tuple[int, Case]], pile: int) -> Iterator[Optional[Dict[str, Any]]]:
-        in_pile = 0
+    def _requests(self, cases: Iterable[Tuple[int, Case]], batch_size: int) -> Iterator[Optional[Dict[str, Any]]]:
+        in_batch = 0
         for number, values in cases:
             request = self._plan.request(number, values)
             key, without = "", None
@@ -68,18 +68,18 @@ class ScenarioRuns:
                     self._group_of[number + REFERENCE] = key
                     self._drop_old_groups()
                 if key:
-                    self._groups[key].open += 1
+                    self._groups[key].unjudged += 1
             if without is not None:
                 yield without
             yield request
-            in_pile += 1
-            if in_pile == pile:
-                in_pile = 0
+            in_batch += 1
+            if in_batch == batch_size:
+                in_batch = 0
                 yield None
 
     def _drop_old_groups(self) -> None:
         for key in list(self._groups)[: len(self._groups) - MAX_GROUPS]:
-            if self._groups[key].open == 0:
+            if self._groups[key].unjudged == 0:
                 del self._groups[key]
 
     def _take_reference(self, number: int, seen: Any) -> List[int]:
@@ -101,7 +101,7 @@ class ScenarioRuns:
         reference = None
         if key:
             reference = self._groups[key].reference
-            self._groups[key].open -= 1
+            self._groups[key].unjudged -= 1
         result = Result(number, values)
         judge(self._plan, result, self._seen.pop(number), reference)
         return result
