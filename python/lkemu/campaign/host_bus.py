@@ -18,7 +18,7 @@ class HostBus:
     """`name`: bus for lk-emu; `channel`: for python-can in the host; `port`: empty if the bus has none."""
 
     def __init__(self, kind: str, directory: str) -> None:
-        self._kept: Optional[socket.socket] = None
+        self._socket: Optional[socket.socket] = None
         self.port = ""
         terminal = os.path.join(directory, "tty")
         self.channel = terminal
@@ -27,10 +27,10 @@ class HostBus:
         elif kind in ("slcan-pty", "rs485"):
             self.name = f"{kind}:{terminal}"
         elif kind == "udp-multicast":
-            self._take_port(socket.SOCK_DGRAM)
+            self._reserve_port(socket.SOCK_DGRAM)
             self.name, self.channel = f"{kind}:{GROUP}:{self.port}", GROUP
         else:
-            self._take_port(socket.SOCK_STREAM)
+            self._reserve_port(socket.SOCK_STREAM)
             self.name = f"{kind}:{self.port}"
             self.channel = "can0" if kind == "socketcand" else f"socket://127.0.0.1:{self.port}"
 
@@ -44,18 +44,18 @@ class HostBus:
         return variables
 
     def close(self) -> None:
-        if self._kept is not None:
-            self._kept.close()
+        if self._socket is not None:
+            self._socket.close()
 
-    def _take_port(self, kind: int) -> None:
+    def _reserve_port(self, kind: int) -> None:
         """Sets `port` to a free port and reserves it with a bound socket.
 
         The socket does not listen, so lk-emu can bind the port too, with SO_REUSEADDR.
         """
         try:
-            self._kept = socket.socket(socket.AF_INET, kind)
-            self._kept.bind(("127.0.0.1", 0))
-            self._kept.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            self._socket = socket.socket(socket.AF_INET, kind)
+            self._socket.bind(("127.0.0.1", 0))
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         except OSError as problem:
             raise StartError(f"host: no free port: {problem.strerror}") from None
-        self.port = str(self._kept.getsockname()[1])
+        self.port = str(self._socket.getsockname()[1])

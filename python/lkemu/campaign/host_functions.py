@@ -46,14 +46,14 @@ def load(python: str) -> Callable[..., Any]:
     return function
 
 
-def problem_with(python: str) -> "tuple[Optional[Callable[..., Any]], str]":
+def try_load(python: str) -> "tuple[Optional[Callable[..., Any]], str]":
     try:
         return load(python), ""
     except BaseException as problem:
         return None, f"{python}: {''.join(traceback.format_exception_only(problem)).strip().splitlines()[-1]}"
 
 
-def setting(text: str) -> Any:
+def parse_setting(text: str) -> Any:
     """Converts the value of a dimension host.NAME to int, float or str."""
     for kind in (int, float):
         try:
@@ -63,7 +63,7 @@ def setting(text: str) -> Any:
     return text
 
 
-def run_copy(function: Callable[..., Any], task: Dict[str, Any], out: int) -> NoReturn:
+def run_child(function: Callable[..., Any], task: Dict[str, Any], out: int) -> NoReturn:
     """Runs the case and exits as a program would.
 
     The exit status is 1 after a traceback, else the function's return value or the argument of sys.exit().
@@ -80,7 +80,7 @@ def run_copy(function: Callable[..., Any], task: Dict[str, Any], out: int) -> No
         attached = attach()
         bus = attached.open()
         try:
-            returned = function(bus, attached.clock, **{name: setting(text) for name, text in task["settings"].items()})
+            returned = function(bus, attached.clock, **{name: parse_setting(text) for name, text in task["settings"].items()})
         finally:
             bus.shutdown()
         sys.exit(returned)
@@ -99,14 +99,14 @@ def run_copy(function: Callable[..., Any], task: Dict[str, Any], out: int) -> No
 def main() -> None:
     tasks = socket.socket(fileno=int(sys.argv[1]))
     os.set_inheritable(tasks.fileno(), False)
-    function, problem = problem_with(sys.argv[2])
+    function, problem = try_load(sys.argv[2])
     tasks.sendall(json.dumps({"problem": problem}).encode() + b"\n")
     while function is not None:
         line, (out, *_), _, _ = receive(tasks)
         child = os.fork()
         if child == 0:
             tasks.close()
-            run_copy(function, json.loads(line), out)
+            run_child(function, json.loads(line), out)
         os.close(out)
         _, status, usage = os.wait4(child, 0)
         tasks.sendall(json.dumps({"status": status, "memory_kB": usage.ru_maxrss}).encode() + b"\n")

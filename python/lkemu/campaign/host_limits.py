@@ -11,14 +11,14 @@ from .host_output import Output
 from .host_processes import Usage, descendants, usage_of
 from .host_relay import Relay
 
-LOOK_S = 0.25  # sampling period
+SAMPLE_S = 0.25  # sampling period
 IDLE_SHARE = 0.1  # of one processor; a stepped host that uses less is idle
 IDLE_FACTOR = 3.0  # longest idle time, as a multiple of timeout_s
 MB = 1_000_000
 
 
 @dataclass(frozen=True)
-class Over:
+class Exceeded:
     kind: str  # "timeout" or "limit"
     why: str  # the same text on fast and slow machines
 
@@ -31,33 +31,35 @@ class Limits:
     than the clock; IDLE_FACTOR limits this time.
     """
 
-    def __init__(self, task: Dict[str, Any], output: Output, relay: Optional[Relay], emulator: int, spared: List[int]) -> None:
-        self._task, self._output, self._relay, self._emulator, self._spared = task, output, relay, emulator, spared
-        self._began = self._looked = time.monotonic()
+    def __init__(
+        self, task: Dict[str, Any], output: Output, relay: Optional[Relay], emulator: int, excluded: List[int]
+    ) -> None:
+        self._task, self._output, self._relay, self._emulator, self._excluded = task, output, relay, emulator, excluded
+        self._began = self._sampled = time.monotonic()
         self._before = Usage()
         self._requests = 0
         self._idle_s = 0.0
 
     @property
-    def until_next_look_s(self) -> float:
-        return max(0.0, self._looked + LOOK_S - time.monotonic())
+    def until_next_sample_s(self) -> float:
+        return max(0.0, self._sampled + SAMPLE_S - time.monotonic())
 
     @property
     def was_idle(self) -> bool:
         """True if a stepped host was idle at the latest sample."""
         return self._idle_s > 0
 
-    def check(self) -> Optional[Over]:
+    def check(self) -> Optional[Exceeded]:
         task = self._task
         if self._output.bytes > task["output_MB"] * MB:
-            return Over("limit", f"wrote more than {task['output_MB']:g} MB (output_MB)")
+            return Exceeded("limit", f"wrote more than {task['output_MB']:g} MB (output_MB)")
         if self._relay is not None and self._relay.is_over:
             return self._timeout(" of simulated time")
         now = time.monotonic()
-        if now < self._looked + LOOK_S:
+        if now < self._sampled + SAMPLE_S:
             return None
-        passed_s, self._looked = now - self._looked, now
-        usage = usage_of(descendants(os.getpid(), [self._emulator, *self._spared]))
+        passed_s, self._sampled = now - self._sampled, now
+        usage = usage_of(descendants(os.getpid(), [self._emulator, *self._excluded]))
         if usage.memory > task["memory_MB"] * MB:
             return self._over_memory()
         if self._relay is None:
@@ -66,10 +68,10 @@ class Limits:
             return self._timeout(" of processor time")
         self._count_idle(usage, passed_s)
         if self._idle_s > IDLE_FACTOR * task["timeout_s"]:
-            return Over("timeout", "waited for something else than the clock")
+            return Exceeded("timeout", "waited for something else than the clock")
         return None
 
-    def at_end(self, memory: int) -> Optional[Over]:
+    def at_end(self, memory: int) -> Optional[Exceeded]:
         """`memory`: peak memory of the host in bytes."""
         return self._over_memory() if memory > self._task["memory_MB"] * MB else None
 
@@ -83,8 +85,8 @@ class Limits:
             self._idle_s += passed_s
         self._before, self._requests = usage, self._relay.requests
 
-    def _timeout(self, of_what: str) -> Over:
-        return Over("timeout", f"did not end within {self._task['timeout_s']:g} s{of_what}")
+    def _timeout(self, kind_of_time: str) -> Exceeded:
+        return Exceeded("timeout", f"did not end within {self._task['timeout_s']:g} s{kind_of_time}")
 
-    def _over_memory(self) -> Over:
-        return Over("limit", f"used more than {self._task['memory_MB']:g} MB of memory (memory_MB)")
+    def _over_memory(self) -> Exceeded:
+        return Exceeded("limit", f"used more than {self._task['memory_MB']:g} MB of memory (memory_MB)")

@@ -48,18 +48,18 @@ class Output:
         self.tail = (self.tail + data)[-MAX_TAIL:]
         *lines, rest = data.split(b"\n")
         for line in lines:
-            self._look(self._line + line[:MAX_LINE])
+            self._search(self._line + line[:MAX_LINE])
             self._line = b""
         self._line = (self._line + rest)[:MAX_LINE]
 
     def finish(self) -> None:
         if self._line:
-            self._look(self._line)
+            self._search(self._line)
 
-    def _look(self, data: bytes) -> None:
+    def _search(self, data: bytes) -> None:
         line = data[:MAX_LINE].removesuffix(b"\r").decode(errors="replace")
         is_exception = self._is_exception(line)
-        rule = next((n for n, one in enumerate(self._expressions, 1) if self._found(one, line)), None)
+        rule = next((n for n, one in enumerate(self._expressions, 1) if self._matches(one, line)), None)
         if is_exception:
             self.exception, self.exception_is_known = line[:MAX_NOTICE], rule is not None
         if rule is None or len(self.notices) >= MAX_NOTICES:
@@ -78,7 +78,7 @@ class Output:
         return False
 
     @staticmethod
-    def _found(expression: Any, line: str) -> bool:
+    def _matches(expression: Any, line: str) -> bool:
         try:
             return expression.search(line, timeout=SEARCH_S) is not None
         except TimeoutError:

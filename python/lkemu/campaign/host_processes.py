@@ -41,17 +41,17 @@ def children_of(parent: int) -> List[int]:
         return [int(name) for name in os.listdir("/proc") if name.isdecimal() and _stat(int(name))[1:2] == [str(parent)]]
 
 
-def descendants(parent: int, spared: Collection[int]) -> Iterator[int]:
-    """Yields all descendants except those in `spared`. Yields children of `spared` processes too."""
+def descendants(parent: int, excluded: Collection[int]) -> Iterator[int]:
+    """Yields all descendants except those in `excluded`. Yields children of `excluded` processes too."""
     for pid in children_of(parent):
-        if pid not in spared:
+        if pid not in excluded:
             yield pid
-        yield from descendants(pid, spared)
+        yield from descendants(pid, excluded)
 
 
-def end_descendants(spared: Collection[int] = ()) -> None:
+def end_descendants(excluded: Collection[int] = ()) -> None:
     """Kills descendants until there are none. Includes orphans that become children of this process meanwhile."""
-    while found := list(descendants(os.getpid(), spared)):
+    while found := list(descendants(os.getpid(), excluded)):
         for pid in found:
             try:
                 ended = os.pidfd_open(pid)

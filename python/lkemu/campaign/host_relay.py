@@ -32,13 +32,13 @@ class Relay:
         host = listener.accept()[0]
         emulator = socket.socket(socket.AF_UNIX)
         emulator.connect(self._control)
-        self._selector.register(host, EVENT_READ, lambda: self._pass_on(host, emulator, asks=True))
-        self._selector.register(emulator, EVENT_READ, lambda: self._pass_on(emulator, host, asks=False))
+        self._selector.register(host, EVENT_READ, lambda: self._forward(host, emulator, is_request=True))
+        self._selector.register(emulator, EVENT_READ, lambda: self._forward(emulator, host, is_request=False))
 
-    def _pass_on(self, source: socket.socket, to: socket.socket, asks: bool) -> None:
+    def _forward(self, source: socket.socket, to: socket.socket, is_request: bool) -> None:
         try:
             data = source.recv(1 << 16)
-            if asks:
+            if is_request:
                 self.requests += 1
                 self._before_request()
             elif any(float(time_s) >= self._end_s for time_s in TIME.findall(data)):

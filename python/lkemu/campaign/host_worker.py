@@ -25,7 +25,7 @@ from typing import Any, Dict, List, NoReturn, Optional, Union
 from ..client import Client
 from ..errors import Ended, Error, StartError
 from .host_bus import HostBus
-from .host_limits import Limits, Over
+from .host_limits import Exceeded, Limits
 from .host_output import EXIT_STATUS, Notice, Output, notices_json
 from .host_processes import adopt_orphans, end_descendants, end_with_parent, enter_own_network
 from .host_relay import Relay
@@ -61,7 +61,8 @@ class Case:
         self.began_s = 0.0
 
     @property
-    def spared(self) -> List[int]:
+    def excluded(self) -> List[int]:
+        """Processes that outlive the case."""
         return [] if self.functions is None else [self.functions.pid]
 
     # lk-emu
@@ -87,7 +88,7 @@ class Case:
                     raise
                 raise MachineFailed(str(problem)) from None  # no answer in time
             finally:
-                end_descendants(self.spared)
+                end_descendants(self.excluded)
                 self._close()
 
     def _close(self) -> None:
@@ -114,17 +115,17 @@ class Case:
 
     def _wait_ready(self, emulator: "subprocess.Popen[bytes]") -> None:
         assert emulator.stdout is not None
-        said = b""
+        printed = b""
         deadline = time.monotonic() + START_S
         with DefaultSelector() as selector:
             selector.register(emulator.stdout, EVENT_READ)
-            while b"lk-emu ready" not in said:
+            while b"lk-emu ready" not in printed:
                 if not selector.select(max(deadline - time.monotonic(), 0)):
                     raise MachineFailed(f"lk-emu was not ready within {START_S:g} s")
                 data = os.read(emulator.stdout.fileno(), 4096)
                 if not data:
                     raise Ended("lk-emu did not start")
-                said += data
+                printed += data
 
     def now_ns(self) -> int:
         """Time since the start of the scenario. The clock's resolution is 1 µs."""
@@ -141,33 +142,33 @@ class Case:
         self.began_s = float(self.client.get("/scenario")["buses"][0]["started_s"])
         relay = None
         if task["stepped"]:
-            relay = Relay(os.path.join(self.directory, "host"), self.control, self.selector, self._take_output,
+            relay = Relay(os.path.join(self.directory, "host"), self.control, self.selector, self._read_output,
                           self.began_s + task["timeout_s"])  # fmt: skip
-        limits = Limits(task, self.output, relay, emulator.pid, self.spared)
+        limits = Limits(task, self.output, relay, emulator.pid, self.excluded)
         read_end, write_end = os.pipe()
-        self.said: Optional[int] = read_end
+        self.output_pipe: Optional[int] = read_end
         os.set_blocking(read_end, False)
-        self.selector.register(read_end, EVENT_READ, self._take_output)
+        self.selector.register(read_end, EVENT_READ, self._read_output)
         started = time.monotonic()
         host = self._start_host(relay.path if relay else "", write_end)
         os.close(write_end)
-        over, status = self._wait_for(host, emulator, limits)
+        exceeded, status = self._wait_for(host, emulator, limits)
         wall_s = time.monotonic() - started
-        self._take_output()
+        self._read_output()
         ended_ns = self.now_ns()
-        end_descendants([emulator.pid, *self.spared])
-        self._take_output()
+        end_descendants([emulator.pid, *self.excluded])
+        self._read_output()
         self.output.finish()
         end, number = "exit", os.waitstatus_to_exitcode(status)
-        if over is not None:
-            end, number = over.kind, 0
+        if exceeded is not None:
+            end, number = exceeded.kind, 0
         elif number < 0:
             end, number = "signal", -number
         notices = list(self.output.notices)
         if end == "exit" and number in task["exit_status"]:
             text = f"exit status {number}"
             notices.append(Notice(ended_ns, text, EXIT_STATUS, text))
-        return {"case": task["case"], "end": end, "status": number, "why": over.why if over else "", "ended_ns": ended_ns,
+        return {"case": task["case"], "end": end, "status": number, "why": exceeded.why if exceeded else "", "ended_ns": ended_ns,
                 "was_idle": limits.was_idle,
                 "notices": notices_json(notices), "wall_s": wall_s, "exception": self.output.exception,
                 "exception_is_known": self.output.exception_is_known,
@@ -182,21 +183,21 @@ class Case:
             return self.functions.start(environment, task["host_values"], out)
         values = {"bus": self.bus.name, "channel": self.bus.channel, "port": self.bus.port, "control": relay, "case": str(task["case"]),
                   **{f"host.{name}": value for name, value in task["host_values"].items()}}  # fmt: skip
-        return ProgramHost([_filled_in(word, values) for word in task["command"]], task["directory"], environment, out)
+        return ProgramHost([_fill_in(word, values) for word in task["command"]], task["directory"], environment, out)
 
     def _wait_for(
         self, host: "Union[ProgramHost, FunctionHost]", emulator: "subprocess.Popen[bytes]", limits: Limits
-    ) -> "tuple[Optional[Over], int]":
+    ) -> "tuple[Optional[Exceeded], int]":
         """Returns the limit that the host exceeded, or its status as of waitpid()."""
         emulator_ended = os.pidfd_open(emulator.pid)
         self.selector.register(host, EVENT_READ, None)
         self.selector.register(emulator_ended, EVENT_READ, None)
         try:
             while True:
-                over = limits.check()
-                if over is not None:
-                    return over, 0
-                ended = [self._handle(key) for key, _ in self.selector.select(limits.until_next_look_s)]
+                exceeded = limits.check()
+                if exceeded is not None:
+                    return exceeded, 0
+                ended = [self._handle(key) for key, _ in self.selector.select(limits.until_next_sample_s)]
                 if emulator_ended in ended:
                     raise Ended("lk-emu ended")
                 if host.fileno() in ended:  # by now its earlier output and requests are handled
@@ -216,18 +217,18 @@ class Case:
         key.data()
         return -1
 
-    def _take_output(self) -> None:
+    def _read_output(self) -> None:
         for _ in range(32):  # enough for a full pipe; bounded, since a host may write without end
-            if self.said is None:
+            if self.output_pipe is None:
                 return
             try:
-                data = os.read(self.said, 1 << 16)
+                data = os.read(self.output_pipe, 1 << 16)
             except BlockingIOError:
                 return
             if not data:
-                self.selector.unregister(self.said)
-                os.close(self.said)
-                self.said = None
+                self.selector.unregister(self.output_pipe)
+                os.close(self.output_pipe)
+                self.output_pipe = None
                 return
             self.output.take(data)
 
@@ -246,7 +247,7 @@ class Case:
         return verdict
 
 
-def _filled_in(word: str, values: Dict[str, str]) -> str:
+def _fill_in(word: str, values: Dict[str, str]) -> str:
     for name, value in values.items():
         word = word.replace("{" + name + "}", value)
     return word
