@@ -138,21 +138,21 @@ class Plan:
         for dimension, value in zip(self.dimensions, values):
             if value is None:
                 continue
-            said: Any = whole_or_not(value)
+            given: Any = whole_or_not(value)
             parameter = dimension.fault_parameter
             head, _, key = dimension.name.partition(".")
             if parameter is not None:
-                event.setdefault("fault", {})[parameter[1]] = said
+                event.setdefault("fault", {})[parameter[1]] = given
             elif dimension.name in ("fault.kind", "fault.for_s", "fault.probability"):
-                event.setdefault("fault", {})[key] = said
+                event.setdefault("fault", {})[key] = given
             elif head == "fault":
-                event[key] = said
+                event[key] = given
             elif head == "load":
-                settings.setdefault("load", {})[key] = said
+                settings.setdefault("load", {})[key] = given
             elif head in ("supply_V", "ambient_C", "bus_load"):
-                settings[head] = said
+                settings[head] = given
             elif head != "host":
-                request[head] = said
+                request[head] = given
         if settings:
             request["settings"] = settings
         if watch and self.detection.drive_errors:

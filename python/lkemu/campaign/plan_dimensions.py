@@ -12,7 +12,7 @@ from .program import Program
 from .values import Listed, Ranged, Value, Values, value_text
 
 MAX_STEPS = 1e6
-ANYTHING = 1e12
+MAX_VALUE = 1e12
 
 
 class DimensionReader:
@@ -23,15 +23,15 @@ class DimensionReader:
 
     def read_dimensions(self, table: Any) -> List[Dimension]:
         if not isinstance(table, dict) or not table:
-            raise self.text.fail("dimension", "missing, or empty")
+            raise self.text.error("dimension", "missing, or empty")
         dimensions: List[Dimension] = []
         for name, node in sorted(flat(table), key=lambda one: self.text.lines.get("dimension." + one[0], 0)):
             if any(name == other.name for other in dimensions):
-                raise self.text.fail(f"dimension.{name}", "is there twice")
+                raise self.text.error(f"dimension.{name}", "is there twice")
             values = self.read_values(name, node)
             harmless = node.get("least", "from") if isinstance(node, dict) else "from"
             if harmless not in ("from", "to"):
-                raise self.text.fail(f"dimension.{name}", 'least: is "from" or "to"')
+                raise self.text.error(f"dimension.{name}", 'least: is "from" or "to"')
             dimensions.append(Dimension(name, values, harmless == "to"))
         return dimensions
 
@@ -56,7 +56,7 @@ class DimensionReader:
         known = [*numbers, "fault.kind", "fault.bus", "generation"]
         known += [f"fault.{kind}.{one['name']}" for kind, row in self.plan.faults.items() for one in row["parameters"]]
         near = difflib.get_close_matches(name, known, 1)
-        raise self.text.fail(f"dimension.{name}", "unknown dimension" + (f", did you mean {near[0]}?" if near else ""))
+        raise self.text.error(f"dimension.{name}", "unknown dimension" + (f", did you mean {near[0]}?" if near else ""))
 
     def rounding_of(self, name: str) -> str:
         if name in ("fault.at_s", "fault.for_s"):
@@ -81,71 +81,71 @@ class DimensionReader:
         if "values" in node:
             return self.weighted(key, node, words)
         if words:
-            raise self.text.fail(key, "must be a word or a list of words")
+            raise self.text.error(key, "must be a word or a list of words")
         if "weights" in node:
-            raise self.text.fail(key, "weights need values")
+            raise self.text.error(key, "weights need values")
         start, stop = (self.text.number(key, node.get(end), "a range needs from and to") for end in ("from", "to"))
         if not start < stop:
-            raise self.text.fail(key, "the range is empty: to must be above from")
+            raise self.text.error(key, "the range is empty: to must be above from")
         if "step" in node:
             return self.stepped(key, node, start, stop)
         log = bool(node.get("log", False))
         if log and start <= 0:
-            raise self.text.fail(key, "must be above 0 for log")
+            raise self.text.error(key, "must be above 0 for log")
         if ("mean" in node) != ("sd" in node):
-            raise self.text.fail(key, "mean and sd belong together")
+            raise self.text.error(key, "mean and sd belong together")
         if "mean" in node and log:
-            raise self.text.fail(key, "log does not go together with mean")
+            raise self.text.error(key, "log does not go together with mean")
         mean = self.text.number(key, node["mean"], "mean must be a number") if "mean" in node else None
         sd = self.text.number(key, node.get("sd", 1.0), "sd must be a number")
-        if not 0 < sd <= ANYTHING:
-            raise self.text.fail(key, "sd must be above 0")
+        if not 0 < sd <= MAX_VALUE:
+            raise self.text.error(key, "sd must be above 0")
         return Ranged(start, stop, log, mean, sd, self.rounding_of(name))
 
     def read_list(self, key: str, node: Any, words: Optional[List[str]]) -> List[Value]:
         given = node if isinstance(node, list) else [node]
         if not given:
-            raise self.text.fail(key, "is empty")
+            raise self.text.error(key, "is empty")
         values: List[Value] = []
         for one in given:
             if isinstance(one, str) and words is not None:
                 if words and one not in words:
                     near = difflib.get_close_matches(one, words, 1)
-                    raise self.text.fail(key, f'"{one}" is unknown' + (f", did you mean {near[0]}?" if near else ""))
+                    raise self.text.error(key, f'"{one}" is unknown' + (f", did you mean {near[0]}?" if near else ""))
                 values.append(one)
             elif words:
-                raise self.text.fail(key, "must be a word or a list of words")
+                raise self.text.error(key, "must be a word or a list of words")
             else:
                 values.append(self.text.number(key, one, "must be a number"))
             if isinstance(values[-1], str) != isinstance(values[0], str):
-                raise self.text.fail(key, "mixes numbers and words")
+                raise self.text.error(key, "mixes numbers and words")
             if values[-1] in values[:-1]:
-                raise self.text.fail(key, f"has {value_text(values[-1])} twice")
+                raise self.text.error(key, f"has {value_text(values[-1])} twice")
         return values
 
     def weighted(self, key: str, node: Mapping[str, Any], words: Optional[List[str]]) -> Listed:
         for other in node:
             if other not in ("values", "weights", "least"):
-                raise self.text.fail(key, f"{other} does not go together with values")
+                raise self.text.error(key, f"{other} does not go together with values")
         values = self.read_list(key, node["values"], words)
         weights = node.get("weights")
         if not isinstance(weights, list):
-            raise self.text.fail(key, "values without weights are a list: [ … ]")
-        if not all(is_number(one) and 0 <= one <= ANYTHING for one in weights):
-            raise self.text.fail(key, "weights are 0 or more")
+            raise self.text.error(key, "values without weights are a list: [ … ]")
+        if not all(is_number(one) and 0 <= one <= MAX_VALUE for one in weights):
+            raise self.text.error(key, "weights are 0 or more")
         if len(weights) != len(values):
-            raise self.text.fail(key, "needs as many weights as values")
+            raise self.text.error(key, "needs as many weights as values")
         if not any(weights):
-            raise self.text.fail(key, "all weights are 0")
+            raise self.text.error(key, "all weights are 0")
         return Listed(values, [float(one) for one in weights])
 
     def stepped(self, key: str, node: Mapping[str, Any], start: float, stop: float) -> Listed:
         for other in ("log", "mean", "sd"):
             if other in node:
-                raise self.text.fail(key, f"{other} does not go together with step")
+                raise self.text.error(key, f"{other} does not go together with step")
         step = node["step"]
         if not is_number(step) or step <= 0 or (stop - start) / step > MAX_STEPS:
-            raise self.text.fail(key, "step must be above 0, and a millionth of the range or more")
+            raise self.text.error(key, "step must be above 0, and a millionth of the range or more")
         steps = math.floor((stop - start) / step + 1e-9)
         # Rounded to 1e-9, which removes rounding errors of the multiplication.
         return Listed([float(round((start + n * step) * 1e9)) / 1e9 for n in range(steps + 1)])
@@ -171,23 +171,23 @@ class DimensionReader:
 
     def read_exclusion(self, table: Any) -> Exclusion:
         if not isinstance(table, dict) or not table:
-            raise self.text.fail("exclude", "is empty: it would leave out every case")
+            raise self.text.error("exclude", "is empty: it would leave out every case")
         exclusion: Dict[int, Union[List[Value], Tuple[float, float]]] = {}
         names = [dimension.name for dimension in self.plan.dimensions]
         for name, node in flat(table):
             key = f"exclude.{name}"
             if name not in names:
-                raise self.text.fail(key, "is no dimension of this plan")
+                raise self.text.error(key, "is no dimension of this plan")
             n = names.index(name)
             if not isinstance(node, dict):
                 exclusion[n] = self.read_list(key, node, self.words_of(name))
                 continue
             self.text.check_keys(node, {"from", "to"}, key + ".")
             if self.plan.dimensions[n].values.has_words:
-                raise self.text.fail(key, "has words, and no range: give one or a list")
-            start = self.text.number(key, node.get("from", -ANYTHING), "from must be a number")
-            stop = self.text.number(key, node.get("to", ANYTHING), "to must be a number")
+                raise self.text.error(key, "has words, and no range: give one or a list")
+            start = self.text.number(key, node.get("from", -MAX_VALUE), "from must be a number")
+            stop = self.text.number(key, node.get("to", MAX_VALUE), "to must be a number")
             if start > stop:
-                raise self.text.fail(key, "the range is empty: to is below from")
+                raise self.text.error(key, "the range is empty: to is below from")
             exclusion[n] = (start, stop)
         return exclusion

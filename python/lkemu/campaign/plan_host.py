@@ -28,16 +28,16 @@ def read_detection(text: PlanText, table: Mapping[str, Any]) -> Detection:
             try:
                 regex.compile(rule["says"])
             except regex.error as problem:
-                raise text.fail("detect.host.says", f'"{rule["says"]}" is no regular expression: {problem}') from None
+                raise text.error("detect.host.says", f'"{rule["says"]}" is no regular expression: {problem}') from None
             lines.append(rule["says"])
         elif "exit_status" in rule:
             if not (is_whole(rule["exit_status"]) and 0 <= rule["exit_status"] <= 255):
-                raise text.fail("detect.host.exit_status", "must be a whole number from 0 to 255")
+                raise text.error("detect.host.exit_status", "must be a whole number from 0 to 255")
             statuses.append(rule["exit_status"])
         elif "reply" in rule or "answered" in rule:
             host.append(rule)
         else:
-            raise text.fail("detect.host", "needs one of reply, answered, says and exit_status")
+            raise text.error("detect.host", "needs one of reply, answered, says and exit_status")
     return Detection(tuple(errors), tuple(host), tuple(lines), tuple(statuses))
 
 
@@ -46,31 +46,31 @@ def read_host(text: PlanText, table: Mapping[str, Any]) -> Host:
     try:
         words = shlex.split(command) if isinstance(command, str) else list(command or ())
     except ValueError as problem:
-        raise text.fail("host.command", str(problem)) from None
+        raise text.error("host.command", str(problem)) from None
     if python is not None and "command" in table:
-        raise text.fail("host.python", "does not go together with command")
+        raise text.error("host.python", "does not go together with command")
     if python is not None and not (isinstance(python, str) and python):
-        raise text.fail("host.python", "must be the name of a file or a module")
+        raise text.error("host.python", "must be the name of a file or a module")
     if python is None and not words:
-        raise text.fail("host.command", "missing, or empty")
+        raise text.error("host.command", "missing, or empty")
     clock = table.get("clock", "realtime" if python is None else "stepped")
     if clock not in ("realtime", "stepped"):
-        raise text.fail("host.clock", "must be realtime or stepped")
+        raise text.error("host.clock", "must be realtime or stepped")
     if python is not None and clock != "stepped":
-        raise text.fail("host.clock", "must be stepped for host.python")
+        raise text.error("host.clock", "must be stepped for host.python")
     bus = table.get("bus", "slcan-tcp")
     if python is not None and str(bus).startswith("rs485"):
-        raise text.fail("host.bus", "must be a CAN bus for host.python")
+        raise text.error("host.bus", "must be a CAN bus for host.python")
     runs = table.get("runs", 1 if clock == "stepped" else REALTIME_RUNS)
     if not (is_whole(runs) and 1 <= runs <= 1000):
-        raise text.fail("host.runs", "must be a whole number from 1 to 1000")
+        raise text.error("host.runs", "must be a whole number from 1 to 1000")
     if clock == "stepped" and runs > 1:
-        raise text.fail("host.runs", 'belongs to clock = "realtime": a stepped host does the same each time')
+        raise text.error("host.runs", 'belongs to clock = "realtime": a stepped host does the same each time')
     limits = {}
     for key, least, most in (("timeout_s", 0.1, 1e5), ("memory_MB", 50, 1e6), ("output_MB", 0.001, 1e4)):
         limits[key] = table.get(key, getattr(Host, key))
         if not (is_number(limits[key]) and least <= limits[key] <= most):
-            raise text.fail(f"host.{key}", f"must be a number from {least:g} to {most:g}")
+            raise text.error(f"host.{key}", f"must be a number from {least:g} to {most:g}")
     return Host(tuple(words), python or "", bus, clock == "stepped", runs=runs,
                 passive=read_passive(text, table.get("passive")), **limits)  # fmt: skip
 
@@ -80,7 +80,7 @@ def read_passive(text: PlanText, passive: Any) -> Tuple[str, str]:
         return "", ""
     name, sign, value = passive.partition("=") if isinstance(passive, str) else ("", "", "")
     if not (sign and name.isidentifier()):
-        raise text.fail("host.passive", 'must be an environment variable and its value, like "NO_STOP=1"')
+        raise text.error("host.passive", 'must be an environment variable and its value, like "NO_STOP=1"')
     return name, value
 
 

@@ -23,7 +23,7 @@ class PlanText:
             raise PlanError(f"{file}: {problem}") from None
         self.lines = lines_of(self.text)
 
-    def fail(self, key: str, reason: str) -> PlanError:
+    def error(self, key: str, reason: str) -> PlanError:
         """Returns an error with the line on which the key is complete."""
         place = next((f":{n}" for name, n in self.lines.items() if name == key), "")
         return PlanError(f"{self.file}{place}: {key}: {reason}")
@@ -32,18 +32,18 @@ class PlanText:
         for key in table:
             if key not in known:
                 near = difflib.get_close_matches(key, known, 1)
-                raise self.fail(path + key, "unknown key" + (f", did you mean {near[0]}?" if near else ""))
+                raise self.error(path + key, "unknown key" + (f", did you mean {near[0]}?" if near else ""))
 
     def table(self, key: str, known: set[str]) -> Mapping[str, Any]:
         table = self.document.get(key, {})
         if not isinstance(table, dict):
-            raise self.fail(key, "must be a table")
+            raise self.error(key, "must be a table")
         self.check_keys(table, known, key + ".")
         return table
 
     def number(self, key: str, value: Any, otherwise: str) -> float:
         if not is_number(value):
-            raise self.fail(key, otherwise)
+            raise self.error(key, otherwise)
         return float(value)
 
 

@@ -15,7 +15,7 @@ BITS = (1 << 64) - 1
 MAX_NUMBER = (1 << 63) - 1
 MAX_ATTEMPTS = 1000
 MAX_PAIRS = 10_000_000  # take about 1 GB
-MAX_LOOKS = 100_000  # take about 1 s for one pair
+MAX_TRIED = 100_000  # take about 1 s for one pair
 
 
 def mix(x: int) -> int:
@@ -150,7 +150,7 @@ class Cover:
 
         self.order = sorted(range(len(sizes)), key=rank)
         # Uncovered pairs in lexicographic order. A dict keeps this order and removes fast.
-        self.open: Dict[Tuple[Choice, Choice], None] = {
+        self.uncovered: Dict[Tuple[Choice, Choice], None] = {
             ((a, n), (b, m)): None
             for a in range(len(sizes))
             for n in range(sizes[a])
@@ -162,14 +162,14 @@ class Cover:
         if len(self.lists) == 1:
             return [(value,) for value in self.lists[0].values if not self.plan.excludes((value,))]
         cases = []
-        for first in list(self.open):
-            if first not in self.open:
+        for first in list(self.uncovered):
+            if first not in self.uncovered:
                 continue
             chosen = self._complete(first, len(cases))
             if chosen is not None:
-                self._strike(chosen)
+                self._mark_covered(chosen)
                 cases.append(self._values(chosen))
-            self.open.pop(first, None)  # covered, or part of excluded cases only
+            self.uncovered.pop(first, None)  # covered, or part of excluded cases only
         return cases
 
     def _values(self, chosen: Partial) -> Case:
@@ -185,7 +185,7 @@ class Cover:
         chosen: Partial = [None] * len(self.lists)
         for n, place in pair:
             chosen[n] = place
-        self.looks = 0
+        self.tried = 0
         if self.plan.excludes(self._values(chosen)):
             return None
         return chosen if self._fill(chosen, 0, mix((self.plan.seed + number) & BITS)) else None
@@ -201,8 +201,8 @@ class Cover:
         if chosen[n] is not None:  # a parameter of another kind of fault does not fit
             return (not is_kind or self._fits(chosen)) and self._fill(chosen, place + 1, random)
         for choice in self._by_gain(chosen, n, mix((random + n) & BITS)):
-            self.looks += 1
-            if self.looks > MAX_LOOKS:
+            self.tried += 1
+            if self.tried > MAX_TRIED:
                 raise self.plan.error("exclude", "takes too long to check with pairwise: exclude less, or by fewer dimensions")
             chosen[n] = choice
             possible = not self.plan.excludes(self._values(chosen)) and (not is_kind or self._fits(chosen))
@@ -219,7 +219,7 @@ class Cover:
 
     def _gain(self, chosen: Partial, choice: Choice) -> int:
         others = ((m, place) for m, place in enumerate(chosen) if place is not None and m != choice[0])
-        return sum((min(other, choice), max(other, choice)) in self.open for other in others)
+        return sum((min(other, choice), max(other, choice)) in self.uncovered for other in others)
 
     def _fits(self, chosen: Partial) -> bool:
         kind = self._kind(chosen)
@@ -228,8 +228,8 @@ class Cover:
             for dimension, place in zip(self.plan.dimensions, chosen)
         )
 
-    def _strike(self, chosen: Partial) -> None:
+    def _mark_covered(self, chosen: Partial) -> None:
         choices = [(n, place) for n, place in enumerate(chosen) if place is not None]
         for k, first in enumerate(choices):
             for second in choices[k + 1 :]:
-                self.open.pop((first, second), None)
+                self.uncovered.pop((first, second), None)
