@@ -22,7 +22,7 @@ with libraries("campaign", __name__):
     from .host_runs import HostRuns
     from .interruption import Interruption
     from .merge import merge
-    from .one_case import run_one, spread_cases, tell_cost, values_of, write_outputs
+    from .one_case import print_cost, run_one, spread_cases, values_of, write_outputs
     from .plan import Plan, PlanError
     from .plan_file import load_plan
     from .plan_host import plan_hash
@@ -31,7 +31,7 @@ with libraries("campaign", __name__):
     from .store import Store, StoreError, head_of
     from .thresholds import Threshold, check_thresholds, parse_threshold
 
-MANY = 1_000_000_000  # cases; a larger campaign needs --yes
+MAX_UNCONFIRMED = 1_000_000_000  # cases; a larger campaign needs --yes
 EPILOG = """
 Examples:
   lk-emu campaign every_fault --dry-run                     how many cases, and what they cost
@@ -149,9 +149,9 @@ def run_plan(given: argparse.Namespace) -> int:
     if given.case is not None:
         return show_case(plan, program, given)
     if given.dry_run:
-        tell_cost(plan, program, given.jobs)
+        print_cost(plan, program, given.jobs)
         return 0
-    if plan.numbers > MANY and not given.yes:
+    if plan.numbers > MAX_UNCONFIRMED and not given.yes:
         raise StartError(f"{plan.file}: has {plan.numbers} cases, more than 1000 million; --yes if they are meant, --dry-run tells why")
     path = pathlib.Path(given.output or f"{plan.name}.db")
     check_outputs(given, {"the file of the results": str(path), "the plan": str(plan.file), "the plan's scenario": plan.scenario})

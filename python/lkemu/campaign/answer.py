@@ -271,7 +271,7 @@ def answer_of(head: Head, results: Iterable[Result], machine_failures: Mapping[s
 
 def conclusion(answer: Answer) -> str:
     """Summarizes the campaign in a few sentences."""
-    return " ".join([_finding(answer), *(f"{said}." for said, _ in uncounted_ends(answer))])
+    return " ".join([_finding(answer), *(f"{text}." for text, _ in uncounted_ends(answer))])
 
 
 def _finding(answer: Answer) -> str:
@@ -306,14 +306,14 @@ def uncounted_ends(answer: Answer) -> List[Tuple[str, str]]:
 
     The line is empty if no rule can match.
     """
-    told = []
+    found = []
     for end, count in sorted(answer.ends.items(), key=lambda one: (-one[1], one[0])):
         hosts = f"{count} host{'' if count == 1 else 's'}"
         if end.startswith("exit status "):
-            told.append((f"{hosts} exited with status {end.split()[-1]}, which [detect] does not count", f"exit_status = {end.split()[-1]}"))
+            found.append((f"{hosts} exited with status {end.split()[-1]}, which [detect] does not count", f"exit_status = {end.split()[-1]}"))
         elif end.startswith(EXCEPTION):
             name = end.removeprefix(EXCEPTION)
-            told.append((f"{hosts} ended by an uncaught {name}, which [detect] does not count", f"says = '^{re.escape(name)}\\b'"))
+            found.append((f"{hosts} ended by an uncaught {name}, which [detect] does not count", f"says = '^{re.escape(name)}\\b'"))
         else:
-            told.append((f"{hosts} {end}" if end.startswith("did not") else f"{hosts} died: {end}", ""))
-    return told
+            found.append((f"{hosts} {end}" if end.startswith("did not") else f"{hosts} died: {end}", ""))
+    return found

@@ -11,24 +11,24 @@ class Interruption:
     """Raises KeyboardInterrupt at the first SIGINT or SIGTERM, but not while results are written."""
 
     def __init__(self) -> None:
-        self._is_shielded = self._has_come = False
+        self._is_shielded = self._is_signalled = False
         for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._come)
+            signal.signal(number, self._on_signal)
 
-    def _come(self, *_: Any) -> None:
-        if self._has_come:
+    def _on_signal(self, *_: Any) -> None:
+        if self._is_signalled:
             return  # the first signal already ends the campaign
-        self._has_come = True
+        self._is_signalled = True
         if not self._is_shielded:
             raise KeyboardInterrupt
 
     @contextlib.contextmanager
     def shielded(self) -> Iterator[None]:
         """Defers a signal within the block: KeyboardInterrupt is raised at its end."""
-        before, self._is_shielded = self._has_come, True
+        before, self._is_shielded = self._is_signalled, True
         try:
             yield
         finally:
             self._is_shielded = False
-        if self._has_come and not before:
+        if self._is_signalled and not before:
             raise KeyboardInterrupt

@@ -67,14 +67,14 @@ def earlier(first: Optional[int], second: Optional[int]) -> Optional[int]:
     return second if first is None else first if second is None else min(first, second)
 
 
-def _came(expectation: Mapping[str, Any], by_failing: bool) -> Optional[int]:
+def _event_time(expectation: Mapping[str, Any], on_failure: bool) -> Optional[int]:
     """Returns the time at which a watched expectation passed, or failed; None if it did not."""
-    if by_failing:
+    if on_failure:
         return expectation.get("decided_at_ns") if expectation["status"] == "failed" else None
     return expectation.get("at_ns") if expectation["status"] == "passed" else None
 
 
-def _because(without: Optional[int], at: Optional[int]) -> Optional[int]:
+def _if_caused_by_fault(without: Optional[int], at: Optional[int]) -> Optional[int]:
     """Returns `at` if the fault is the cause: without it, the event came later or not at all."""
     return at if at is not None and (without is None or at < without) else None
 
@@ -107,12 +107,12 @@ def judge(plan: Plan, result: Result, seen: Mapping[str, Any], reference: Option
     _judge_hazards(plan, result, seen, reference)
     before = _drive_errors(reference) if reference is not None else {}
     for which, at in _drive_errors(seen).items():
-        result.detected_by_drive_ns = earlier(result.detected_by_drive_ns, _because(before.get(which), at))
+        result.detected_by_drive_ns = earlier(result.detected_by_drive_ns, _if_caused_by_fault(before.get(which), at))
     for n, rule in enumerate(plan.detection.host):
-        by_failing = "answered" in rule
-        anyway = None if reference is None else _came(reference["detect"][n], by_failing)
-        result.false_alarm = result.false_alarm or anyway is not None
-        at = _because(anyway, _came(seen["detect"][n], by_failing))
+        on_failure = "answered" in rule
+        without = None if reference is None else _event_time(reference["detect"][n], on_failure)
+        result.false_alarm = result.false_alarm or without is not None
+        at = _if_caused_by_fault(without, _event_time(seen["detect"][n], on_failure))
         result.detected_by_host_ns = earlier(result.detected_by_host_ns, at)
     invalid: List[str] = seen.get("invalid", [])
     invalid_without = [] if reference is None else reference.get("invalid", [])
@@ -146,7 +146,7 @@ def judge_host(plan: Plan, result: Result, end: HostEnd, reference: Optional[Hos
     """
     result.note, result.said = end.note, end.said
     result.false_alarm = result.false_alarm or (reference is not None and bool(reference.notices))
-    notice = _noticed(result, end, reference)
+    notice = _first_notice(result, end, reference)
     if notice is not None:
         result.detected_by_host_ns = earlier(result.detected_by_host_ns, notice["at_ns"])
         if notice["rule"] > 0:
@@ -161,7 +161,7 @@ def judge_host(plan: Plan, result: Result, end: HostEnd, reference: Optional[Hos
         result.outcome = HANG if end.kind == HostEnd.HUNG else CRASH
 
 
-def _noticed(result: Result, end: HostEnd, reference: Optional[HostEnd]) -> Optional[Mapping[str, Any]]:
+def _first_notice(result: Result, end: HostEnd, reference: Optional[HostEnd]) -> Optional[Mapping[str, Any]]:
     """Returns the first notice that the fault has caused.
 
     In real time, two runs never print a line at the same instant. There, a line that the reference also prints does
@@ -169,10 +169,10 @@ def _noticed(result: Result, end: HostEnd, reference: Optional[HostEnd]) -> Opti
     """
     since = (result.first_effect_at_ns or 0) // 1000 * 1000  # times of hosts have a resolution of 1 µs
     for one in end.notices:
-        anyway = reference is not None and any(
+        in_reference = reference is not None and any(
             other["gist"] == one["gist"] and (result.real_time or other["at_ns"] <= one["at_ns"]) for other in reference.notices
         )
-        if one["at_ns"] >= since and not anyway:
+        if one["at_ns"] >= since and not in_reference:
             return one
     return None
 

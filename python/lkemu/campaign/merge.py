@@ -71,14 +71,14 @@ def merge(out: pathlib.Path, paths: Sequence[pathlib.Path]) -> Merged:
 
 def _copy(parts: Sequence[Store], whole: Store) -> int:
     cases = 0
-    rows = _once(parts)
+    rows = _unique_rows(parts)
     while batch := list(itertools.islice(rows, BATCH)):
         whole.put_rows(batch)
         cases += len(batch)
     return cases
 
 
-def _once(parts: Sequence[Store]) -> Iterator[Row]:
+def _unique_rows(parts: Sequence[Store]) -> Iterator[Row]:
     """Yields each case once, in order of numbers. Raises StoreError if parts have different results of a case."""
     last: Row = (-1,)
     for row in heapq.merge(*(part.rows() for part in parts), key=operator.itemgetter(0)):

@@ -20,11 +20,11 @@ from .program import Program
 from .sampling import Case, Cases
 from .values import Value, value_text
 
-TRIED = 64  # cases to estimate the duration
-TRIED_OF_KIND = 8  # cases to check whether a kind of fault takes effect
+TRIAL_CASES = 64  # cases to estimate the duration
+TRIAL_CASES_OF_KIND = 8  # cases to check whether a kind of fault takes effect
 MAX_TRIAL_S = 60.0  # estimated, for all kinds
-MAX_LOOKS = 100_000  # case numbers
-SHOWN = 8  # values of a list
+MAX_SEARCHED = 100_000  # case numbers
+MAX_SHOWN = 8  # values of a list
 
 
 def values_of(plan: Plan, number: int, changes: List[str]) -> Case:
@@ -95,19 +95,19 @@ def _run(command: List[str], text: str, statuses: Tuple[int, ...] = (0,)) -> str
     return done.stdout
 
 
-def tell_cost(plan: Plan, program: Program, jobs: int) -> None:
+def print_cost(plan: Plan, program: Program, jobs: int) -> None:
     print(f"{plan.name}: {plan.included} cases, sampling {plan.sampling}, scenario {os.path.basename(plan.scenario)}")
     if plan.included < plan.numbers:
         print(f"  {plan.numbers - plan.included} more are excluded")
     for dimension in plan.dimensions:
         print(f"  {dimension.name:<36} {_described(dimension.values)}")
-    some = spread_cases(plan, TRIED if plan.host is None else 1)
+    some = spread_cases(plan, TRIAL_CASES if plan.host is None else 1)
     began = time.monotonic()
     count = sum(len(results) for results in runs_of(plan, program, 1).run(some, len(some)))
     each_s = (time.monotonic() - began) / count
     print(f"about {1 / each_s:.3g} cases/s for each of {jobs} jobs ({count} tried): {_duration(each_s * plan.included / jobs)}")
     # With slow hosts, fewer cases of each kind are tried, or none.
-    of_kind = min(TRIED_OF_KIND, int(MAX_TRIAL_S * jobs / (each_s * len(plan.kinds)))) if plan.kinds else 0
+    of_kind = min(TRIAL_CASES_OF_KIND, int(MAX_TRIAL_S * jobs / (each_s * len(plan.kinds)))) if plan.kinds else 0
     if plan.kinds and of_kind == 0:
         print(f"not tried whether each of {len(plan.kinds)} kinds of fault takes effect: that would take {_duration(each_s * len(plan.kinds) / jobs)}")
     idle = _idle_kinds(plan, program, jobs, of_kind)
@@ -123,7 +123,7 @@ def spread_cases(plan: Plan, most: int) -> List[Tuple[int, Case]]:
     number = 0
     for n in range(count):
         number = max(number, cases.numbers * n // count)
-        for number in range(number, min(number + MAX_LOOKS, cases.numbers)):
+        for number in range(number, min(number + MAX_SEARCHED, cases.numbers)):
             values = cases.values(number)
             if values is not None:
                 some.append((number, values))
@@ -141,7 +141,7 @@ def _idle_kinds(plan: Plan, program: Program, jobs: int, of_kind: int) -> List[s
     cases = Cases(plan)
     count: "Counter[str]" = Counter()
     tried: List[Tuple[int, Case]] = []
-    for number in range(min(cases.numbers, MAX_LOOKS)):
+    for number in range(min(cases.numbers, MAX_SEARCHED)):
         values = cases.values(number)
         kind = plan.kind_of(values) if values is not None else None
         if values is None or kind is None or count[kind] == of_kind:
@@ -151,18 +151,18 @@ def _idle_kinds(plan: Plan, program: Program, jobs: int, of_kind: int) -> List[s
         if len(tried) == of_kind * len(plan.kinds):
             break
     fired: Dict[str, bool] = dict.fromkeys(count, False)
-    for results in runs_of(plan, program, jobs).run(tried, TRIED_OF_KIND):
+    for results in runs_of(plan, program, jobs).run(tried, TRIAL_CASES_OF_KIND):
         for result in results:
             kind = plan.kind_of(result.values)
             assert kind is not None
             fired[kind] = fired[kind] or result.outcome != NOT_FIRED
-    return [kind for kind, did in fired.items() if not did]
+    return [kind for kind, has_fired in fired.items() if not has_fired]
 
 
 def _described(values: object) -> str:
     if hasattr(values, "values"):
         listed = values.values
-        return f"{len(listed)}: {', '.join(value_text(value) for value in listed[:SHOWN])}" + (", …" if len(listed) > SHOWN else "")
+        return f"{len(listed)}: {', '.join(value_text(value) for value in listed[:MAX_SHOWN])}" + (", …" if len(listed) > MAX_SHOWN else "")
     return f"{value_text(values.least)} to {value_text(values.most)}"  # type: ignore[attr-defined]
 
 

@@ -48,21 +48,21 @@ def parse_threshold(text: str) -> Threshold:
     """Parses, for example, `coverage[jam]>=0.9`. Raises StartError."""
     form = FORM.fullmatch(text)
     if form is None:
-        raise _refused(text, "it is written MEASURE>=NUMBER or MEASURE<=NUMBER, like coverage>=0.99 or coverage[jam]>=0.9")
+        raise _error(text, "it is written MEASURE>=NUMBER or MEASURE<=NUMBER, like coverage>=0.99 or coverage[jam]>=0.9")
     measure, kind, sign, number = form.groups()
     known = [*MEASURES, *(one.key for one in OUTCOMES.values())]
     if measure not in known:
-        raise _refused(text, f"there is no measure {measure}; they are {', '.join(known)}")
+        raise _error(text, f"there is no measure {measure}; they are {', '.join(known)}")
     try:
         limit = float(number)
     except ValueError:
-        raise _refused(text, f"{number} is not a number") from None
+        raise _error(text, f"{number} is not a number") from None
     if measure.startswith("coverage") and not 0 <= limit <= 1:
-        raise _refused(text, "coverage is from 0 to 1")
+        raise _error(text, "coverage is from 0 to 1")
     if measure not in MEASURES and (limit < 0 or limit != int(limit)):
-        raise _refused(text, "cases are counted in whole numbers from 0")
+        raise _error(text, "cases are counted in whole numbers from 0")
     if measure in QUANTILES and not limit >= 0:
-        raise _refused(text, "a latency is 0 s or longer")
+        raise _error(text, "a latency is 0 s or longer")
     return Threshold(text.strip(), measure, kind or "", sign == ">=", limit)
 
 
@@ -75,24 +75,24 @@ def _group_of(answer: Answer, threshold: Threshold) -> Group:
     if not threshold.kind:
         return answer.all
     if threshold.kind not in answer.kinds:
-        raise _refused(threshold.text, f'the campaign has no fault "{threshold.kind}", but {", ".join(answer.kinds)}')
+        raise _error(threshold.text, f'the campaign has no fault "{threshold.kind}", but {", ".join(answer.kinds)}')
     return answer.kinds[threshold.kind]
 
 
 def _measured(answer: Answer, threshold: Threshold) -> Optional[float]:
     group = _group_of(answer, threshold)
     if threshold.measure.startswith("coverage") and not answer.has_hazard:
-        raise _refused(threshold.text, "the plan has no [hazard], so no case is dangerous and there is no coverage")
+        raise _error(threshold.text, "the plan has no [hazard], so no case is dangerous and there is no coverage")
     if threshold.measure == "coverage":
         return group.coverage.share
     if threshold.measure == "coverage.lower":
         if group.coverage.interval is None:
-            raise _refused(threshold.text, f'only sampling = "random" has an interval, and this campaign has "{answer.head.sampling}"')
+            raise _error(threshold.text, f'only sampling = "random" has an interval, and this campaign has "{answer.head.sampling}"')
         return group.coverage.interval[0]
     if threshold.measure in QUANTILES:
         return group.first.quantile_s(QUANTILES[threshold.measure])
     return float(sum(count for name, count in group.outcomes.items() if OUTCOMES[name].key == threshold.measure))
 
 
-def _refused(text: str, why: str) -> StartError:
+def _error(text: str, why: str) -> StartError:
     return StartError(f'--require: "{text.strip()}": {why}')
