@@ -1,4 +1,4 @@
-"""What a campaign says, from results that are written here."""
+"""Evaluation, comparison and reports of campaigns, from given results."""
 
 import json
 import xml.etree.ElementTree as ElementTree
@@ -37,13 +37,13 @@ def five():
     return [
         case(0, "detected by the drive", drive=SECOND + 100, violated=SECOND + 200),  # dangerous, in time
         case(1, "silently wrong", violated=2 * SECOND),  # dangerous
-        case(2, "detected by the host", "cut", host=SECOND + 300),  # safe, and detected
+        case(2, "detected by the host", "cut", host=SECOND + 300),  # safe and detected
         case(3, "tolerated", "cut"),
         case(4, "not fired", "cut"),
     ]
 
 
-def test_coverage_counts_only_what_was_dangerous():
+def test_coverage_counts_dangerous_cases_only():
     answer = answer_of(head(), five())
     assert (answer.all.coverage.detected, answer.all.coverage.dangerous) == (1, 2)
     assert answer.all.coverage.share == 0.5
@@ -55,14 +55,14 @@ def test_coverage_counts_only_what_was_dangerous():
     )
 
 
-def test_a_host_that_always_raises_an_alarm_gains_no_coverage():
+def test_constant_alarm_gains_no_coverage():
     quiet = [case(0, "silently wrong", violated=2 * SECOND), *(case(n, "tolerated") for n in range(1, 5))]
     loud = [quiet[0], *(case(n, "detected by the host", host=SECOND) for n in range(1, 5))]
     assert answer_of(head(), loud).all.coverage.share == answer_of(head(), quiet).all.coverage.share == 0
 
 
-def test_what_a_host_prevented_gives_bounds_unless_a_passive_host_ran():
-    """2 dangerous, 1 of these in time; detected without a hazard: 1 in time, 1 late."""
+def test_coverage_has_bounds_unless_a_passive_host_ran():
+    """2 cases are dangerous, 1 of them detected in time. 2 are detected without a hazard, 1 in time and 1 late."""
     cases = [*five()[:3], case(3, "late", host=2 * SECOND)]
     coverage = answer_of(head(plan=PLAN + "[host]\n", cases=4), cases).all.coverage
     assert (coverage.share, coverage.upper) == (1 / 3, 2 / 3)
@@ -72,7 +72,7 @@ def test_what_a_host_prevented_gives_bounds_unless_a_passive_host_ran():
     assert coverage.share == coverage.upper == 2 / 3
 
 
-def test_the_report_tells_what_a_plan_would_have_to_count():
+def test_report_names_uncounted_ends_of_hosts():
     dead = [case(n, "crash") for n in range(3)]
     dead[0].note = dead[1].note = "exit status 7"
     dead[2].note = "uncaught lkemu.errors.NoReply"
@@ -84,7 +84,7 @@ def test_the_report_tells_what_a_plan_would_have_to_count():
         assert "2 cases without a result, as the machine failed (lk-emu was ended from outside)" in text
 
 
-def test_a_plan_without_a_hazard_has_no_coverage():
+def test_plan_without_hazard_has_no_coverage():
     answer = answer_of(head(plan=""), five())
     assert "no [hazard]" in conclusion(answer)
     assert "coverage" not in report.text_report(answer, []).replace(conclusion(answer), "")
@@ -92,8 +92,8 @@ def test_a_plan_without_a_hazard_has_no_coverage():
         check_thresholds(answer, [parse_threshold("coverage>=0.9")])
 
 
-def test_rates_weight_each_kind():
-    """jam: 1 of 2 fired cases dangerous and detected, 1 dangerous and not; twice the rate of cut, which has none."""
+def test_weighted_coverage_uses_failure_rates():
+    """jam: 2 of 2 fired cases are dangerous, 1 is detected; the rate is 2. cut: 1 of 2 is dangerous; the rate is 1."""
     cases = [case(0, "detected by the drive", drive=SECOND, violated=2 * SECOND), case(1, "silently wrong", violated=SECOND),
              case(2, "silently wrong", "cut", violated=SECOND), case(3, "tolerated", "cut")]  # fmt: skip
     answer = answer_of(head(PLAN + "[rates]\njam = 2.0\ncut = 1.0\n", cases=4), cases)
@@ -101,15 +101,15 @@ def test_rates_weight_each_kind():
     assert answer.weighted_coverage == pytest.approx(1 / 2.5)
 
 
-def test_intervals_of_clopper_and_pearson():
-    """Of the rule of three's exact form: 1 - 0.025^(1/n) for no hit; 29 of 30 from Brown, Cai, DasGupta 2001's formula."""
+def test_clopper_pearson_matches_closed_form():
+    """Source: exact form of the rule of three. Without a hit in n trials, the upper limit is 1 - 0.025^(1/n)."""
     assert clopper_pearson(0, 10) == (0, pytest.approx(1 - 0.025**0.1))
     assert clopper_pearson(10, 10) == (pytest.approx(0.025**0.1), 1)
     assert clopper_pearson(0, 0) == (0, 1)
     assert answer_of(head(sampling="latin"), five()).all.coverage.interval is None
 
 
-def test_latencies_are_nearest_ranks():
+def test_latency_quantiles_are_nearest_ranks():
     answer = answer_of(head(cases=100), [case(n, "detected by the drive", drive=SECOND + n + 1) for n in range(100)])
     assert [answer.all.first.quantile_s(share) for share in (0.5, 0.99, 1)] == [50e-9, 99e-9, 100e-9]
 
@@ -119,48 +119,48 @@ def test_latencies_are_nearest_ranks():
     [("coverage>=0.5", 0.5, True), ("coverage[jam]>=0.51", 0.5, False), ("silently_wrong<=0", 1, False),
      ("latency.worst_s<=1e-6", 3e-7, True), ("coverage[cut]>=0", None, False)],
 )  # fmt: skip
-def test_requirements(text, measured, holds):
+def test_checks_requirements(text, measured, holds):
     (checked,) = check_thresholds(answer_of(head(), five()), [parse_threshold(text)])
     assert (checked.measured, checked.holds) == (measured, holds)
 
 
-def test_nothing_holds_while_cases_are_missing():
+def test_requirement_fails_while_cases_are_missing():
     (checked,) = check_thresholds(answer_of(head(cases=6), five()), [parse_threshold("silently_wrong<=1")])
     assert not checked.holds and "1 cases are missing" in str(checked)
 
 
 @pytest.mark.parametrize("text", ["coverage", "coverage>0.9", "covrage>=0.9", "coverage>=2", "late<=0.5", "coverage[jam]>=x", "latency.p50_s<=-1"])
-def test_refuses_wrong_requirements(text):
+def test_rejects_malformed_requirements(text):
     with pytest.raises(StartError, match="--require"):
         parse_threshold(text)
 
 
-def test_refuses_a_kind_that_the_campaign_lacks():
+def test_rejects_requirement_of_unknown_kind():
     with pytest.raises(StartError, match="jam, cut"):
         check_thresholds(answer_of(head(), five()), [parse_threshold("late[hang]<=0")])
 
 
 @pytest.mark.parametrize("before", [one for one in OUTCOMES.values() if one.in_time])
 @pytest.mark.parametrize("now", [one for one in OUTCOMES.values() if not one.in_time and one.name != "not fired"])
-def test_losing_a_detection_is_worse(before, now):
+def test_lost_detection_is_worse(before, now):
     comparison = compare(head(), [case(0, before.name)], head(), [case(0, now.name)])
     assert (comparison.worse, comparison.better) == (1, 0)
     assert comparison.cases == [(before.name, case(0, now.name))]
     assert compare(head(), [case(0, now.name)], head(), [case(0, before.name)]).better == 1
 
 
-def test_a_host_that_lost_its_detection_is_worse_though_the_drive_still_notices():
+def test_detection_by_drive_instead_of_host_is_worse():
     assert compare(head(), [case(0, "detected by the host")], head(), [case(0, "detected by the drive")]).worse == 1
 
 
-def test_compares_by_number():
+def test_compares_cases_of_equal_number():
     old = [case(0, "late"), case(1, "tolerated"), case(3, "not fired")]
     new = [case(1, "tolerated"), case(2, "late"), case(3, "late")]
     comparison = compare(head(), old, head(), new)
     assert (comparison.only_before, comparison.only_now, comparison.same, comparison.not_fired) == (1, 1, 1, 1)
 
 
-def test_refuses_to_compare_other_plans():
+def test_rejects_comparison_of_different_plans():
     with pytest.raises(StartError, match="seed was 1 and is 2"):
         other = Head(**{**vars(head()), "seed": 2})
         compare(head(), [], other, [])
@@ -168,7 +168,7 @@ def test_refuses_to_compare_other_plans():
         compare(head(), [case(0, "late")], head(), [case(0, "late", "cut")])
 
 
-def test_reports_in_every_form():
+def test_all_report_formats_show_the_results():
     answer = answer_of(head(), five())
     required = check_thresholds(answer, [parse_threshold("coverage>=0.9")])
     text = report.text_report(answer, required)
@@ -178,11 +178,11 @@ def test_reports_in_every_form():
     assert page.count("<details") == 1 and "width: 50.0%" in page
     suite = ElementTree.fromstring(report.junit(answer).encode())
     assert [suite[0].get(name) for name in ("tests", "failures", "errors", "skipped")] == ["2", "1", "0", "0"]
-    said = json.loads(report.json_report(answer, required))
-    assert said["all"]["coverage"]["share"] == 0.5 and said["residual"][0]["outcome"] == "silently_wrong"
+    data = json.loads(report.json_report(answer, required))
+    assert data["all"]["coverage"]["share"] == 0.5 and data["residual"][0]["outcome"] == "silently_wrong"
 
 
-def test_nothing_in_results_becomes_markup():
+def test_reports_escape_markup_and_control_characters():
     evil = case(1, "silently wrong", violated=SECOND)
     evil.note = "</script><b>\x1b[31m"
     answer = answer_of(head(), [evil])

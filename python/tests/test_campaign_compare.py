@@ -1,4 +1,4 @@
-"""`lk-emu campaign compare` of two hosts, by the program that LKEMU names."""
+"""`lk-emu campaign compare` with two hosts. The environment variable LKEMU names the program."""
 
 import json
 import os
@@ -13,7 +13,7 @@ for library in ("can", "jinja2", "regex", "scipy"):
 if "LKEMU" not in os.environ:
     pytest.skip("LKEMU names no program", allow_module_level=True)
 
-# Reads the temperature (0x9A, its second byte) and stops the drive (0x80) where it is too high.
+# Reads the temperature (second byte of the reply to 0x9A) and switches the drive off (0x80) above 90 degrees Celsius.
 HOST = """
 import can, lkemu
 
@@ -54,7 +54,7 @@ def campaign(*words):
     return subprocess.run([sys.executable, "-m", "lkemu.campaign", *words], capture_output=True, text=True, timeout=300, check=False)
 
 
-def test_a_removed_over_temperature_stop_is_worse(tmp_path, monkeypatch):
+def test_removed_over_temperature_stop_is_worse(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     pathlib.Path("plan.toml").write_text(PLAN)
     for name, host in (("before", HOST), ("now", HOST.replace(STOP, ""))):
@@ -63,8 +63,8 @@ def test_a_removed_over_temperature_stop_is_worse(tmp_path, monkeypatch):
         assert done.returncode == 0, done.stderr
     done = campaign("compare", "before.db", "now.db", "--json", "worse.json", "--html", "worse.html")
     assert done.returncode == 1 and done.stdout.startswith("2 worse, 0 better, 0 the same\n  2 detected by the host -> silently wrong\n"), done.stdout
-    said = json.loads(pathlib.Path("worse.json").read_text())
-    assert said["worse"] == 2 and [one["before"] for one in said["cases"]] == ["detected_by_host"] * 2
+    data = json.loads(pathlib.Path("worse.json").read_text())
+    assert data["worse"] == 2 and [one["before"] for one in data["cases"]] == ["detected_by_host"] * 2
     assert "2 worse, 0 better" in pathlib.Path("worse.html").read_text()
     assert campaign("compare", "now.db", "before.db").returncode == 0, "better"
     assert campaign("compare", "now.db", "plan.toml").returncode == 2

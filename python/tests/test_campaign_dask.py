@@ -1,4 +1,4 @@
-"""Campaigns on a real dask scheduler and two worker processes on this machine, by the program that LKEMU names."""
+"""Campaigns on a dask scheduler with local worker processes. The environment variable LKEMU names the program."""
 
 import json
 import os
@@ -54,7 +54,7 @@ def campaign(*words, check=True):
 
 
 def wait_until(condition, *processes):
-    """Polls the condition while all processes run."""
+    """Waits for the condition. Fails if a process exits first."""
     deadline = time.monotonic() + PATIENCE_S
     while not condition():
         assert all(process.poll() is None for process in processes) and time.monotonic() < deadline
@@ -91,7 +91,7 @@ def has_workers(address):
 
 @pytest.fixture(scope="module")
 def local(tmp_path_factory):
-    """The export of the plan, computed without dask."""
+    """Export of the plan, computed without dask."""
     folder = tmp_path_factory.mktemp("local")
     (folder / "plan.toml").write_text(PLAN)
     campaign(folder / "plan.toml", "-o", folder / "local.db", "--quiet")
@@ -115,7 +115,7 @@ def rows(path):
         return 0
 
 
-def test_a_killed_worker_changes_nothing(cluster, local):
+def test_killed_worker_does_not_change_results(cluster, local):
     workers = [cluster.start_worker() for _ in range(2)]
     running = subprocess.Popen([sys.executable, "-m", "lkemu.campaign", "plan.toml", "-o", "dask.db", "--quiet", "--dask", cluster.address])
     wait_until(lambda: rows("dask.db") > 0, running, *workers)
@@ -125,7 +125,7 @@ def test_a_killed_worker_changes_nothing(cluster, local):
     assert campaign("export", "dask.db").stdout == local
 
 
-def test_a_batch_whose_program_was_killed_runs_again(cluster, local, tmp_path):
+def test_batch_with_killed_program_is_retried(cluster, local, tmp_path):
     dies_once = tmp_path / "lk-emu"
     dies_once.write_text(f"""#!/bin/sh
 case "$*" in *--check*) ;; run*) [ -e {tmp_path}/died ] || {{ : > {tmp_path}/died; kill -9 $$; }};; esac
@@ -137,14 +137,14 @@ exec {os.environ["LKEMU"]} "$@"
     assert (tmp_path / "died").exists() and campaign("export", "dask.db").stdout == local
 
 
-def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(cluster, local):
+def test_ctrl_c_keeps_results_for_resume(cluster, local):
     worker = cluster.start_worker()
     command = [sys.executable, "-m", "lkemu.campaign", "plan.toml", "-o", "dask.db", "--quiet", "--dask", cluster.address]
     running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     wait_until(lambda: rows("dask.db") > 0, running, worker)
     running.send_signal(signal.SIGINT)
-    said = running.communicate(timeout=PATIENCE_S)[1]
-    assert running.returncode == 130 and said.count("\n") == 1 and f"--dask {cluster.address} --resume goes on" in said
+    errors = running.communicate(timeout=PATIENCE_S)[1]
+    assert running.returncode == 130 and errors.count("\n") == 1 and f"--dask {cluster.address} --resume goes on" in errors
     assert 0 < rows("dask.db") < 240
     campaign(*command[3:], "--resume")
     assert campaign("export", "dask.db").stdout == local
@@ -159,7 +159,7 @@ def test_host_programs_run_on_workers(cluster):
 
 
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="no openssl")
-def test_tls_as_the_page_of_engines_says(tmp_path, monkeypatch, local):
+def test_documented_tls_setup_works(tmp_path, monkeypatch, local):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "plan.toml").write_text(PLAN)
     subprocess.run("openssl req -x509 -newkey rsa:3072 -nodes -days 30 -subj /CN=campaign -keyout key.pem -out cert.pem".split(),
@@ -179,7 +179,7 @@ def test_tls_as_the_page_of_engines_says(tmp_path, monkeypatch, local):
     assert campaign("export", "dask.db").stdout == local
 
 
-def test_a_worker_without_the_package_is_refused(cluster, tmp_path):
+def test_rejects_worker_without_package(cluster, tmp_path):
     (tmp_path / "other" / "lkemu").mkdir(parents=True)
     (tmp_path / "other" / "lkemu" / "__init__.py").write_text("raise ModuleNotFoundError(\"No module named 'lkemu'\", name='lkemu')\n")
     worker = cluster.start_worker(PYTHONPATH=str(tmp_path / "other"))
@@ -190,7 +190,7 @@ def test_a_worker_without_the_package_is_refused(cluster, tmp_path):
 
 
 @pytest.mark.parametrize("when", ["before", "later"])
-def test_refuses_a_worker_with_another_version(cluster, when, tmp_path):
+def test_rejects_worker_with_another_version(cluster, when, tmp_path):
     other = tmp_path / "lk-emu"
     other.write_text(f'#!/bin/sh\n[ "$1" = --version ] && echo lk-emu 0.0.1 && exit\nexec {os.environ["LKEMU"]} "$@"\n')
     other.chmod(0o755)
@@ -205,31 +205,31 @@ def test_refuses_a_worker_with_another_version(cluster, when, tmp_path):
         wait_until(lambda: rows("plan.db") > 0, running, worker)
         cluster.start_worker(LKEMU=str(other))
         worker.kill()
-    said = running.communicate(timeout=PATIENCE_S)[1]
-    assert running.returncode == 2 and said.count("\n") == 1, said
-    assert said.startswith("lk-emu: --dask: worker ") and "another lk-emu than the campaign (it has 0.0.1)" in said
+    errors = running.communicate(timeout=PATIENCE_S)[1]
+    assert running.returncode == 2 and errors.count("\n") == 1, errors
+    assert errors.startswith("lk-emu: --dask: worker ") and "another lk-emu than the campaign (it has 0.0.1)" in errors
     assert (when == "before") != pathlib.Path("plan.db").exists()
 
 
 @pytest.mark.parametrize("address", ["10.0.0.1:8786", "tcp://example.org:8786", "inproc://127.0.0.1:8786", "127.0.0.1.example.org:8786"])
-def test_refuses_addresses_of_plain_tcp(address):
+def test_rejects_plain_tcp_addresses(address):
     with pytest.raises(StartError, match="is neither loopback nor tls://"):
         check_address(address)
 
 
 @pytest.mark.parametrize("address", ["localhost", "127.0.0.1:port", "tls://host", ""])
-def test_refuses_what_is_no_address(address):
+def test_rejects_malformed_addresses(address):
     with pytest.raises(StartError, match="is not an address like 127.0.0.1:8786"):
         check_address(address)
 
 
-def test_takes_loopback_and_tls():
+def test_accepts_loopback_and_tls():
     assert [check_address(one) for one in ("127.0.0.1:1", "localhost:1", "tcp://[::1]:1", "tls://10.0.0.1:1")] == [
         "tcp://127.0.0.1:1", "tcp://localhost:1", "tcp://[::1]:1", "tls://10.0.0.1:1"]  # fmt: skip
 
 
 @pytest.mark.parametrize("address, problem", [("10.0.0.1:8786", "is neither loopback nor tls://"), ("127.0.0.1:1", "no scheduler answers")])
-def test_a_refused_address_is_one_line(tmp_path, monkeypatch, address, problem):
+def test_rejected_address_prints_one_line(tmp_path, monkeypatch, address, problem):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "plan.toml").write_text(PLAN)
     done = campaign("plan.toml", "--dask", address, check=False)
@@ -237,7 +237,7 @@ def test_a_refused_address_is_one_line(tmp_path, monkeypatch, address, problem):
     assert not (tmp_path / "plan.db").exists()
 
 
-def test_a_missing_library_is_named(tmp_path):
+def test_error_names_missing_library(tmp_path):
     (tmp_path / "plan.toml").write_text(PLAN)
     code = "import runpy, sys; sys.modules['distributed'] = None; runpy.run_module('lkemu.campaign', run_name='__main__', alter_sys=True)"
     command = [sys.executable, "-c", code, str(tmp_path / "plan.toml"), "--dask", "127.0.0.1:1"]

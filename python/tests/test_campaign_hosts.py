@@ -1,4 +1,4 @@
-"""Campaigns with host programs, by the program that LKEMU names. Hosts are small and move the clock."""
+"""Campaigns with host programs that advance a stepped clock. The environment variable LKEMU names the program."""
 
 import json
 import os
@@ -15,7 +15,7 @@ pytest.importorskip("jinja2")
 if "LKEMU" not in os.environ:
     pytest.skip("LKEMU names no program", allow_module_level=True)
 
-# {how} comes from the plan. The fault begins at 1 s.
+# Behaviour `how` comes from the dimension host.how of the plan. The fault begins at 1 s.
 HOST = '''
 import os, subprocess, sys, time
 import lkemu
@@ -40,8 +40,8 @@ for n in range(1, 31):
     if fault and how == "advances":
         while True:
             clock.advance(0.01)
-    if fault and how == "eats":
-        eaten = bytearray(400_000_000)
+    if fault and how == "allocates":
+        memory = bytearray(400_000_000)
         clock.advance(0.1)
     if fault and how == "floods":
         while True:
@@ -110,13 +110,13 @@ def rows():
     return [dict(zip(names, line.split(","))) for line in lines[1:]]
 
 
-def are_running(*words):
+def running_commands(*words):
     listed = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True).stdout
     return [line for line in listed.splitlines() if all(word in line for word in words)]
 
 
 def start(*words):
-    """A campaign of hosts of which one waits: returns when it does."""
+    """Starts a campaign and returns when one of its hosts waits."""
     running = subprocess.Popen([sys.executable, "-m", "lkemu.campaign", "plan.toml", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                text=True)  # fmt: skip
     assert waits_again(running), running.stderr.read()
@@ -124,18 +124,18 @@ def start(*words):
 
 
 def waits_again(running):
-    """Returns when a host waits; False: the campaign has ended."""
+    """Returns True when a host waits, False when the campaign has ended."""
     waiting = pathlib.Path("waiting")
     while not waiting.exists():
         if running.poll() is not None:
             return False
-        time.sleep(0.02)  # between two looks
+        time.sleep(0.02)  # polling period
     waiting.unlink()
     return True
 
 
-def below(parent, *words):
-    """Process IDs of descendants whose command line has all these words."""
+def find_descendants(parent, *words):
+    """Returns process IDs of descendants whose command line contains all these words."""
     listed = subprocess.run(["ps", "-eo", "pid,ppid,args"], capture_output=True, text=True, check=True).stdout
     rows = [line.split(None, 2) for line in listed.splitlines()[1:]]
     found, above = [], [str(parent)]
@@ -147,23 +147,23 @@ def below(parent, *words):
 
 
 def wait_until_gone(*words):
-    patience = time.monotonic() + 30
-    while are_running(*words):
-        assert time.monotonic() < patience
+    deadline = time.monotonic() + 30
+    while running_commands(*words):
+        assert time.monotonic() < deadline
         time.sleep(0.02)
 
 
-def test_what_hosts_notice_is_of_the_instant_at_which_they_did(run):
+def test_detection_has_simulated_time_of_output(run):
     assert run("says", "status", "always", "well").returncode == 0
     says, status, always, well = rows()
-    # The host looks every 0.1 s. The fault begins at 1 s, and shows after that.
+    # The host checks every 0.1 s. The fault begins at 1 s; its effect is visible later.
     assert says["outcome"] == status["outcome"] == "detected by the host"
     assert says["detected_by_host_ns"] == status["detected_by_host_ns"] == "1100000000"
     assert always["outcome"] == well["outcome"] == "silently wrong", "an alarm without a fault tells nothing"
     assert says["note"] == "exit status 0; line 1 of [detect]" and status["note"] == "exit status 3"
 
 
-def test_how_hosts_end(run):
+def test_report_shows_how_hosts_ended(run):
     done = run("dies", "killed", "raises")
     assert [row["outcome"] for row in rows()] == ["crash"] * 3
     assert [row["note"] for row in rows()] == ["exit status 1", "killed by SIGKILL", "uncaught ValueError"]
@@ -172,13 +172,13 @@ def test_how_hosts_end(run):
     assert "[[detect.host]]\n  exit_status = 1\n" in done.stdout and "[[detect.host]]\n  says = '^ValueError\\b'\n" in done.stdout
 
 
-def test_an_exception_that_the_plan_names_is_a_detection(run):
+def test_listed_exception_is_a_detection(run):
     run("raises", says=r"^ValueError\b")
     (row,) = rows()
     assert (row["outcome"], row["note"]) == ("detected by the host", "uncaught ValueError; line 1 of [detect]")
 
 
-def test_time_of_a_stepped_host_is_simulated_and_processor_time(run):
+def test_timeout_limits_simulated_and_processor_time_of_stepped_host(run):
     assert run("computes", "advances", "waits", timeout_s=3.5).returncode == 0
     assert [row["outcome"] for row in rows()] == ["hang"] * 3
     assert [row["note"] for row in rows()] == [
@@ -186,13 +186,13 @@ def test_time_of_a_stepped_host_is_simulated_and_processor_time(run):
     ]  # fmt: skip
 
 
-def test_limits_of_memory_and_output(run):
-    assert run("eats", "floods", more="memory_MB = 300\noutput_MB = 1").returncode == 0
+def test_exceeded_memory_or_output_is_a_crash(run):
+    assert run("allocates", "floods", more="memory_MB = 300\noutput_MB = 1").returncode == 0
     assert [row["outcome"] for row in rows()] == ["crash"] * 2
     assert [row["note"] for row in rows()] == ["used more than 300 MB of memory (memory_MB)", "wrote more than 1 MB (output_MB)"]
 
 
-def test_a_busy_machine_changes_nothing(write):
+def test_busy_machine_does_not_change_results(write):
     write("says", "status", "well", "raises", "computes", "advances", timeout_s=3.5)
     assert campaign("plan.toml", "-j", "1", "--quiet").returncode == 0
     quiet = campaign("export", "plan.db").stdout
@@ -206,12 +206,12 @@ def test_a_busy_machine_changes_nothing(write):
     assert campaign("export", "busy.db").stdout == quiet
 
 
-def test_nothing_that_a_host_has_started_stays(run):
+def test_kills_processes_started_by_host(run):
     assert run("leaves").returncode == 0
-    assert not are_running("sleep 7654321")
+    assert not running_commands("sleep 7654321")
 
 
-def test_nothing_stays_when_the_campaign_is_killed(write, tmp_path):
+def test_killed_campaign_leaves_no_processes(write, tmp_path):
     write("waits")
     running = start("-j", "2")
     running.send_signal(signal.SIGKILL)
@@ -220,30 +220,30 @@ def test_nothing_stays_when_the_campaign_is_killed(write, tmp_path):
     wait_until_gone(str(tmp_path))
 
 
-# What a signal from outside ends. A worker has two processes, its parent comes first.
+# Processes to kill: words of the command line, index among the matches. A worker has two; its parent is first.
 VICTIMS = {"parent": (["host_worker"], 0), "worker": (["host_worker"], 1), "lk-emu": (["--end-with-stdin"], 0), "host": (["host.py", "waits"], 0)}
 
 
 @pytest.mark.parametrize("victim", VICTIMS)
-def test_a_kill_from_outside_leaves_nothing_and_is_no_result(write, victim):
+def test_external_kill_leaves_no_processes_and_no_result(write, victim):
     write("leaves waits", timeout_s=300)
     words, place = VICTIMS[victim]
     running = start("-j", "1")
-    os.kill(below(running.pid, *words)[place], signal.SIGKILL)
+    os.kill(find_descendants(running.pid, *words)[place], signal.SIGKILL)
     assert waits_again(running), "a run that was ended from outside is repeated once"
-    time.sleep(1)  # a host that has slept for this long did not end itself
-    os.kill(below(running.pid, *words)[place], signal.SIGKILL)
+    time.sleep(1)  # long enough for a host to sleep, so it did not exit by itself
+    os.kill(find_descendants(running.pid, *words)[place], signal.SIGKILL)
     out, err = running.communicate()
     assert running.returncode == 1 and "1 case without a result, as the machine failed" in err and "was ended from outside" in out
     assert not rows()
-    assert not are_running("host.py", "waits") and not are_running("sleep 7654321")
+    assert not running_commands("host.py", "waits") and not running_commands("sleep 7654321")
 
 
-def test_resume_runs_again_what_the_machine_kept_from_a_result(write):
+def test_resume_reruns_machine_failures(write):
     write("says", "waits", timeout_s=3.5)
     running = start("-j", "1", "--quiet")
     while True:
-        os.kill(below(running.pid, "--end-with-stdin")[0], signal.SIGTERM)
+        os.kill(find_descendants(running.pid, "--end-with-stdin")[0], signal.SIGTERM)
         if not waits_again(running):
             break
     running.communicate()
@@ -254,15 +254,15 @@ def test_resume_runs_again_what_the_machine_kept_from_a_result(write):
     assert "machine failed" not in campaign("report", "plan.db").stdout
 
 
-def test_a_signal_from_outside_costs_a_run_only(write):
+def test_external_signal_repeats_the_run(write):
     write("waits", timeout_s=3.5)
     running = start("-j", "1", "--quiet")
-    os.kill(below(running.pid, "host.py", "waits")[0], signal.SIGKILL)
+    os.kill(find_descendants(running.pid, "host.py", "waits")[0], signal.SIGKILL)
     running.communicate()
     assert [row["note"] for row in rows()] == ["waited for something else than the clock"]
 
 
-def test_refuses_what_cannot_run(run):
+def test_rejects_invalid_expression_and_failing_host(run):
     hangs = run("dies", says="(a+")
     assert hangs.returncode == 2 and "is no regular expression" in hangs.stderr
     pathlib.Path("host.py").write_text("import sys\nsys.exit('no such bus')\n")
@@ -272,7 +272,7 @@ def test_refuses_what_cannot_run(run):
 
 
 @pytest.mark.parametrize("expression", ["^(a|aa)+$", "(a+)+$"])
-def test_an_expression_that_never_ends_is_refused(run, expression):
+def test_rejects_slow_expression(run, expression):
     pathlib.Path("host.py").write_text(HOST + f"print('{'a' * 1999}!')\n")
     done = run("well", says=expression)
     assert done.returncode == 2 and "takes too long" in done.stderr and done.stderr.count("\n") == 1
@@ -304,7 +304,7 @@ def run_case(bus, clock, how):
 
 @pytest.fixture
 def function(write):
-    """A plan whose host is a function."""
+    """Writes a plan whose host is a Python function."""
 
     def write_function(*hows, **more):
         write(*hows, **more)
@@ -316,14 +316,14 @@ def function(write):
     return write_function
 
 
-def test_a_function_is_called_in_a_copy_for_each_case(function):
+def test_each_case_calls_function_in_new_process(function):
     function("well", "says", "returns", "raises", "dies")
     assert campaign("plan.toml", "-j", "1", "--quiet").returncode == 0
     assert [row["note"] for row in rows()] == [
         "exit status 0", "exit status 0; line 1 of [detect]", "exit status 3", "uncaught ValueError", "killed by SIGABRT",
     ]  # fmt: skip
     assert rows()[0]["outcome"] == "silently wrong" and rows()[1]["detected_by_host_ns"] == "1100000000"
-    # A case by itself is computed in a process that has run no other.
+    # --case computes a single case in a new process.
     assert "detected by the host" in campaign("plan.toml", "--case", "1").stdout
     assert "; exit status 0\n" in campaign("plan.toml", "--case", "0").stdout
 
@@ -334,7 +334,7 @@ def test_a_function_is_called_in_a_copy_for_each_case(function):
      ("def run_case(bus): pass\n", "takes 1 parameters"), ("import os\nos._exit(5)\n", "ended with status 5"), ("x = (\n", "SyntaxError"),
      ("def run_case(bus, clock): pass\n", "unexpected keyword argument 'how'")],
 )  # fmt: skip
-def test_refuses_a_function_that_cannot_be_called(function, text, problem):
+def test_rejects_unusable_function(function, text, problem):
     function("well")
     pathlib.Path("my_host.py").write_text(text)
     done = campaign("plan.toml")
@@ -347,7 +347,7 @@ def test_refuses_a_function_that_cannot_be_called(function, text, problem):
      ('clock = "stepped"\nmemory_MB = 1', "must be a number from 50 to 1e+06"), ('clock = "stepped"\nbus = "rs485"', "must be a CAN bus"),
      ('clock = "stepped"\ncommand = "true"', "does not go together with command")],
 )  # fmt: skip
-def test_refuses_a_wrong_host_table(function, change, problem):
+def test_rejects_invalid_host_table(function, change, problem):
     function("well")
     plan = pathlib.Path("plan.toml")
     plan.write_text(plan.read_text().replace('clock = "stepped"', change))
@@ -355,7 +355,7 @@ def test_refuses_a_wrong_host_table(function, change, problem):
     assert done.returncode == 2 and problem in done.stderr and done.stderr.count("\n") == 1
 
 
-def test_refuses_a_value_that_no_dimension_gives(write):
+def test_rejects_placeholder_without_dimension(write):
     write("well")
     plan = pathlib.Path("plan.toml")
     plan.write_text(plan.read_text().replace("{host.how}", "{host.hwo}"))
@@ -363,7 +363,7 @@ def test_refuses_a_value_that_no_dimension_gives(write):
     assert done.returncode == 2 and done.stderr == "lk-emu: plan.toml:10: host.command: there is no dimension for {host.hwo}\n"
 
 
-def test_results_belong_to_what_a_function_imports(function):
+def test_changed_import_prevents_resume(function):
     function("well")
     pathlib.Path("helper.py").write_text("LIMIT = 1\n")
     pathlib.Path("my_host.py").write_text("import helper\n" + FUNCTION)
@@ -383,22 +383,22 @@ signal = "true_angle_deg"
 max = 30
 """
 
-# Turns the joint, and stops it: in the end, or when it meets a fault. One that is carefree does not need the latter.
-# One that guards stops it without a fault too, unless it is passive.
+# Turns the joint. Stops it at a fault unless passive, and otherwise at 1.1 s. With `how` "needs", the latter only
+# happens without a fault; with "guards", only if not passive.
 TURNING = """
 import os
 import struct
 import can
 
 
-def say(bus, command, value=0):
+def send(bus, command, value=0):
     bus.send(can.Message(arbitration_id=0x141, is_extended_id=False, data=struct.pack("<B3xi", command, value)))
 
 
 def run_case(bus, clock, how):
     passive = "NO_STOP" in os.environ
     clock.advance(0.2)
-    say(bus, 0xA2, 12000)  # 20 degrees a second behind the gear
+    send(bus, 0xA2, 12000)  # 20 degrees a second behind the gear
     stopped = False
     for n in range(3, 29):
         clock.advance_to(0.1 * n)
@@ -407,7 +407,7 @@ def run_case(bus, clock, how):
             print("error: something is wrong")
         in_the_end = n == 11 and not (how == "needs" and fault) and not (how == "guards" and passive)
         if not stopped and ((fault and not passive) or in_the_end):
-            say(bus, 0x81)
+            send(bus, 0x81)
             stopped = True
 """
 
@@ -434,7 +434,7 @@ says = "^error: "
 
 @pytest.fixture
 def stopping(tmp_path, monkeypatch):
-    """Runs a plan whose host prevents a hazard; the report as JSON."""
+    """Runs a plan whose host prevents a hazard. Returns `all` of the JSON report."""
     monkeypatch.chdir(tmp_path)
     robot = pathlib.Path(__file__).parents[2] / "configs/scenarios/robots/joint.toml"
     (tmp_path / "joint.toml").write_text(robot.read_text())
@@ -455,7 +455,7 @@ def stopping(tmp_path, monkeypatch):
     return run_plan
 
 
-def test_a_hazard_that_the_reaction_prevents_is_dangerous_and_detected(stopping):
+def test_prevented_hazard_counts_as_dangerous_and_detected(stopping):
     found = stopping('passive = "NO_STOP=1"')
     assert [(row["outcome"], row["passive"]) for row in rows()] == [
         ("detected by the host", "dangerous"), ("detected by the host", "safe"), ("tolerated", ""),
@@ -464,13 +464,13 @@ def test_a_hazard_that_the_reaction_prevents_is_dangerous_and_detected(stopping)
     assert (found["safe_detected"], found["safe_undetected"], found["false_alarms"]) == (1, 1, 1)
 
 
-def test_a_passive_host_runs_in_a_plan_without_faults_too(stopping):
+def test_passive_host_also_runs_without_fault_dimension(stopping):
     found = stopping('passive = "NO_STOP=1"', 'host.how = ["guards", "alarms"]')
     assert [(row["outcome"], row["passive"]) for row in rows()] == [("detected by the host", "dangerous"), ("detected by the host", "safe")]
     assert (found["coverage"]["detected"], found["coverage"]["dangerous"]) == (1, 1)
 
 
-def test_the_note_of_a_real_time_host_says_that_it_may_have_missed_the_fault(stopping):
+def test_note_tells_that_real_time_host_may_have_missed_the_fault(stopping):
     plan = STOPPING_PLAN.format(more='clock = "realtime"').replace('"friction"', '"drop"').replace("fault.friction.factor = 2", "")
     plan = plan.replace("at_s = 0.5", "at_s = 0.1").replace('python = "my_host.py"', 'command = "true"')
     pathlib.Path("plan.toml").write_text(plan.replace('["needs", "carefree", "alarms"]', '["x"]'))
@@ -480,14 +480,14 @@ def test_the_note_of_a_real_time_host_says_that_it_may_have_missed_the_fault(sto
     assert "the fault affected nothing from 0.1 s on: the host may have started later" in rows()[0]["note"]
 
 
-def test_without_a_passive_host_coverage_has_bounds(stopping):
+def test_coverage_has_bounds_without_passive_host(stopping):
     found = stopping("")
     assert (found["coverage"]["dangerous"], found["coverage"]["open_in_time"]) == (0, 2)
     assert (found["coverage"]["share"], found["coverage"]["upper"]) == (None, 1.0)
     assert "2 more were detected and without a hazard" in campaign("report", "plan.db").stdout
 
 
-def test_a_dry_run_tells_what_cannot_fire_with_a_host(stopping):
+def test_dry_run_with_host_lists_faults_without_effect(stopping):
     stopping("")
     plan = pathlib.Path("plan.toml")
     plan.write_text(plan.read_text().replace('"friction"', '["friction", "drop"]').replace("0.5", "2.95"))

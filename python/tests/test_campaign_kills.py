@@ -1,4 +1,7 @@
-"""Campaigns that are killed in the middle, by the program that LKEMU names: what is committed stays, and the export is the same."""
+"""Campaigns that are killed while they run keep committed cases and give the same export after --resume.
+
+The environment variable LKEMU names the program.
+"""
 
 import contextlib
 import os
@@ -40,8 +43,8 @@ def campaign(*words):
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
-    """The export of the plan, computed by one job without an interruption."""
+def reference(tmp_path_factory):
+    """Export of the plan, computed by one job without an interruption."""
     folder = tmp_path_factory.mktemp("whole")
     (folder / "plan.toml").write_text(PLAN)
     campaign(folder / "plan.toml", "-j", "1", "--quiet", "-o", folder / "whole.db")
@@ -63,7 +66,7 @@ def numbers(path):
 
 
 def processes_of_session(session):
-    """Process IDs, those that have ended aside."""
+    """Returns process IDs without zombies."""
     found = []
     for folder in pathlib.Path("/proc").glob("[0-9]*"):
         try:
@@ -75,15 +78,15 @@ def processes_of_session(session):
     return found
 
 
-def started(*words, more=0):
-    """A campaign that has committed `more` cases than its file had, and still runs; the numbers of the committed cases."""
+def start(*words, more=0):
+    """Starts a campaign and waits for more than `more` new cases. Returns the process and committed case numbers."""
     path = words[words.index("-o") + 1]
     before = len(numbers(path))
     running = subprocess.Popen([*COMMAND, "plan.toml", "--quiet", *words], stderr=subprocess.PIPE, text=True, start_new_session=True)
     deadline = time.monotonic() + PATIENCE_S
     while len(committed := numbers(path)) <= before + more:
         assert running.poll() is None and time.monotonic() < deadline, running.communicate()[1]
-        time.sleep(0.01)  # between two looks at the file
+        time.sleep(0.01)  # polling period
     return running, committed
 
 
@@ -94,10 +97,10 @@ def assert_session_ends(session):
         time.sleep(0.01)
 
 
-def test_kill_after_kill_no_committed_case_is_lost(whole):
+def test_repeated_kills_lose_no_committed_case(reference):
     committed = set()
     for jobs in ("1", "3", "2"):
-        running, now = started("-o", "night.db", "-j", jobs, "--resume")
+        running, now = start("-o", "night.db", "-j", jobs, "--resume")
         running.kill()
         running.communicate()
         assert committed <= now <= numbers("night.db")
@@ -105,49 +108,49 @@ def test_kill_after_kill_no_committed_case_is_lost(whole):
         assert_session_ends(running.pid)
     assert len(committed) < CASES
     campaign("plan.toml", "-o", "night.db", "--quiet", "--resume")
-    assert campaign("export", "night.db") == whole
+    assert campaign("export", "night.db") == reference
 
 
-def test_a_killed_shard_goes_on_and_merges_to_the_same_bytes(whole):
-    running, _ = started("-o", "0.db", "-j", "2", "--shard", "0/3")
+def test_resumed_shard_merges_to_same_export(reference):
+    running, _ = start("-o", "0.db", "-j", "2", "--shard", "0/3")
     running.kill()
     running.communicate()
     for shard, jobs in ((0, 1), (1, 2), (2, 3)):
         campaign("plan.toml", "-o", f"{shard}.db", "-j", jobs, "--shard", f"{shard}/3", "--quiet", "--resume")
     assert campaign("merge", "-o", "all.db", "2.db", "0.db", "1.db") == f"all.db: {CASES} of {CASES} cases\n"
-    assert campaign("export", "all.db") == whole
+    assert campaign("export", "all.db") == reference
 
 
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGINT])
-def test_an_interrupted_campaign_says_one_line_and_leaves_nothing(whole, how):
-    running, committed = started("-o", "night.db", "-j", "2")
-    running.send_signal(how)  # to this process alone
-    said = running.communicate(timeout=PATIENCE_S)[1]
-    assert running.returncode == 130 and said.count("\n") == 1, said
+def test_interrupted_campaign_prints_one_line_and_leaves_no_processes(reference, how):
+    running, committed = start("-o", "night.db", "-j", "2")
+    running.send_signal(how)  # not to the process group
+    errors = running.communicate(timeout=PATIENCE_S)[1]
+    assert running.returncode == 130 and errors.count("\n") == 1, errors
     assert not processes_of_session(running.pid)
     assert not list(pathlib.Path().glob("night.db-*")), "one file remains"
     kept = numbers("night.db")
-    assert said == (f"lk-emu: stopped after {len(kept)} cases, all kept in night.db; "
+    assert errors == (f"lk-emu: stopped after {len(kept)} cases, all kept in night.db; "
                     "lk-emu campaign plan.toml --quiet -o night.db -j 2 --resume goes on\n")  # fmt: skip
     assert committed <= kept
     campaign("plan.toml", "-o", "night.db", "--quiet", "--resume")
-    assert campaign("export", "night.db") == whole
+    assert campaign("export", "night.db") == reference
 
 
-def test_the_same_command_again_waits_for_the_one_that_runs(whole):
-    """As where GNU parallel was killed and its children were not."""
-    first, _ = started("-o", "night.db", "-j", "1")
+def test_second_writer_waits_for_first(reference):
+    """Occurs, for example, if GNU parallel is killed and its children survive."""
+    first, _ = start("-o", "night.db", "-j", "1")
     second = subprocess.Popen([*COMMAND, "plan.toml", "--quiet", "-o", "night.db", "--resume"], stderr=subprocess.PIPE, text=True)
     assert second.stderr.readline() == "lk-emu: night.db: another process writes it; waiting for its end\n"
     first.kill()
     first.communicate()
-    said = second.communicate(timeout=PATIENCE_S)[1]
-    assert second.returncode == 0 and not said
-    assert campaign("export", "night.db") == whole
+    errors = second.communicate(timeout=PATIENCE_S)[1]
+    assert second.returncode == 0 and not errors
+    assert campaign("export", "night.db") == reference
 
 
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGINT])
-def test_an_interrupted_campaign_ends_its_hosts(how):
+def test_interrupted_campaign_kills_its_hosts(how):
     pathlib.Path("host.toml").write_text(f"""
 scenario = "joint_moves"
 sampling = "full"
@@ -167,8 +170,8 @@ clock = "stepped"
         assert running.poll() is None and time.monotonic() < deadline, running.communicate()[1]
         time.sleep(0.01)
     running.send_signal(how)
-    said = running.communicate(timeout=PATIENCE_S)[1]
-    assert running.returncode == 130 and said.count("\n") == 1, said
+    errors = running.communicate(timeout=PATIENCE_S)[1]
+    assert running.returncode == 130 and errors.count("\n") == 1, errors
     assert not [one for one in pathlib.Path("/proc").glob("[0-9]*/environ") if _has(one, f"MARK={os.getcwd()}")]
 
 
@@ -179,20 +182,20 @@ def _has(file, text):
         return False
 
 
-def test_many_signals_are_as_one():
-    running, _ = started("-o", "night.db", "-j", "2")
+def test_repeated_signals_act_as_one():
+    running, _ = start("-o", "night.db", "-j", "2")
     while running.poll() is None:
         running.send_signal(signal.SIGINT)
-    said = running.communicate()[1]
-    assert running.returncode == 130 and said.count("\n") == 1, said
+    errors = running.communicate()[1]
+    assert running.returncode == 130 and errors.count("\n") == 1, errors
 
 
-def test_a_killed_program_is_no_unusable_input(whole):
-    """Status 2 would tell a batch system that a plan is wrong, and never to try it again."""
-    running, _ = started("-o", "night.db", "-j", "1")
+def test_killed_program_is_not_an_input_error(reference):
+    """The status must not be 2, which makes a batch system give up because the plan is invalid."""
+    running, _ = start("-o", "night.db", "-j", "1")
     (program,) = [pid for pid in processes_of_session(running.pid) if pid != running.pid]
     os.kill(program, signal.SIGKILL)
-    said = running.communicate(timeout=PATIENCE_S)[1]
-    assert running.returncode == 1 and said.count("\n") == 1 and "status -9; --resume goes on" in said, said
+    errors = running.communicate(timeout=PATIENCE_S)[1]
+    assert running.returncode == 1 and errors.count("\n") == 1 and "status -9; --resume goes on" in errors, errors
     campaign("plan.toml", "-o", "night.db", "--quiet", "--resume")
-    assert campaign("export", "night.db") == whole
+    assert campaign("export", "night.db") == reference

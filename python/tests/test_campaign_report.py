@@ -1,4 +1,4 @@
-"""The report of a campaign, from rows that are planted here: its conclusion, smallest cases, the page and JUnit."""
+"""Report of a campaign from given rows: conclusion, smallest cases, HTML page and JUnit."""
 
 import html.parser
 import json
@@ -37,8 +37,8 @@ def case(number, outcome, *values, **more):
     return Result(number, values or ("jam", 1.0, 1.0, 50.0, 24.0), outcome, SECOND, SECOND, **more)
 
 
-def beats(one, other):
-    """Whether `one` is at least as harmless in every number and more harmless in one, by the definition alone."""
+def dominates(one, other):
+    """True if no number of `one` is more harmful and at least one is less harmful than in `other`."""
     harms = [[-value if dimension["harmless_is_most"] else value for dimension, value in zip(DIMENSIONS, row.values) if not isinstance(value, (str, type(None)))]
              for row in (one, other)]  # fmt: skip
     return all(a <= b for a, b in zip(*harms)) and harms[0] != harms[1]
@@ -47,7 +47,7 @@ def beats(one, other):
 # Smallest cases
 
 
-def planted(count, seed):
+def random_results(count, seed):
     draw = random.Random(seed)
     rows = []
     for number in range(count):
@@ -58,21 +58,21 @@ def planted(count, seed):
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_no_failing_case_beats_a_smallest_one(seed):
-    rows = planted(60, seed)
+def test_no_failing_case_dominates_a_smallest_one(seed):
+    rows = random_results(60, seed)
     smallest = answer_of(head(60), rows).smallest
     assert {(kind, one.outcome) for kind, one in smallest} == {(row.values[0], row.outcome) for row in rows if row.outcome != "tolerated"}
     for kind, one in smallest:
-        assert not [row for row in rows if (row.values[0], row.outcome) == (kind, one.outcome) and beats(row, one)]
+        assert not [row for row in rows if (row.values[0], row.outcome) == (kind, one.outcome) and dominates(row, one)]
 
 
-def test_a_mild_fault_is_smaller_than_an_early_one():
+def test_smallest_compares_severity_first():
     rows = [case(0, "late", "jam", 0.0, 2.0, 100.0, 24.0), case(1, "late", "jam", 4.0, 0.1, 5.0, 18.0), case(2, "late", "jam", 4.0, 0.1, 5.0, 24.0)]
     assert [one.number for _, one in answer_of(head(3), rows).smallest] == [2], "24 V is the harmless end"
 
 
-def test_smallest_cases_are_the_same_after_a_merge(tmp_path):
-    rows = planted(60, 1)
+def test_merge_keeps_smallest_cases(tmp_path):
+    rows = random_results(60, 1)
     for shard in range(3):
         store = Store.create(tmp_path / f"{shard}.db", head(60))
         store.put(row for row in rows if row.number % 3 == shard)
@@ -84,17 +84,17 @@ def test_smallest_cases_are_the_same_after_a_merge(tmp_path):
     merged.close()
     assert smallest == answer_of(head(60), rows).smallest
     text = report.text_report(answer_of(head(60), rows), [])
-    said = json.loads(report.json_report(answer_of(head(60), rows), []))
+    data = json.loads(report.json_report(answer_of(head(60), rows), []))
     assert "smallest failing case of each kind and outcome:" in text
-    assert [(one["kind"], one["case"]["number"]) for one in said["smallest"]] == [(kind, one.number) for kind, one in smallest]
-    assert said["smallest"][0]["command"] == f"lk-emu campaign night.toml --case {smallest[0][1].number}"
+    assert [(one["kind"], one["case"]["number"]) for one in data["smallest"]] == [(kind, one.number) for kind, one in smallest]
+    assert data["smallest"][0]["command"] == f"lk-emu campaign night.toml --case {smallest[0][1].number}"
 
 
 # The conclusion
 
 
-def test_the_report_starts_with_its_conclusion():
-    """As a host that exits with 1 whatever happens, and a plan that counts status 3."""
+def test_report_starts_with_conclusion():
+    """The host exits with status 1 in some cases, which the plan does not count as a detection."""
     rows = [case(n, "crash", note="exit status 1", violated_at_ns=2 * SECOND) for n in range(35)]
     rows += [case(n, "silently wrong", violated_at_ns=2 * SECOND) for n in range(35, 53)]
     rows += [case(n, "tolerated") for n in range(53, 200)]
@@ -105,7 +105,7 @@ def test_the_report_starts_with_its_conclusion():
     assert json.loads(report.json_report(answer, []))["conclusion"] == expected
 
 
-def test_the_conclusion_tells_who_detected():
+def test_conclusion_names_single_detector():
     rows = [case(0, "detected by the host", detected_by_host_ns=SECOND, violated_at_ns=2 * SECOND), case(1, "hang", note="did not end in time"),
             case(2, "detected by the host", detected_by_host_ns=SECOND)]  # fmt: skip
     assert conclusion(answer_of(head(3), rows)) == (
@@ -113,13 +113,13 @@ def test_the_conclusion_tells_who_detected():
     )
 
 
-def test_the_conclusion_counts_drive_and_host():
+def test_conclusion_counts_detections_by_drive_and_host():
     rows = [case(n, "detected by the host" if n < 2 else "detected by the drive", violated_at_ns=2 * SECOND) for n in range(3)]
     assert conclusion(answer_of(head(3), rows)) == "3 of 3 cases were dangerous; 3 of these were detected in time, 2 by the host and 1 by the drive (100.0 %)."
     assert "2 of these were detected in time, all by the host" in conclusion(answer_of(head(2), rows[:2]))
 
 
-def test_rates_are_shown_or_said_to_be_missing():
+def test_report_shows_rates_or_their_absence():
     rows = [case(0, "silently wrong", violated_at_ns=2 * SECOND)]
     without = answer_of(head(1), rows)
     weighted = answer_of(head(1, PLAN + "[rates]\njam = 2.5\ncut = 1.0\n"), rows)
@@ -134,7 +134,7 @@ def test_rates_are_shown_or_said_to_be_missing():
 
 
 class Page(html.parser.HTMLParser):
-    """Tables as lists of rows of texts, and what has a style."""
+    """Parses a page: tables as lists of rows of texts, (tag, style) pairs, and links."""
 
     def __init__(self, text):
         super().__init__()
@@ -163,8 +163,8 @@ class Page(html.parser.HTMLParser):
             self.tables[-1][-1][-1] += data.strip()
 
 
-def test_shares_are_bars_and_intervals_are_lines():
-    """Of ten dangerous cases none was detected: the bar is empty, the interval goes from 0 to 1 - 0.025^(1/10) = 0.308."""
+def test_page_draws_shares_as_bars_and_intervals_as_lines():
+    """No dangerous case of ten is detected. So the bar is empty and the interval is 0 to 1 - 0.025^(1/10) = 0.308."""
     answer = answer_of(head(10), [case(n, "silently wrong", violated_at_ns=2 * SECOND) for n in range(10)])
     page = Page(report.page(answer, []))
     assert [value for tag, value in page.styles if tag == "i"] == ["width: 0.0%"] * 2
@@ -173,21 +173,21 @@ def test_shares_are_bars_and_intervals_are_lines():
     assert Page(report.page(answer_of(head(10, sampling="latin"), []), [])).styles == [], "no case: neither"
 
 
-def test_the_page_needs_no_network_and_looks_like_the_dashboard():
+def test_page_needs_no_network_and_has_dashboard_style():
     text = report.page(answer_of(head(1), [case(0, "late")]), [])
     assert not Page(text).links and "@import" not in text and "url(" not in text
     style = (pathlib.Path(report.__file__).parents[3] / "web/style.css").read_text()
     assert style.strip() in text
 
 
-def test_every_row_of_a_table_has_all_columns():
-    rows = planted(60, 2)
+def test_table_rows_have_all_columns():
+    rows = random_results(60, 2)
     for plan in (PLAN, "", PLAN + "[rates]\njam = 1\ncut = 2\n"):
         for table in Page(report.page(answer_of(head(60, plan), rows), [])).tables:
             assert len({len(row) for row in table}) == 1
 
 
-def test_a_comparison_is_on_the_page():
+def test_page_shows_comparison():
     old = [case(0, "detected by the host"), case(1, "tolerated")]
     new = [case(0, "silently wrong", violated_at_ns=2 * SECOND), case(1, "tolerated")]
     text = report.page(answer_of(head(2), new), (), compare(head(2), old, head(2), new))
@@ -196,8 +196,8 @@ def test_a_comparison_is_on_the_page():
     assert ": 1 worse, 0 better, 1 the same." in text
 
 
-def test_junit_has_what_its_readers_need():
-    """A test for each kind, with name and class; the counts are those of its tests."""
+def test_junit_has_names_and_correct_counts():
+    """Each kind has a test with name and class. The counts equal the numbers of tests."""
     rows = [case(0, "late"), case(1, "not fired", "cut", 1.0, 1.0, None, 24.0)]
     (suite,) = ElementTree.fromstring(report.junit(answer_of(head(2), rows)).encode())
     cases = suite.findall("testcase")
@@ -207,14 +207,14 @@ def test_junit_has_what_its_readers_need():
     assert int(suite.get("tests")) == len(cases) and all(one.get("message") for one in suite.findall("testcase/*"))
 
 
-def test_bounds_are_a_pale_bar_behind_the_lower_one():
-    """One dangerous case that nobody detected; one was detected in time, and nothing tells what it would have come to: from 0 to 1 of 2."""
+def test_page_draws_upper_bound_behind_lower_bound():
+    """One case is dangerous and undetected. Another is detected in time, maybe dangerous. Coverage is 0 to 1 of 2."""
     rows = [case(0, "silently wrong", violated_at_ns=2 * SECOND), case(1, "detected by the host", detected_by_host_ns=SECOND)]
     text = report.page(answer_of(head(2, PLAN + "[host]\n", "full"), rows), [])
     assert [style for style in Page(text).styles if style[0] in "ui"] == [("u", "width: 50.0%"), ("i", "width: 0.0%")] * 2
     assert "0.000 to 0.500" in text
 
 
-def test_only_late_detections_without_a_hazard():
+def test_coverage_text_of_late_detections_without_hazard():
     answer = answer_of(head(1, PLAN + "[host]\n"), [case(0, "late", detected_by_host_ns=SECOND)])
     assert "0, or no case was dangerous" in report.text_report(answer, []) and "0, or no case was dangerous" in report.page(answer, [])

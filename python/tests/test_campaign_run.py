@@ -1,4 +1,4 @@
-"""Campaigns of scenarios, by the program that LKEMU names."""
+"""Campaigns without a host program. The environment variable LKEMU names the program."""
 
 import os
 import pathlib
@@ -52,25 +52,25 @@ def export(results):
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
-    """The export of the plan, computed by one job."""
+def reference(tmp_path_factory):
+    """Export of the plan, computed by one job."""
     folder = tmp_path_factory.mktemp("whole")
     (folder / "plan.toml").write_text(PLAN.format(cases=40))
     campaign("plan.toml", "-j", "1", "--quiet", cwd=folder)
     return campaign("export", "plan.db", cwd=folder).stdout
 
 
-def test_jobs_and_shards_give_the_same_bytes(plan, whole):
-    assert whole.count("\n") == 41
+def test_export_does_not_depend_on_jobs_or_shards(plan, reference):
+    assert reference.count("\n") == 41
     campaign(plan, "-j", "2", "-o", "two.db", "--quiet")
-    assert export("two.db") == whole
+    assert export("two.db") == reference
     for n in range(3):
         campaign(plan, "-o", f"part{n}.db", "--shard", f"{n}/3", "--quiet")
     assert campaign("merge", "-o", "merged.db", "part0.db", "part1.db", "part2.db").stdout == "merged.db: 40 of 40 cases\n"
-    assert export("merged.db") == whole
+    assert export("merged.db") == reference
 
 
-def test_a_merge_tells_what_is_missing(plan):
+def test_merge_lists_missing_shards(plan):
     for n in (0, 2):
         campaign(plan, "-o", f"part{n}.db", "--shard", f"{n}/3", "--quiet")
     done = campaign("merge", "-o", "some.db", "part0.db", "part2.db", check=False)
@@ -79,20 +79,20 @@ def test_a_merge_tells_what_is_missing(plan):
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
-def test_resume_after_a_kill_gives_the_same_bytes(plan, whole, how):
+def test_resume_after_kill_gives_same_export(plan, reference, how):
     command = [sys.executable, "-m", "lkemu.campaign", str(plan), "-j", "1", "-o", "night.db", "--quiet"]
     running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
     while running.poll() is None and not rows("night.db"):
-        time.sleep(0.01)  # between two looks at the file
+        time.sleep(0.01)  # polling period
     running.send_signal(how)
-    said = running.communicate()[1]
+    errors = running.communicate()[1]
     if how == signal.SIGTERM and running.returncode == 130:
-        assert "--resume goes on" in said
+        assert "--resume goes on" in errors
     kept = rows("night.db")
     assert kept > 0
     assert campaign(plan, "-o", "night.db", "--quiet", check=False).returncode == 2, "without --resume nothing is overwritten"
     campaign(plan, "-o", "night.db", "--resume", "--quiet")
-    assert export("night.db") == whole
+    assert export("night.db") == reference
 
 
 def rows(path):
@@ -105,7 +105,7 @@ def rows(path):
             return 0
 
 
-def test_reports_and_requirements(plan):
+def test_writes_reports_and_checks_requirements(plan):
     campaign(plan, "-o", "night.db", "--quiet")
     done = campaign("report", "night.db", "--html", "night.html", "--json", "night.json", "--junit", "night.xml", "--require", "crash<=0")
     assert "holds: crash<=0: measured 0" in done.stdout
@@ -127,7 +127,7 @@ def test_reports_and_requirements(plan):
         (("fault.id_changed.new_id = 2\n", ""), '"fault.id_changed.new_id" is required'),
     ],
 )
-def test_refuses_a_wrong_plan_in_one_line(plan, change, problem):
+def test_invalid_plan_prints_one_line(plan, change, problem):
     plan.write_text(plan.read_text().replace(*change))
     done = campaign(plan, check=False)
     assert done.returncode == 2 and problem in done.stderr
@@ -150,13 +150,13 @@ def test_refuses_a_wrong_plan_in_one_line(plan, change, problem):
         (("--case", "40"), "is not one of the 40"),
     ],
 )
-def test_refuses_wrong_options_before_anything_runs(plan, options, problem):
+def test_rejects_invalid_options_before_running(plan, options, problem):
     done = campaign(plan, *options, check=False)
     assert done.returncode == 2 and problem in done.stderr and done.stderr.count("\n") == 1
     assert plan.read_text() == PLAN.format(cases=40) and not list(plan.parent.glob("*.db"))
 
 
-def test_one_case_again(plan):
+def test_reruns_one_case(plan):
     campaign(plan, "--quiet")
     row = export("plan.db").splitlines()[8].split(",")
     done = campaign(plan, "--case", row[0], "--csv", "case.csv", "--signals", "true_angle_deg", "--candump", "case.log", "--scenario", "case.toml")
@@ -166,15 +166,15 @@ def test_one_case_again(plan):
     assert "fault.at_s=3.5" in changed
 
 
-def test_a_dry_run_tells_the_cost_and_what_cannot_fire(plan):
+def test_dry_run_prints_cost_and_faults_without_effect(plan):
     plan.write_text(plan.read_text().replace('"jam", ', '"jam", "rom_worn", '))
-    said = campaign(plan, "--dry-run").stdout
-    assert said.startswith("plan: 40 cases, sampling random, scenario joint_moves\n")
-    assert "cases/s" in said and "took no effect" in said and "rom_worn" in said.splitlines()[-1]
+    output = campaign(plan, "--dry-run").stdout
+    assert output.startswith("plan: 40 cases, sampling random, scenario joint_moves\n")
+    assert "cases/s" in output and "took no effect" in output and "rom_worn" in output.splitlines()[-1]
     assert not pathlib.Path("plan.db").exists()
 
 
-def test_refuses_to_resume_or_merge_another_plan(plan):
+def test_rejects_resume_or_merge_of_another_plan(plan):
     campaign(plan, "-o", "old.db", "--quiet", "--shard", "0/8")
     plan.write_text(plan.read_text() + "[detect]\ndrive = \"none\"\n")
     assert "of another plan" in campaign(plan, "-o", "old.db", "--resume", check=False).stderr
@@ -185,7 +185,7 @@ def test_refuses_to_resume_or_merge_another_plan(plan):
 @pytest.mark.parametrize("damage", ["UPDATE campaign SET numbers = 1000000000000000000", "UPDATE cases SET outcome = 'fine'",
                                     "UPDATE cases SET note = printf('%.*c', 2000000, 'x')", "DROP TABLE shards",
                                     "CREATE TRIGGER more AFTER INSERT ON shards BEGIN DELETE FROM cases; END"])  # fmt: skip
-def test_refuses_damaged_results(plan, damage):
+def test_rejects_damaged_results(plan, damage):
     campaign(plan, "-o", "night.db", "--quiet", "--shard", "0/8")
     with sqlite3.connect("night.db") as database:
         database.execute(damage)

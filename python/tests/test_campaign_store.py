@@ -1,4 +1,4 @@
-"""Results of campaigns: damage that is planted here is refused in one line; merges of shards."""
+"""Results files of campaigns: damaged files are rejected with a one-line message; shards are merged."""
 
 import contextlib
 import random
@@ -19,7 +19,7 @@ from lkemu.campaign.store import Head, Store, StoreError
 
 DIMENSIONS = ({"name": "fault.kind", "words": ["jam", "cut"], "harmless_is_most": False},
               {"name": "fault.at_s", "from": 0.5, "to": 4.0, "harmless_is_most": False})  # fmt: skip
-WALL_S = 1234.56789  # a pattern of bytes that the file has once
+WALL_S = 1234.56789  # its bytes occur once in the file
 PLANS = {"plan_text": "[hazard]\nexpectations = []\n"}
 
 
@@ -51,7 +51,7 @@ def change(path, *statements):
 
 
 def change_without_strict(path, statement):
-    """The statement, as if the table did not insist on types."""
+    """Executes a statement while the tables are not STRICT, so any type is stored."""
     schema = "UPDATE sqlite_schema SET sql = replace(sql, '{}', '{}') WHERE name IN ('cases', 'campaign')"
     change(path, "PRAGMA writable_schema = ON", schema.format(") STRICT", ")"))
     change(path, statement)
@@ -59,7 +59,7 @@ def change_without_strict(path, statement):
 
 
 def assert_is_refused(path, tmp_path):
-    """By whatever reads results."""
+    """Checks that the export and merges reject the file."""
     with pytest.raises(StoreError, match="night.db: "):
         lines(path)
     with pytest.raises(StoreError, match="night.db: "):
@@ -103,7 +103,7 @@ DAMAGE = {
 
 
 @pytest.mark.parametrize("statements", DAMAGE.values(), ids=DAMAGE.keys())
-def test_refuses_damaged_results(night, tmp_path, statements):
+def test_rejects_damaged_results(night, tmp_path, statements):
     change(night, *statements)
     assert_is_refused(night, tmp_path)
 
@@ -114,17 +114,17 @@ def test_refuses_damaged_results(night, tmp_path, statements):
      "UPDATE cases SET margin = 'wide' WHERE number = 7", "UPDATE campaign SET numbers = 'many'",
      'UPDATE cases SET "fault.at_s" = \'soon\' WHERE number = 7', "UPDATE campaign SET plan_text = x'ff'", "UPDATE cases SET flips = NULL"],
 )  # fmt: skip
-def test_refuses_values_of_another_type(night, tmp_path, statement):
+def test_rejects_values_of_wrong_type(night, tmp_path, statement):
     try:
         change_without_strict(night, statement)
-    except sqlite3.IntegrityError:  # NOT NULL holds without STRICT too
+    except sqlite3.IntegrityError:  # NOT NULL is checked without STRICT as well
         change(night, "PRAGMA writable_schema = ON", "UPDATE sqlite_schema SET sql = replace(sql, 'flips INTEGER NOT NULL', 'flips INTEGER')")
         change(night, statement)
         change(night, "PRAGMA writable_schema = ON", "UPDATE sqlite_schema SET sql = replace(sql, 'flips INTEGER', 'flips INTEGER NOT NULL') || ' STRICT'")
     assert_is_refused(night, tmp_path)
 
 
-def test_refuses_a_number_that_is_none(tmp_path):
+def test_rejects_nan(tmp_path):
     path = write(tmp_path / "night.db", range(11))
     store = Store.resume(path, head())
     store.put([Result(11, ("jam", 1.0), "late", wall_s=WALL_S)])
@@ -136,8 +136,8 @@ def test_refuses_a_number_that_is_none(tmp_path):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_changed_bytes_are_refused_or_harmless(tmp_path, seed):
-    """Never a traceback, a signal or an endless loop."""
+def test_changed_bytes_never_crash_the_reader(tmp_path, seed):
+    """Reading must end without a traceback, a signal or an endless loop."""
     draw = random.Random(seed)
     whole = write(tmp_path / "night.db", range(12)).read_bytes()
     for n in range(40):
@@ -154,14 +154,14 @@ def test_changed_bytes_are_refused_or_harmless(tmp_path, seed):
             assert str(path) in str(problem)
 
 
-def test_resume_refuses_damage_before_anything_runs(night):
+def test_resume_rejects_damage_before_running(night):
     change(night, "UPDATE cases SET margin = 9e999 WHERE number = 7")
     with pytest.raises(StoreError, match="damaged: case 7"):
         Store.resume(night, head())
 
 
 @pytest.mark.parametrize("words", [["report"], ["export"], ["merge", "-o", "all.db"], ["compare", "whole.db"]], ids=lambda words: words[0])
-def test_every_command_refuses_damage_in_one_line(night, tmp_path, words):
+def test_damage_prints_one_line(night, tmp_path, words):
     write(tmp_path / "whole.db", range(12))
     change(night, *DAMAGE["a word of 100 MB"])
     command = [sys.executable, "-m", "lkemu.campaign", *words, "night.db"]
@@ -173,14 +173,14 @@ def test_every_command_refuses_damage_in_one_line(night, tmp_path, words):
 # Merges
 
 
-def test_a_merge_is_what_one_process_gives(tmp_path, night):
+def test_merge_equals_single_run(tmp_path, night):
     for count in (1, 2, 5, 12):
         parts = [write(tmp_path / f"{shard}of{count}.db", range(shard, 12, count), (shard, count)) for shard in range(count)]
         merged = merge(tmp_path / f"all{count}.db", parts[::-1])
         assert merged.is_whole and lines(tmp_path / f"all{count}.db") == lines(night)
 
 
-def test_a_case_in_two_parts_must_be_the_same(tmp_path):
+def test_merge_rejects_conflicting_results(tmp_path):
     one = write(tmp_path / "one.db", range(8), said="at noon")
     same = write(tmp_path / "same.db", range(4, 12), said="at night")
     merge(tmp_path / "all.db", [one, same])
@@ -191,19 +191,19 @@ def test_a_case_in_two_parts_must_be_the_same(tmp_path):
     assert not (tmp_path / "both.db").exists()
 
 
-def test_a_merge_keeps_failures_of_the_machine(tmp_path):
+def test_merge_keeps_machine_failures(tmp_path):
     parts = [write(tmp_path / "one.db", range(5)), write(tmp_path / "other.db", range(4, 10))]
     for path, failures in zip(parts, ([(4, "no memory"), (10, "no memory")], [(11, "killed")])):
         change(path, *(f"INSERT INTO failures VALUES ({number}, '{reason}')" for number, reason in failures))
     merge(tmp_path / "all.db", parts)
     with contextlib.closing(Store.read(tmp_path / "all.db")) as whole:
-        assert whole.failed_cases() == [(10, "no memory"), (11, "killed")]  # another part has a result of case 4
+        assert whole.failed_cases() == [(10, "no memory"), (11, "killed")]  # not case 4: the other part has its result
     change(parts[1], "UPDATE failures SET number = 12")
     with pytest.raises(StoreError, match="damaged: failures"):
         merge(tmp_path / "none.db", parts)
 
 
-def test_shards_of_a_huge_division_are_counted_not_listed(tmp_path):
+def test_merge_lists_few_of_many_missing_shards(tmp_path):
     part = write(tmp_path / "part.db", range(12), (0, 10**18))
     assert str(merge(tmp_path / "all.db", [part])).endswith(f", 9/{10**18}, 10/{10**18} and {10**18 - 11} more")
     change(part, "UPDATE shards SET shard = -1")
