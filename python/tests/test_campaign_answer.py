@@ -76,12 +76,12 @@ def test_report_names_uncounted_ends_of_hosts():
     dead = [case(n, "crash") for n in range(3)]
     dead[0].note = dead[1].note = "exit status 7"
     dead[2].note = "uncaught lkemu.errors.NoReply"
-    answer = answer_of(head(cases=3), dead, {"lk-emu was ended from outside": 2})
+    answer = answer_of(head(cases=3), dead, {"lk-emu was killed from outside": 2})
     assert conclusion(answer).endswith("2 hosts exited with status 7, which [detect] does not count. "
                                        "1 host ended by an uncaught lkemu.errors.NoReply, which [detect] does not count.")  # fmt: skip
     for text in (report.text_report(answer, []), report.page(answer, [])):
         assert "exit_status = 7" in text and "lkemu\\.errors\\.NoReply" in text
-        assert "2 cases without a result, as the machine failed (lk-emu was ended from outside)" in text
+        assert "2 cases without a result, because the machine failed (lk-emu was killed from outside)" in text
 
 
 def test_plan_without_hazard_has_no_coverage():

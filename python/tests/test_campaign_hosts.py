@@ -230,11 +230,11 @@ def test_external_kill_leaves_no_processes_and_no_result(write, victim):
     words, place = VICTIMS[victim]
     running = start("-j", "1")
     os.kill(find_descendants(running.pid, *words)[place], signal.SIGKILL)
-    assert waits_again(running), "a run that was ended from outside is repeated once"
+    assert waits_again(running), "a run that was killed from outside is repeated once"
     time.sleep(1)  # long enough for a host to sleep, so it did not exit by itself
     os.kill(find_descendants(running.pid, *words)[place], signal.SIGKILL)
     out, err = running.communicate()
-    assert running.returncode == 1 and "1 case without a result, as the machine failed" in err and "was ended from outside" in out
+    assert running.returncode == 1 and "1 case without a result, because the machine failed" in err and "was killed from outside" in out
     assert not rows()
     assert not running_commands("host.py", "waits") and not running_commands("sleep 7654321")
 
@@ -248,7 +248,7 @@ def test_resume_reruns_machine_failures(write):
             break
     running.communicate()
     assert [row["outcome"] for row in rows()] == ["detected by the host"]
-    assert "1 case without a result, as the machine failed (lk-emu was ended from outside)" in campaign("report", "plan.db").stdout
+    assert "1 case without a result, because the machine failed (lk-emu was killed from outside)" in campaign("report", "plan.db").stdout
     assert campaign("plan.toml", "--resume", "--quiet").returncode == 0
     assert [row["outcome"] for row in rows()] == ["detected by the host", "hang"]
     assert "machine failed" not in campaign("report", "plan.db").stdout
@@ -264,7 +264,7 @@ def test_external_signal_repeats_the_run(write):
 
 def test_rejects_invalid_expression_and_failing_host(run):
     hangs = run("dies", says="(a+")
-    assert hangs.returncode == 2 and "is no regular expression" in hangs.stderr
+    assert hangs.returncode == 2 and "is not a regular expression" in hangs.stderr
     pathlib.Path("host.py").write_text("import sys\nsys.exit('no such bus')\n")
     dies = run("dies")
     assert dies.returncode == 2 and "even without a fault" in dies.stderr and "no such bus" in dies.stderr
@@ -360,7 +360,7 @@ def test_rejects_placeholder_without_dimension(write):
     plan = pathlib.Path("plan.toml")
     plan.write_text(plan.read_text().replace("{host.how}", "{host.hwo}"))
     done = campaign("plan.toml")
-    assert done.returncode == 2 and done.stderr == "lk-emu: plan.toml:10: host.command: there is no dimension for {host.hwo}\n"
+    assert done.returncode == 2 and done.stderr == "lk-emu: plan.toml:10: host.command: no dimension has the name of {host.hwo}\n"
 
 
 def test_changed_import_prevents_resume(function):
@@ -370,7 +370,7 @@ def test_changed_import_prevents_resume(function):
     assert campaign("plan.toml", "--quiet").returncode == 0
     pathlib.Path("helper.py").write_text("LIMIT = 2\n")
     done = campaign("plan.toml", "--resume")
-    assert done.returncode == 2 and "of another plan, version or file that the plan names" in done.stderr
+    assert done.returncode == 2 and "plan, version or files of the plan differ" in done.stderr
 
 
 SCENARIO = """
@@ -484,7 +484,7 @@ def test_coverage_has_bounds_without_passive_host(stopping):
     found = stopping("")
     assert (found["coverage"]["dangerous"], found["coverage"]["open_in_time"]) == (0, 2)
     assert (found["coverage"]["share"], found["coverage"]["upper"]) == (None, 1.0)
-    assert "2 more were detected and without a hazard" in campaign("report", "plan.db").stdout
+    assert "2 more were detected without a hazard" in campaign("report", "plan.db").stdout
 
 
 def test_dry_run_with_host_lists_faults_without_effect(stopping):

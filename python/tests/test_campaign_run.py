@@ -121,7 +121,7 @@ def test_writes_reports_and_checks_requirements(plan):
         (("[0.1, 0.5, 2]", "[]"), "dimension.fault.for_s: is empty"),
         (("from = 0.5, to = 4", "from = 4, to = 0.5"), "the range is empty: to must be above from"),
         (('"jam"', '"jan"'), '"jan" is unknown, did you mean jam?'),
-        (("never leaves", "always leaves"), "the scenario expects nothing that says"),
+        (("never leaves", "always leaves"), "the scenario has no expectation that says"),
         (('"random"', '"adaptive"'), "must be one of full, random, latin, pairwise"),
         (("joint_moves", "joint_move"), "joint_move"),
         (("fault.id_changed.new_id = 2\n", ""), '"fault.id_changed.new_id" is required'),
@@ -138,13 +138,13 @@ def test_invalid_plan_prints_one_line(plan, change, problem):
 @pytest.mark.parametrize(
     "options, problem",
     [
-        (("--html", "none/night.html"), "there is no directory none"),
+        (("--html", "none/night.html"), "no such directory: none"),
         (("--json", "."), ". is a directory"),
         (("--html", "plan.toml"), "plan.toml is also the plan"),
         (("-o", "a.db", "--json", "./a.db"), "is also the file of the results"),
         (("--html", "a", "--json", "a"), "a is also for --html"),
         (("--require", "coverage"), "MEASURE>=NUMBER"),
-        (("--shard", "3/3"), '"3/3" is none'),
+        (("--shard", "3/3"), '"3/3" is not a shard'),
         (("--resume", "--case", "1"), "does not go together with --case"),
         (("--csv", "a.csv"), "belongs to --case"),
         (("--case", "40"), "is not one of the 40"),
@@ -177,7 +177,7 @@ def test_dry_run_prints_cost_and_faults_without_effect(plan):
 def test_rejects_resume_or_merge_of_another_plan(plan):
     campaign(plan, "-o", "old.db", "--quiet", "--shard", "0/8")
     plan.write_text(plan.read_text() + "[detect]\ndrive = \"none\"\n")
-    assert "of another plan" in campaign(plan, "-o", "old.db", "--resume", check=False).stderr
+    assert "plan, version or files of the plan differ" in campaign(plan, "-o", "old.db", "--resume", check=False).stderr
     campaign(plan, "-o", "new.db", "--quiet", "--shard", "1/8")
     assert campaign("merge", "-o", "both.db", "old.db", "new.db", check=False).returncode == 2
 

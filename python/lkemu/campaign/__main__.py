@@ -135,7 +135,7 @@ def parse_merge(name: str, words: List[str]) -> argparse.Namespace:
 def parse_shard(text: str) -> Shard:
     index, _, count = text.partition("/")
     if not (index.isdecimal() and count.isdecimal() and int(index) < int(count)):
-        raise argparse.ArgumentTypeError(f'"{text}" is none; of 8 shards the first is 0/8, the last 7/8')
+        raise argparse.ArgumentTypeError(f'"{text}" is not a shard; 8 shards are 0/8 to 7/8')
     return Shard(int(index), int(count))
 
 
@@ -152,7 +152,7 @@ def run_plan(given: argparse.Namespace) -> int:
         print_cost(plan, program, given.jobs)
         return 0
     if plan.numbers > MAX_UNCONFIRMED and not given.yes:
-        raise StartError(f"{plan.file}: has {plan.numbers} cases, more than 1000 million; --yes if they are meant, --dry-run tells why")
+        raise StartError(f"{plan.file}: has {plan.numbers} cases, more than 1000 million; confirm with --yes, or see --dry-run")
     path = pathlib.Path(given.output or f"{plan.name}.db")
     check_outputs(given, {"the file of the results": str(path), "the plan": str(plan.file), "the plan's scenario": plan.scenario})
     if plan.host is not None:
@@ -186,8 +186,8 @@ def run_plan(given: argparse.Namespace) -> int:
         print(f"{plan.name}: {done} cases in {took_s:.3g} s, {done / max(took_s, 1e-9):.3g}/s; {printable(str(path))}")
     status = report(path, given, thresholds)
     if failures:
-        lacking = sum(failures.values())
-        print(f"lk-emu: {lacking} case{'' if lacking == 1 else 's'} without a result, as the machine failed; --resume runs them again", file=sys.stderr)
+        failed = sum(failures.values())
+        print(f"lk-emu: {failed} case{'' if failed == 1 else 's'} without a result, because the machine failed; --resume runs them again", file=sys.stderr)
     return 1 if failures else status
 
 
@@ -237,14 +237,14 @@ def check_outputs(given: argparse.Namespace, others: Dict[str, str]) -> None:
             continue
         folder = os.path.dirname(file) or "."
         if not os.path.isdir(folder):
-            raise StartError(f"--{option}: there is no directory {folder}")
+            raise StartError(f"--{option}: no such directory: {folder}")
         if os.path.isdir(file):
             raise StartError(f"--{option}: {file} is a directory")
         if not os.access(folder, os.W_OK):
             raise StartError(f"--{option}: {file} cannot be written: {folder} is read-only")
         for what, other in others.items():
             if os.path.realpath(file) == os.path.realpath(other):
-                raise StartError(f"--{option}: {file} is also {what}; give it a name of its own")
+                raise StartError(f"--{option}: {file} is also {what}; choose another name")
         others = {**others, f"for --{option}": file}
 
 

@@ -279,14 +279,14 @@ def _finding(answer: Answer) -> str:
     if not answer.has_hazard:
         return f"{group.failures} of {group.cases} cases failed. The plan has no [hazard], so there is no coverage."
     if coverage.dangerous == 0:
-        text = f"In none of {group.fired} cases whose fault took effect did a hazard occur."
+        text = f"No hazard occurred in {group.fired} cases whose fault took effect."
     else:
         text = f"{coverage.dangerous} of {group.cases} cases were dangerous; {_detected(answer)}."
     open_ = coverage.open_in_time + coverage.open_late
     if open_:
         text += (
-            f" {open_} more were detected and without a hazard; the plan does not tell whether there would have been one "
-            "without the host's reaction ([host] passive)."
+            f" {open_} more were detected without a hazard. The host's reaction may have prevented one; "
+            "set [host] passive in the plan to find out."
         )
     return text
 

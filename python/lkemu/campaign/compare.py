@@ -85,7 +85,7 @@ def _check_same_plan(before: Head, now: Head) -> None:
         if what == "dimensions":
             names = [[one["name"] for one in head.dimensions] for head in (before, now)]
             changed = next((one["name"] for one, other in zip(now.dimensions, before.dimensions) if one != other), None)
-            raise _other_plan(f"dimension {changed} has other values" if names[0] == names[1] else "it has other dimensions")
+            raise _other_plan(f"dimension {changed} has other values" if names[0] == names[1] else "the dimensions differ")
         raise _other_plan(f"{what} was {was} and is {is_now}")
 
 
@@ -97,4 +97,4 @@ def _check_same_case(head: Head, was: Result, is_now: Result) -> None:
 
 
 def _other_plan(why: str) -> StartError:
-    return StartError(f"compare: the campaigns are not of the same plan: {why}")
+    return StartError(f"compare: the campaigns have different plans: {why}")

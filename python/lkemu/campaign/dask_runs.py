@@ -62,7 +62,7 @@ def check_address(address: str) -> str:
         raise StartError(f'--dask: "{address}" is not an address like 127.0.0.1:8786 or tls://HOST:8786')
     if scheme == "tls" or (scheme in ("", "tcp") and _is_loopback(host)):
         return f"{scheme or 'tcp'}://{place}"
-    raise StartError(f"--dask: {address} is neither loopback nor tls://, and workers execute whatever reaches them; "
+    raise StartError(f"--dask: {address} is neither loopback nor tls://, and workers execute any code that they receive; "
                      "use TLS, or a tunnel (ssh -N -L 8786:localhost:8786 HOST) and --dask 127.0.0.1:8786")  # fmt: skip
 
 
@@ -162,7 +162,7 @@ def _plan_of(job: Job) -> Tuple[Plan, Program, Cases]:
     program = Program()
     plan = load_plan(job.plan, program)
     if job.package != __version__:
-        raise StartError(f"has lkemu {__version__}, the campaign {job.package}")
+        raise StartError(f"has lkemu {__version__}, but the campaign has {job.package}")
     if plan_hash(plan, program) != job.input_hash:
         raise StartError(f"has another {job.plan}, other files that it names, or another lk-emu than the campaign (it has {program.version()})")
     return plan, program, Cases(plan)

@@ -37,7 +37,7 @@ def load(python: str) -> Callable[..., Any]:
         raise ImportError(f"{python} has no function {FUNCTION}(bus, clock)")
     parameters = list(inspect.signature(function).parameters.values())
     if len(parameters) < 2:
-        raise ImportError(f"{FUNCTION} of {python} takes {len(parameters)} parameters; it has to take bus and clock")
+        raise ImportError(f"{FUNCTION} of {python} takes {len(parameters)} parameters; it must take bus and clock")
     for library in LIBRARIES:
         with contextlib.suppress(ImportError):  # missing packages of interfaces that the plan does not use
             importlib.import_module(library)

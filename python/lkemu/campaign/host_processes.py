@@ -102,7 +102,7 @@ def enter_own_network() -> None:
         return
     user, group = os.geteuid(), os.getegid()
     if libc.unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0:
-        raise StartError(f"no network of its own: {os.strerror(ctypes.get_errno())}; run the campaign under scripts/with-vcan, or say "
+        raise StartError(f"cannot create a network namespace: {os.strerror(ctypes.get_errno())}; run the campaign under scripts/with-vcan, or set "
                          'bus = "slcan-tcp"')  # fmt: skip
     for file, text in (("setgroups", "deny"), ("uid_map", f"0 {user} 1\n"), ("gid_map", f"0 {group} 1\n")):
         with open(f"/proc/self/{file}", "w", encoding="ascii") as out:

@@ -48,7 +48,7 @@ class Worker:
         except (BrokenPipeError, ValueError):
             line = b""
         if not line.endswith(b"\n"):
-            return {"failed": "the process that ran it was ended from outside"}
+            return {"failed": "its worker was killed from outside"}
         return dict(json.loads(line))
 
     def end(self) -> None:
@@ -78,17 +78,17 @@ class HostRuns:
             name = host.command[0]
             path = os.path.join(self._directory, name) if "/" in name else shutil.which(name)
             if path is None or not os.access(path, os.X_OK):
-                raise StartError(f"{self._plan.file}: host.command: there is no program {name}")
+                raise StartError(f"{self._plan.file}: host.command: program not found: {name}")
         number, values = first
         try:
             for passive in (False, True) if host.passive[0] else (False,):
                 end = self._end_of(self._run(number, values, fault=False, passive=passive))
                 if end.kind != HostEnd.EXITED:
-                    of_what = f"host.passive: even without a fault, {what}" if passive else f"host: even without a fault {what}"
-                    raise StartError(f"{self._plan.file}: {of_what} of case {number} ends like this: {end.note}"
+                    key = "host.passive" if passive else "host"
+                    raise StartError(f"{self._plan.file}: {key}: {what} of case {number} fails even without a fault: {end.note}"
                                      + (f"; {end.said}" if end.said else ""))  # fmt: skip
         except MachineFailed as problem:
-            raise Error(f"case {number}: {problem}; start it again") from None
+            raise Error(f"case {number}: {problem}; run the campaign again") from None
         finally:
             self._end_workers()
 
@@ -180,7 +180,7 @@ class HostRuns:
             again = external_signal(run, known)
             is_its_own = self._host.stepped and again == name and run["ended_ns"] == first["ended_ns"] and not run["was_idle"]
             if again and not is_its_own:
-                run = {"failed": f"the host was ended from outside by {name}"}
+                run = {"failed": f"the host was killed from outside by {name}"}
         if "failed" in run:
             raise MachineFailed(run["failed"])
         return run

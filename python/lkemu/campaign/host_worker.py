@@ -81,7 +81,7 @@ class Case:
             except Ended as problem:
                 status = emulator.wait()
                 if status == 0 or -status in OUTSIDE:  # 0: lk-emu handles SIGTERM
-                    raise MachineFailed("lk-emu was ended from outside") from None
+                    raise MachineFailed("lk-emu was killed from outside") from None
                 raise StartError(_last_line(log) or f"lk-emu ended with status {status}: {problem}") from None
             except Error as problem:
                 if isinstance(problem, StartError):
@@ -204,7 +204,7 @@ class Case:
                     status, memory = host.finish()
                     return limits.at_end(memory), status
         except EOFError:
-            raise MachineFailed("the process of host.python was ended from outside") from None
+            raise MachineFailed("the process of host.python was killed from outside") from None
         finally:
             self.selector.unregister(host)
             self.selector.unregister(emulator_ended)

@@ -156,7 +156,7 @@ def judge_host(plan: Plan, result: Result, end: HostEnd, reference: Optional[Hos
     result.outcome = outcome_of(plan, result, has_fault, result.outcome == NO_EFFECT)
     if reference is not None and reference.kind != HostEnd.EXITED:
         result.outcome = NOT_FIRED
-        result.note, result.said = f"without the fault too: {reference.note}", reference.said
+        result.note, result.said = f"also without the fault: {reference.note}", reference.said
     elif end.kind != HostEnd.EXITED and not (has_fault and result.first_effect_at_ns is None):
         result.outcome = HANG if end.kind == HostEnd.HUNG else CRASH
 

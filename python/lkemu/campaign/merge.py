@@ -36,14 +36,14 @@ class Merged:
             named = ", ".join(f"{index}/{count}" for index, count in self.named)
             more = self.missing - len(self.named)
             return f"{text}; missing: shard {named}" + (f" and {more} more" if more > 0 else "")
-        lacking = self.all_cases - self.cases
-        return text + (f"; missing: {lacking} of shards that were interrupted" if lacking > 0 else "")
+        missing_cases = self.all_cases - self.cases
+        return text + (f"; missing: {missing_cases} cases of interrupted shards" if missing_cases > 0 else "")
 
 
 def merge(out: pathlib.Path, paths: Sequence[pathlib.Path]) -> Merged:
     """Creates `out` from the results in `paths`. Raises StoreError if `out` exists or the campaigns differ."""
     if out.exists():
-        raise StoreError(f"{out}: exists already")
+        raise StoreError(f"{out}: already exists")
     # All parts are open at the same time.
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
@@ -52,7 +52,7 @@ def merge(out: pathlib.Path, paths: Sequence[pathlib.Path]) -> Merged:
         head = parts[0].head
         for part in parts:
             if part.head.identity != head.identity:
-                raise StoreError(f"{part.path}: not of the same plan, version and files as {parts[0].path}")
+                raise StoreError(f"{part.path}: plan, version or files differ from those of {parts[0].path}")
         shards = sorted({shard for part in parts for shard in part.shards()})
         with tempfile.TemporaryDirectory(dir=out.parent, prefix=".merge-") as folder:
             whole = Store.create(pathlib.Path(folder) / out.name, head)
@@ -65,7 +65,7 @@ def merge(out: pathlib.Path, paths: Sequence[pathlib.Path]) -> Merged:
             try:
                 os.link(whole.path, out)
             except FileExistsError:
-                raise StoreError(f"{out}: exists already") from None
+                raise StoreError(f"{out}: already exists") from None
     return Merged(cases, head.cases, *_missing(shards))
 
 

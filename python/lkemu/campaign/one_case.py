@@ -43,9 +43,9 @@ def values_of(plan: Plan, number: int, changes: List[str]) -> Case:
         if not plan.counts(dimension, kind):
             changed[n] = None
         elif changed[n] is None:
-            raise StartError(f"--set: such a case needs {dimension.name} too")
+            raise StartError(f"--set: this case also needs {dimension.name}")
     if plan.excludes(tuple(changed)):
-        raise StartError("--set: the plan excludes such a case")
+        raise StartError("--set: the plan excludes this case")
     return tuple(changed)
 
 
@@ -58,14 +58,14 @@ def _changed(plan: Plan, values: Case, change: str) -> Case:
     value: Value = given
     if allowed.has_words:
         if given not in allowed.values:  # type: ignore[union-attr]
-            raise StartError(f'--set: {name} never is "{given}" in this plan')
+            raise StartError(f'--set: {name}: "{given}" is not one of {", ".join(map(str, allowed.values))}')
     else:
         try:
             value = float(given)
         except ValueError:
             value = float("nan")
         if not allowed.least <= value <= allowed.most:
-            raise StartError(f"--set: {name} is a number from {value_text(allowed.least)} to {value_text(allowed.most)}")
+            raise StartError(f"--set: {name} must be a number from {value_text(allowed.least)} to {value_text(allowed.most)}")
     return (*values[:place], value, *values[place + 1 :])
 
 
@@ -109,10 +109,10 @@ def print_cost(plan: Plan, program: Program, jobs: int) -> None:
     # With slow hosts, fewer cases of each kind are tried, or none.
     of_kind = min(TRIAL_CASES_OF_KIND, int(MAX_TRIAL_S * jobs / (each_s * len(plan.kinds)))) if plan.kinds else 0
     if plan.kinds and of_kind == 0:
-        print(f"not tried whether each of {len(plan.kinds)} kinds of fault takes effect: that would take {_duration(each_s * len(plan.kinds) / jobs)}")
+        print(f"skipped: check whether each of {len(plan.kinds)} kinds of fault takes effect, which would take {_duration(each_s * len(plan.kinds) / jobs)}")
     idle = _idle_kinds(plan, program, jobs, of_kind)
     if idle:
-        print(f"took no effect in any of up to {of_kind} cases each, leave them out or give them longer: {', '.join(idle)}")
+        print(f"took no effect in up to {of_kind} cases each; remove them, or let them act longer: {', '.join(idle)}")
 
 
 def spread_cases(plan: Plan, most: int) -> List[Tuple[int, Case]]:
@@ -130,7 +130,7 @@ def spread_cases(plan: Plan, most: int) -> List[Tuple[int, Case]]:
                 number += 1
                 break
     if not some:
-        raise plan.error("exclude", "leaves no case that could be found")
+        raise plan.error("exclude", "excludes all cases that were tried")
     return some
 
 

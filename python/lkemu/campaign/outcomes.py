@@ -31,14 +31,14 @@ MACHINE_FAILED = "machine failed"  # not an outcome: the case has no result
 
 # In the order of tables. By rank, every detection in time is better than none.
 _TABLE = (
-    Outcome(NOT_FIRED, "the fault never took effect, or the host hangs or dies without it too; the case says nothing", 0),
-    Outcome(NO_EFFECT, "it did, and hosts got what they get without it", 3),
-    Outcome(TOLERATED, "they got something else, and all that is expected held", 4),
-    Outcome(DETECTED_BY_DRIVE, "an error bit was set in time", 2, in_time=True),
-    Outcome(DETECTED_BY_HOST, "the host noticed in time", 1, in_time=True),
-    Outcome(LATE, "the one or the other, but too late", 5, failure=True),
-    Outcome(SILENTLY_WRONG, "something expected failed, and it was not noticed", 6, failure=True),
-    Outcome(HANG, "the host did not come to its end", 7, failure=True),
-    Outcome(CRASH, "the host died", 8, failure=True),
+    Outcome(NOT_FIRED, "the fault took no effect, or the host also hangs or crashes without it; not evaluated", 0),
+    Outcome(NO_EFFECT, "the fault took effect, but replies to hosts did not change", 3),
+    Outcome(TOLERATED, "replies changed, but all expectations passed", 4),
+    Outcome(DETECTED_BY_DRIVE, "the drive set an error bit in time", 2, in_time=True),
+    Outcome(DETECTED_BY_HOST, "the host detected the fault in time", 1, in_time=True),
+    Outcome(LATE, "the drive or the host detected the fault too late", 5, failure=True),
+    Outcome(SILENTLY_WRONG, "a hazardous expectation failed, and the fault was not detected", 6, failure=True),
+    Outcome(HANG, "the host did not end in time", 7, failure=True),
+    Outcome(CRASH, "the host crashed", 8, failure=True),
 )
 OUTCOMES: Dict[str, Outcome] = {one.name: one for one in _TABLE}

@@ -27,11 +27,11 @@ class DimensionReader:
         dimensions: List[Dimension] = []
         for name, node in sorted(flat(table), key=lambda one: self.text.lines.get("dimension." + one[0], 0)):
             if any(name == other.name for other in dimensions):
-                raise self.text.error(f"dimension.{name}", "is there twice")
+                raise self.text.error(f"dimension.{name}", "is defined twice")
             values = self.read_values(name, node)
             harmless = node.get("least", "from") if isinstance(node, dict) else "from"
             if harmless not in ("from", "to"):
-                raise self.text.error(f"dimension.{name}", 'least: is "from" or "to"')
+                raise self.text.error(f"dimension.{name}", 'least must be "from" or "to"')
             dimensions.append(Dimension(name, values, harmless == "to"))
         return dimensions
 
@@ -93,7 +93,7 @@ class DimensionReader:
         if log and start <= 0:
             raise self.text.error(key, "must be above 0 for log")
         if ("mean" in node) != ("sd" in node):
-            raise self.text.error(key, "mean and sd belong together")
+            raise self.text.error(key, "mean and sd must be given together")
         if "mean" in node and log:
             raise self.text.error(key, "log does not go together with mean")
         mean = self.text.number(key, node["mean"], "mean must be a number") if "mean" in node else None
@@ -130,7 +130,7 @@ class DimensionReader:
         values = self.read_list(key, node["values"], words)
         weights = node.get("weights")
         if not isinstance(weights, list):
-            raise self.text.error(key, "values without weights are a list: [ … ]")
+            raise self.text.error(key, "values need weights; without weights, write a list: [ … ]")
         if not all(is_number(one) and 0 <= one <= MAX_VALUE for one in weights):
             raise self.text.error(key, "weights are 0 or more")
         if len(weights) != len(values):
@@ -171,20 +171,20 @@ class DimensionReader:
 
     def read_exclusion(self, table: Any) -> Exclusion:
         if not isinstance(table, dict) or not table:
-            raise self.text.error("exclude", "is empty: it would leave out every case")
+            raise self.text.error("exclude", "is empty and would exclude every case")
         exclusion: Dict[int, Union[List[Value], Tuple[float, float]]] = {}
         names = [dimension.name for dimension in self.plan.dimensions]
         for name, node in flat(table):
             key = f"exclude.{name}"
             if name not in names:
-                raise self.text.error(key, "is no dimension of this plan")
+                raise self.text.error(key, "is not a dimension of this plan")
             n = names.index(name)
             if not isinstance(node, dict):
                 exclusion[n] = self.read_list(key, node, self.words_of(name))
                 continue
             self.text.check_keys(node, {"from", "to"}, key + ".")
             if self.plan.dimensions[n].values.has_words:
-                raise self.text.error(key, "has words, and no range: give one or a list")
+                raise self.text.error(key, "has words, not numbers: give a word or a list of words")
             start = self.text.number(key, node.get("from", -MAX_VALUE), "from must be a number")
             stop = self.text.number(key, node.get("to", MAX_VALUE), "to must be a number")
             if start > stop:

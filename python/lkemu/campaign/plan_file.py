@@ -35,7 +35,7 @@ def find_plan(called: str, program: Program) -> pathlib.Path:
             return directory / f"{called}.toml"
     known = sorted({one.stem for directory in directories for one in directory.glob("*.toml")})
     near = difflib.get_close_matches(called, known, 1)
-    raise PlanError(f'no campaign "{called}"' + (f"; did you mean {near[0]}?" if near else f"; delivered: {', '.join(known)}"))
+    raise PlanError(f'unknown campaign "{called}"' + (f"; did you mean {near[0]}?" if near else f"; shipped: {', '.join(known)}"))
 
 
 def load_plan(called: str, program: Program) -> Plan:
@@ -53,7 +53,7 @@ def load_plan(called: str, program: Program) -> Plan:
     plan.hazards = tuple(hazard.get("expectations", ()))
     for one in plan.hazards:
         if one not in plan.expectations:
-            raise text.error("hazard.expectations", f'the scenario expects nothing that says "{one}"')
+            raise text.error("hazard.expectations", f'the scenario has no expectation that says "{one}"')
     plan.detection = read_detection(text, text.table("detect", {"drive", "host"}))
     if "host" in document:
         plan.host = read_host(text, text.table("host", HOST_KEYS))
@@ -74,7 +74,7 @@ def read_head(text: PlanText, called: str) -> Plan:
     if sampling in ("random", "latin") and cases is None:
         raise text.error("cases", "missing")
     if sampling in ("full", "pairwise") and cases is not None:
-        raise text.error("cases", "belongs to random and latin")
+        raise text.error("cases", "only for sampling random and latin")
     if cases is not None and not (is_whole(cases) and 1 <= cases <= MAX_CASES):
         raise text.error("cases", f"must be a whole number from 1 to {MAX_CASES}")
     seed = document.get("seed", 1)
@@ -82,7 +82,7 @@ def read_head(text: PlanText, called: str) -> Plan:
         raise text.error("seed", "must be a whole number from 0 to 2^63 - 1")
     scenario = document.get("scenario")
     if not isinstance(scenario, str):
-        raise text.error("scenario", "missing, or not a text")
+        raise text.error("scenario", "must be a text")
     if scenario.endswith(".toml") or "/" in scenario:
         scenario = os.path.abspath(text.file.parent / scenario)
     tolerant = document.get("tolerant_time_s")
@@ -114,7 +114,7 @@ def check_placeholders(text: PlanText, host: Host, plan: Plan) -> None:
     names = {dimension.name for dimension in plan.dimensions}
     for name in re.findall(r"\{(host\.[^{}]*)\}", " ".join(host.command)):
         if name not in names:
-            raise text.error("host.command", f"there is no dimension for {{{name}}}")
+            raise text.error("host.command", f"no dimension has the name of {{{name}}}")
 
 
 def check_fault(text: PlanText, plan: Plan) -> None:
@@ -129,7 +129,7 @@ def check_fault(text: PlanText, plan: Plan) -> None:
     for dimension in plan.dimensions:
         parameter = dimension.fault_parameter
         if parameter is not None and parameter[0] not in plan.kinds:
-            raise text.error("dimension", f"{dimension.name}: fault.kind never is {parameter[0]}")
+            raise text.error("dimension", f"{dimension.name}: fault.kind is never {parameter[0]}")
     for kind in plan.kinds:
         row = plan.faults[kind]
         varied = [f"fault.{kind}.{one['name']}" in names for one in row["parameters"]]
@@ -147,12 +147,12 @@ def check_rates(text: PlanText, rates: Any, plan: Plan) -> None:
         raise text.error("rates", "must be a table")
     for kind, rate in rates.items():
         if kind not in plan.kinds:
-            raise text.error(f"rates.{kind}", "is no kind of fault of this plan")
+            raise text.error(f"rates.{kind}", "is not a kind of fault of this plan")
         if not (is_number(rate) and 0 <= rate <= MAX_VALUE):
             raise text.error(f"rates.{kind}", "must be a number, 0 or more")
     missing = [kind for kind in plan.kinds if kind not in rates]
     if rates and missing:
-        raise text.error("rates", f"say nothing about {', '.join(missing)}")
+        raise text.error("rates", f"missing: {', '.join(missing)}")
 
 
 def check_lists(text: PlanText, plan: Plan) -> None:
@@ -170,4 +170,4 @@ def count_cases(text: PlanText, plan: Plan) -> None:
     if plan.exclusions and plan.sampling in ("full", "latin") and cases.numbers <= MAX_COUNTED:
         plan.included = sum(cases.values(n) is not None for n in range(cases.numbers))
     if plan.included == 0:
-        raise text.error("exclude", "leaves no case")
+        raise text.error("exclude", "excludes every case")

@@ -28,7 +28,7 @@ def read_detection(text: PlanText, table: Mapping[str, Any]) -> Detection:
             try:
                 regex.compile(rule["says"])
             except regex.error as problem:
-                raise text.error("detect.host.says", f'"{rule["says"]}" is no regular expression: {problem}') from None
+                raise text.error("detect.host.says", f'"{rule["says"]}" is not a regular expression: {problem}') from None
             lines.append(rule["says"])
         elif "exit_status" in rule:
             if not (is_whole(rule["exit_status"]) and 0 <= rule["exit_status"] <= 255):
@@ -65,7 +65,7 @@ def read_host(text: PlanText, table: Mapping[str, Any]) -> Host:
     if not (is_whole(runs) and 1 <= runs <= 1000):
         raise text.error("host.runs", "must be a whole number from 1 to 1000")
     if clock == "stepped" and runs > 1:
-        raise text.error("host.runs", 'belongs to clock = "realtime": a stepped host does the same each time')
+        raise text.error("host.runs", 'must be 1 unless clock = "realtime": a stepped host does the same in each run')
     limits = {}
     for key, least, most in (("timeout_s", 0.1, 1e5), ("memory_MB", 50, 1e6), ("output_MB", 0.001, 1e4)):
         limits[key] = table.get(key, getattr(Host, key))

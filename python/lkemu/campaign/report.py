@@ -132,16 +132,16 @@ def _table(answer: Answer) -> str:
 def _test(answer: Answer, group: Group) -> Dict[str, str]:
     test = {"kind": group.kind, "verdict": "passed", "message": "", "text": ""}
     if group.cases == 0:
-        return {**test, "verdict": "skipped", "message": "no case has it"}
+        return {**test, "verdict": "skipped", "message": "no cases"}
     if group.outcomes[NOT_FIRED] == group.cases:
-        return {**test, "verdict": "error", "message": f"in none of {group.cases} cases did it take effect"}
+        return {**test, "verdict": "error", "message": f"took effect in none of {group.cases} cases"}
     if group.failures == 0:
         return test
     counts = ", ".join(f"{group.outcomes[name]} {name}" for name in reversed(OUTCOMES) if group.outcomes[name])
     place = kind_place(answer.head)
     failing = [one for one in answer.residual if kind_of(one, place) == group.kind]
     lines = [f"{sentence(answer, one)}\n  {answer.command_of(one.number)}\n" for one in failing[:CASES_IN_JUNIT]]
-    more = ["and more: --json\n"] if len(failing) > CASES_IN_JUNIT else []
+    more = ["for more, see --json\n"] if len(failing) > CASES_IN_JUNIT else []
     return {**test, "verdict": "failure", "message": f"of {group.cases} cases, {counts}", "text": "".join(lines + more)}
 
 

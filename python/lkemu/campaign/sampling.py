@@ -84,7 +84,7 @@ class Cases:
             )
             if not self.plan.excludes(values):
                 return values
-        raise self.plan.error("exclude", "leaves next to nothing, a thousand draws were excluded")
+        raise self.plan.error("exclude", "excludes nearly all cases: 1000 draws in a row were excluded")
 
     def _size_of(self, kind: Optional[str]) -> int:
         size = 1
@@ -142,7 +142,7 @@ class Cover:
             self.lists.append(dimension.values)
         sizes = [len(one.values) for one in self.lists]
         if sum(size * sum(sizes[:n]) for n, size in enumerate(sizes)) > MAX_PAIRS:
-            raise plan.error("sampling", "pairwise has more than 10 million pairs of values: shorten the lists, or take random")
+            raise plan.error("sampling", "pairwise has more than 10 million pairs of values: shorten the lists, or use sampling random")
         excluding = {n for exclusion in plan.exclusions for n in exclusion}
 
         def rank(n: int) -> int:

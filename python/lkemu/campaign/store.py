@@ -157,7 +157,7 @@ class Store:
         try:
             os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         except FileExistsError:
-            raise StoreError(f"{path}: exists already; --resume continues it, -o FILE starts another") from None
+            raise StoreError(f"{path}: already exists; continue it with --resume, or start another with -o FILE") from None
         except OSError as problem:
             raise StoreError(f"{path}: {problem.strerror}") from None
         lock = WriterLock(path)
@@ -182,7 +182,7 @@ class Store:
         connection = cls._connect(path, "rw")
         found = cls._read_head(path, connection)
         if found.identity != head.identity:
-            raise StoreError(f"{path}: of another plan, version or file that the plan names; -o FILE starts another")
+            raise StoreError(f"{path}: plan, version or files of the plan differ; start another file with -o FILE")
         store = cls._writing(path, connection, found, lock)
         with store._reading():
             store._check_rows()
@@ -225,7 +225,7 @@ class Store:
                 raise StoreError(f"{path}: format {format_}, this version reads {FORMAT}; run the campaign again")
             rows = connection.execute("SELECT * FROM campaign").fetchall()
             if len(rows) != 1:
-                raise damaged("it has no campaign")
+                raise damaged("no campaign")
             *values, dimensions = rows[0]
             head = Head(*values, dimensions=tuple(json.loads(dimensions)))
             _check_head(head)

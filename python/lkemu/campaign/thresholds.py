@@ -48,21 +48,21 @@ def parse_threshold(text: str) -> Threshold:
     """Parses, for example, `coverage[jam]>=0.9`. Raises StartError."""
     form = FORM.fullmatch(text)
     if form is None:
-        raise _error(text, "it is written MEASURE>=NUMBER or MEASURE<=NUMBER, like coverage>=0.99 or coverage[jam]>=0.9")
+        raise _error(text, "must be MEASURE>=NUMBER or MEASURE<=NUMBER, e.g. coverage>=0.99 or coverage[jam]>=0.9")
     measure, kind, sign, number = form.groups()
     known = [*MEASURES, *(one.key for one in OUTCOMES.values())]
     if measure not in known:
-        raise _error(text, f"there is no measure {measure}; they are {', '.join(known)}")
+        raise _error(text, f"unknown measure {measure}; known: {', '.join(known)}")
     try:
         limit = float(number)
     except ValueError:
         raise _error(text, f"{number} is not a number") from None
     if measure.startswith("coverage") and not 0 <= limit <= 1:
-        raise _error(text, "coverage is from 0 to 1")
+        raise _error(text, "coverage must be from 0 to 1")
     if measure not in MEASURES and (limit < 0 or limit != int(limit)):
-        raise _error(text, "cases are counted in whole numbers from 0")
+        raise _error(text, "a number of cases must be a whole number from 0")
     if measure in QUANTILES and not limit >= 0:
-        raise _error(text, "a latency is 0 s or longer")
+        raise _error(text, "a latency must be 0 s or longer")
     return Threshold(text.strip(), measure, kind or "", sign == ">=", limit)
 
 
