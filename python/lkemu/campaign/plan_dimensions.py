@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from typing import Any, Dict, List, Mapping, Optional, Tuple, Union
 
 from .plan import Dimension, Exclusion, Plan, whole_or_not
-from .plan_text import PlanText, flat, is_number
+from .plan_text import PlanText, did_you_mean, flat, is_number
 from .program import Program
 from .values import Listed, Ranged, Value, Values, value_text
 
@@ -55,8 +54,7 @@ class DimensionReader:
                     return parameter.get("choices")
         known = [*numbers, "fault.kind", "fault.bus", "generation"]
         known += [f"fault.{kind}.{one['name']}" for kind, row in self.plan.faults.items() for one in row["parameters"]]
-        near = difflib.get_close_matches(name, known, 1)
-        raise self.text.error(f"dimension.{name}", "unknown dimension" + (f", did you mean {near[0]}?" if near else ""))
+        raise self.text.error(f"dimension.{name}", "unknown dimension" + did_you_mean(name, known))
 
     def rounding_of(self, name: str) -> str:
         if name in ("fault.at_s", "fault.for_s"):
@@ -110,8 +108,7 @@ class DimensionReader:
         for one in given:
             if isinstance(one, str) and words is not None:
                 if words and one not in words:
-                    near = difflib.get_close_matches(one, words, 1)
-                    raise self.text.error(key, f'"{one}" is unknown' + (f", did you mean {near[0]}?" if near else ""))
+                    raise self.text.error(key, f'"{one}" is unknown' + did_you_mean(one, words))
                 values.append(one)
             elif words:
                 raise self.text.error(key, "must be a word or a list of words")

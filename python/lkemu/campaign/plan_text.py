@@ -6,7 +6,7 @@ import difflib
 import math
 import pathlib
 import tomllib
-from typing import Any, Dict, List, Mapping, Tuple
+from typing import Any, Collection, Dict, List, Mapping, Tuple
 
 from .plan import PlanError
 
@@ -31,8 +31,7 @@ class PlanText:
     def check_keys(self, table: Mapping[str, Any], known: set[str], path: str) -> None:
         for key in table:
             if key not in known:
-                near = difflib.get_close_matches(key, known, 1)
-                raise self.error(path + key, "unknown key" + (f", did you mean {near[0]}?" if near else ""))
+                raise self.error(path + key, "unknown key" + did_you_mean(key, known))
 
     def table(self, key: str, known: set[str]) -> Mapping[str, Any]:
         table = self.document.get(key, {})
@@ -45,6 +44,12 @@ class PlanText:
         if not is_number(value):
             raise self.error(key, otherwise)
         return float(value)
+
+
+def did_you_mean(word: str, known: Collection[str]) -> str:
+    """Returns a hint for the most similar known word; empty if there is none."""
+    near = difflib.get_close_matches(word, known, 1)
+    return f", did you mean {near[0]}?" if near else ""
 
 
 def is_whole(value: Any) -> bool:
