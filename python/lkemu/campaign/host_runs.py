@@ -86,7 +86,7 @@ class HostRuns:
                 if end.kind != HostEnd.EXITED:
                     key = "host.passive" if passive else "host"
                     raise StartError(f"{self._plan.file}: {key}: {what} of case {number} fails even without a fault: {end.note}"
-                                     + (f"; {end.said}" if end.said else ""))  # fmt: skip
+                                     + (f"; {end.output}" if end.output else ""))  # fmt: skip
         except MachineFailed as problem:
             raise Error(f"case {number}: {problem}; run the campaign again") from None
         finally:
@@ -241,20 +241,20 @@ class HostRuns:
 
     def _end_of(self, run: Dict[str, Any]) -> HostEnd:
         status, lines = run["status"], run["output"].rstrip().splitlines()
-        said = printable(lines[-1]) if lines else ""
+        output = printable(lines[-1]) if lines else ""
         if run["end"] == "timeout":
-            return HostEnd(HostEnd.HUNG, run["why"], said)
+            return HostEnd(HostEnd.HUNG, run["why"], output)
         if run["end"] == "limit":
-            return HostEnd(HostEnd.DIED, run["why"], said)
+            return HostEnd(HostEnd.DIED, run["why"], output)
         if run["end"] == "signal":
-            return HostEnd(HostEnd.DIED, f"killed by {signal.Signals(status).name}", said)
+            return HostEnd(HostEnd.DIED, f"killed by {signal.Signals(status).name}", output)
         note = f"exit status {status}"
         is_exception = status == EXCEPTION_STATUS and run["exception"]
         if is_exception:
-            note, said = EXCEPTION + printable(run["exception"].partition(":")[0]), printable(run["exception"])
+            note, output = EXCEPTION + printable(run["exception"].partition(":")[0]), printable(run["exception"])
         if status == 0 or status in self._plan.detection.exit_status or (is_exception and run["exception_is_known"]):
             return HostEnd(HostEnd.EXITED, note, notices=run["notices"])
-        return HostEnd(HostEnd.DIED, note, said)
+        return HostEnd(HostEnd.DIED, note, output)
 
     def _judged(self, number: int, values: Case, run: Dict[str, Any], reference: Optional[Dict[str, Any]]) -> Result:
         result = Result(number, values, real_time=not self._host.stepped, wall_s=run["wall_s"])

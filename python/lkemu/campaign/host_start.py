@@ -19,9 +19,9 @@ class ProgramHost:
     """A process in a session of its own. Its file descriptor becomes readable when it exits."""
 
     def __init__(self, command: List[str], directory: str, environment: Mapping[str, str], out: int) -> None:
-        whole = {name: value for name, value in os.environ.items() if name != "LKEMU_CONTROL"}
+        inherited = {name: value for name, value in os.environ.items() if name != "LKEMU_CONTROL"}
         try:
-            self._process = subprocess.Popen(command, cwd=directory, env={**whole, **environment}, stdin=subprocess.DEVNULL, stdout=out,
+            self._process = subprocess.Popen(command, cwd=directory, env={**inherited, **environment}, stdin=subprocess.DEVNULL, stdout=out,
                                              stderr=out, start_new_session=True, preexec_fn=end_with_parent)  # fmt: skip
         except OSError as problem:
             raise StartError(f"host: command: {command[0]} cannot be started: {problem.strerror}") from None

@@ -59,7 +59,7 @@ class HostEnd:
 
     kind: str
     note: str  # "exit status 3"
-    said: str = ""  # last line of a host that hung or died
+    output: str = ""  # last line of a host that hung or died
     notices: List[Mapping[str, Any]] = field(default_factory=list)
 
 
@@ -144,7 +144,7 @@ def judge_host(plan: Plan, result: Result, end: HostEnd, reference: Optional[Hos
 
     `reference`: end of the host without the fault; None if the case has no fault.
     """
-    result.note, result.said = end.note, end.said
+    result.note, result.said = end.note, end.output
     result.false_alarm = result.false_alarm or (reference is not None and bool(reference.notices))
     notice = _first_notice(result, end, reference)
     if notice is not None:
@@ -156,7 +156,7 @@ def judge_host(plan: Plan, result: Result, end: HostEnd, reference: Optional[Hos
     result.outcome = outcome_of(plan, result, has_fault, result.outcome == NO_EFFECT)
     if reference is not None and reference.kind != HostEnd.EXITED:
         result.outcome = NOT_FIRED
-        result.note, result.said = f"also without the fault: {reference.note}", reference.said
+        result.note, result.said = f"also without the fault: {reference.note}", reference.output
     elif end.kind != HostEnd.EXITED and not (has_fault and result.first_effect_at_ns is None):
         result.outcome = HANG if end.kind == HostEnd.HUNG else CRASH
 

@@ -55,25 +55,25 @@ def merge(out: pathlib.Path, paths: Sequence[pathlib.Path]) -> Merged:
                 raise StoreError(f"{part.path}: plan, version or files differ from those of {parts[0].path}")
         shards = sorted({shard for part in parts for shard in part.shards()})
         with tempfile.TemporaryDirectory(dir=out.parent, prefix=".merge-") as folder:
-            whole = Store.create(pathlib.Path(folder) / out.name, head)
-            cases = _copy(parts, whole)
+            merged = Store.create(pathlib.Path(folder) / out.name, head)
+            cases = _copy(parts, merged)
             for index, count in shards:
-                whole.note_shard(index, count)
+                merged.note_shard(index, count)
             for part in parts:
-                whole.note_failures(one for one in part.failed_cases() if not whole.numbers_between(one[0], one[0]))
-            whole.close()
+                merged.note_failures(one for one in part.failed_cases() if not merged.numbers_between(one[0], one[0]))
+            merged.close()
             try:
-                os.link(whole.path, out)
+                os.link(merged.path, out)
             except FileExistsError:
                 raise StoreError(f"{out}: already exists") from None
     return Merged(cases, head.cases, *_missing(shards))
 
 
-def _copy(parts: Sequence[Store], whole: Store) -> int:
+def _copy(parts: Sequence[Store], merged: Store) -> int:
     cases = 0
     rows = _unique_rows(parts)
     while batch := list(itertools.islice(rows, BATCH)):
-        whole.put_rows(batch)
+        merged.put_rows(batch)
         cases += len(batch)
     return cases
 

@@ -22,12 +22,12 @@ def value_text(value: Value) -> str:
     if fraction == "0":
         fraction = ""
     point = len(whole) + int(exponent or 0)
-    all_figures = (whole + fraction).lstrip("0")
-    point -= len(whole + fraction) - len((whole + fraction).lstrip("0"))
-    all_figures = all_figures.rstrip("0")
-    if not all_figures:
+    significant = (whole + fraction).lstrip("0")
+    point -= len(whole + fraction) - len(significant)
+    significant = significant.rstrip("0")
+    if not significant:
         return sign + "0"
-    return sign + min(_fixed(all_figures, point), _scientific(all_figures, point), key=len)
+    return sign + min(_fixed(significant, point), _scientific(significant, point), key=len)
 
 
 def _fixed(figures: str, point: int) -> str:
