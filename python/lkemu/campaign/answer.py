@@ -115,7 +115,7 @@ class Group:
     false_alarms: int = 0  # cases whose host also detects something without the fault
     by_drive: Latencies = field(default_factory=Latencies)
     by_host: Latencies = field(default_factory=Latencies)
-    first: Latencies = field(default_factory=Latencies)  # of the earlier detection
+    first: Latencies = field(default_factory=Latencies)  # of the detection that came first
 
     @property
     def cases(self) -> int:

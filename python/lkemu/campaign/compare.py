@@ -35,7 +35,7 @@ class Comparison:
 
 
 def compare(before: Head, old: Iterable[Result], now: Head, new: Iterable[Result]) -> Comparison:
-    """Pre: `old` and `new` are in order of case numbers. A case is worse if the rank of its outcome (outcomes.py) rose.
+    """Pre: `old` and `new` are sorted by case number. A worse case has an outcome of higher rank (outcomes.py) now.
 
     Raises StartError if equal numbers belong to different cases.
     """

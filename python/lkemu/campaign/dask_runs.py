@@ -28,7 +28,7 @@ from .scenario_runs import ScenarioRuns
 CONNECT_S = 10
 BATCHES_PER_THREAD = 3  # avoids idle threads
 MIN_PENDING = 16  # pending batches make an adaptive cluster start workers
-MAX_BATCH = 1024  # seconds on a core; the scheduler handles some 1000 batches/s
+MAX_BATCH = 1024  # cases, which take seconds. The scheduler handles some 1000 batches/s.
 MAX_HOST_BATCH = 16
 RETRIES = 2  # of a batch, e.g. if its lk-emu was killed
 POLL_S = 1.0  # between two reads of the number of threads

@@ -15,7 +15,7 @@ GROUP = "239.74.163.2"  # as in the documents' example; packets stay on this mac
 
 
 class HostBus:
-    """`name`: bus for lk-emu; `channel`: for python-can in the host; `port`: empty if the bus has none."""
+    """`name`: bus for lk-emu; `channel`: as the host opens it; `port`: empty if the bus has none."""
 
     def __init__(self, kind: str, directory: str) -> None:
         self._socket: Optional[socket.socket] = None

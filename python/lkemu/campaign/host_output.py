@@ -23,7 +23,7 @@ class Notice:
     at_ns: int  # since the start of the scenario
     text: str
     rule: int  # number of the expression, from 1; EXIT_STATUS for the exit status
-    gist: str  # equal in runs that print the same line
+    gist: str  # without numbers and paths, equal in all runs that print the line
 
 
 def gist_of(line: str) -> str:

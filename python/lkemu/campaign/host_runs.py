@@ -167,7 +167,7 @@ class HostRuns:
         }
 
     def _run(self, number: int, values: Case, fault: bool = True, passive: bool = False) -> Dict[str, Any]:
-        """Runs a case; once more if SIGKILL or SIGTERM ended its host. Raises MachineFailed.
+        """Runs a case, and repeats it once if SIGKILL or SIGTERM ended its host. Raises MachineFailed.
 
         If the same signal ends a busy host again at the same simulated instant, the host itself sent it.
         """

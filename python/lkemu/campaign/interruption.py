@@ -24,7 +24,7 @@ class Interruption:
 
     @contextlib.contextmanager
     def shielded(self) -> Iterator[None]:
-        """Defers a signal within the block: KeyboardInterrupt is raised at its end."""
+        """Defers signals during the block. Raises KeyboardInterrupt at its end if one came."""
         before, self._is_shielded = self._is_signalled, True
         try:
             yield

@@ -164,8 +164,8 @@ def judge_host(plan: Plan, result: Result, end: HostEnd, reference: Optional[Hos
 def _first_notice(result: Result, end: HostEnd, reference: Optional[HostEnd]) -> Optional[Mapping[str, Any]]:
     """Returns the first notice that the fault has caused.
 
-    In real time, two runs never print a line at the same instant. There, a line that the reference also prints does
-    not count, at whatever time.
+    In real time, two runs never print a line at the same instant. So a line that the reference also prints is ignored
+    there, whatever its time.
     """
     since = (result.first_effect_at_ns or 0) // 1000 * 1000  # times of hosts have a resolution of 1 µs
     for one in end.notices:

@@ -21,8 +21,8 @@ from .sampling import Case, Cases
 from .values import Value, value_text
 
 TRIAL_CASES = 64  # cases to estimate the duration
-TRIAL_CASES_OF_KIND = 8  # cases to check whether a kind of fault takes effect
-MAX_TRIAL_S = 60.0  # estimated, for all kinds
+TRIAL_CASES_OF_KIND = 8  # cases to check if a kind of fault takes effect
+MAX_TRIAL_S = 60.0  # limit for this check
 MAX_SEARCHED = 100_000  # case numbers
 MAX_SHOWN = 8  # values of a list
 

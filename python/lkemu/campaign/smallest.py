@@ -36,7 +36,7 @@ class Smallest:
             self._least[place] = key, result
 
     def found(self) -> List[Tuple[str, Result]]:
-        """Kinds and results, by kind and number."""
+        """Returns kinds and results, sorted by kind and case number."""
         return sorted(((kind, result) for (kind, _), (_, result) in self._least.items()), key=lambda one: (one[0], one[1].number))
 
     @staticmethod
