@@ -6,7 +6,7 @@ import difflib
 import os
 import pathlib
 import re
-from typing import Any, Mapping
+from typing import Any
 
 from .plan import MAX_CASES, Host, Plan, PlanError
 from .plan_dimensions import MAX_VALUE, DimensionReader
