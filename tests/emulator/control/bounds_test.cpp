@@ -105,7 +105,7 @@ const std::set<std::string> kOthers = {
     "core/wire/serial_wire.hpp:kDriveQueue", "core/wire/serial_wire.hpp:kHostQueue",
     "core/wire/wire.hpp:kDriveQueue", "core/wire/wire.hpp:kHostQueue",
     // limits on work at once, not on memory
-    "files/output_file.cpp:kMostLinks",
+    "files/output_file.cpp:kMaxLinks",
     "core/faults/fault_board.hpp:kMaxSamples", "io/control/http_session.cpp:kMaxLingerReads",
     "io/live/line.cpp:kMaxLeaving", "io/live/world.cpp:kMaxRounds", "io/transports/client_set.cpp:kMaxEvents",
     "io/transports/multicast_port.cpp:kMaxDatagrams", "io/transports/port.hpp:kMaxBatches",
