@@ -31,7 +31,7 @@ void expect_the_table(const std::string& text) {
   }
 }
 
-TEST(AdviceDocuments, HaveTheTableOfTheProgram) {
+TEST(AdviceDocuments, MatchTheTableInTheCode) {
   const std::string english = document("guides/host-mistakes.md");
   expect_the_table(english);
   std::size_t rows = 0;
@@ -42,7 +42,7 @@ TEST(AdviceDocuments, HaveTheTableOfTheProgram) {
   EXPECT_EQ(rows, 1 + kAdviceKinds) << "and no others";
 }
 
-TEST(AdviceDocuments, AreAboutEachKindInItsPlace) {
+TEST(AdviceDocuments, ListEachKindInOrder) {
   ASSERT_EQ(advice_table().size(), kAdviceKinds);
   for (std::size_t n = 0; n < kAdviceKinds; ++n) {
     const AdviceRow& row = advice_table()[n];

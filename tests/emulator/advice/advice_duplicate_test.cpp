@@ -60,7 +60,7 @@ ServoConfig other_drive() {
   return servo;
 }
 
-TEST(DuplicateId, IsToldWithinAFewFramesOfOneQuery) {
+TEST(DuplicateId, IsReportedWithinAFewFramesOfOneQuery) {
   const std::vector<Command> commands = {ReadState1{},
                                          ClearErrors{},
                                          ReadState2{},
@@ -84,7 +84,7 @@ TEST(DuplicateId, IsToldWithinAFewFramesOfOneQuery) {
 }
 
 /// Constant registers give advice if they differ from those of the drive here.
-TEST(DuplicateId, IsToldByRegistersThatDiffer) {
+TEST(DuplicateId, IsDetectedByDifferentRegisters) {
   ServoConfig there = other_drive();
   there.rom.gains.speed_kp = 77;
   there.rom.acceleration_dps_s = 1234;
@@ -96,7 +96,7 @@ TEST(DuplicateId, IsToldByRegistersThatDiffer) {
   }
 }
 
-TEST(DuplicateId, IsToldOfADriveInTheCold) {
+TEST(DuplicateId, IsDetectedBelowZeroCelsius) {
   ServoConfig there = other_drive();
   there.profile.drive.thermal.temp_ambient = -20;
   Rivals rivals(there);
@@ -106,7 +106,7 @@ TEST(DuplicateId, IsToldOfADriveInTheCold) {
 }
 
 /// There is one reply for each query, so a temperature is not taken for a direction.
-TEST(DuplicateId, IsToldOfADriveThatIsMovedWithADirection) {
+TEST(DuplicateId, IsDetectedOnDirectedMotionCommands) {
   Rivals rivals(other_drive());
   for (int n = 0; n < 20; ++n) {
     rivals.say(query(Position4{.max_speed_dps = 90, .target_cdeg = 9000}));
@@ -116,7 +116,7 @@ TEST(DuplicateId, IsToldOfADriveThatIsMovedWithADirection) {
 }
 
 /// Two programs with equal configurations, which differ only in random values.
-TEST(DuplicateId, IsToldOfATwinByItsNoise) {
+TEST(DuplicateId, IsDetectedByNoiseOfIdenticalDrives) {
   ServoConfig twin = test::servo_config(1);
   twin.profile.drive.current_sensor.noise = 0.05;  // A; as in configs/motors/mf7015.toml
   Rivals rivals(twin);
@@ -126,7 +126,7 @@ TEST(DuplicateId, IsToldOfATwinByItsNoise) {
 }
 
 /// Such an echo could also be a host that sends without a pause.
-TEST(DuplicateId, OfEchoesNothingIsSaidUntilAHostAsks) {
+TEST(DuplicateId, IsNotReportedForEchoesAlone) {
   Rivals rivals(other_drive());
   rivals.say(query(protocol::Run{}));
   rivals.wait(20ms);
@@ -137,7 +137,7 @@ TEST(DuplicateId, OfEchoesNothingIsSaidUntilAHostAsks) {
 }
 
 /// A frame of another drive is not judged as a host's.
-TEST(DuplicateId, IsTheOnlyAdviceOnceItIsCertain) {
+TEST(DuplicateId, SuppressesOtherAdvice) {
   Rivals rivals(other_drive());
   rivals.say(query(ReadState2{}));
   rivals.wait(500ms);
@@ -145,7 +145,7 @@ TEST(DuplicateId, IsTheOnlyAdviceOnceItIsCertain) {
 }
 
 /// Their IDs in ROM are equal, or were set equal by 0x42 (docs/reference/protocol.md §10.9).
-TEST(DuplicateId, IsToldOfTwoDrivesHere) {
+TEST(DuplicateId, IsReportedForTwoDrivesOnOneBus) {
   BusConfig config = test::bus_config({}, 1'000'000);
   config.servos = {test::drive(Generation::kV236b, Series::kMg, 1),
                    test::drive(Generation::kV236b, Series::kMg, 7)};
@@ -198,7 +198,7 @@ class Hosts : public testing::Test {
   AdvisedHost here{noisy()};
 };
 
-TEST_F(Hosts, TwoThatClearTheirFramesAreNoDrive) {
+TEST_F(Hosts, TwoWithZeroedFramesAreNotDuplicateDrives) {
   for (std::uint8_t n = 0; n < 250; ++n) {
     ask({kRead});
     ask({kRead});
@@ -209,7 +209,7 @@ TEST_F(Hosts, TwoThatClearTheirFramesAreNoDrive) {
   expect_nothing();
 }
 
-TEST_F(Hosts, OneThatSendsItsReceiveBufferAgainIsNoDrive) {
+TEST_F(Hosts, ReusedReceiveBufferIsNotADuplicateDrive) {
   for (const std::uint8_t command :
        std::to_array<std::uint8_t>({0x30, 0x33, 0x90, 0x92, 0x94, 0x9A, 0x9B, 0x9C, 0x9D, 0xA1,
                                     0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8})) {
@@ -223,7 +223,7 @@ TEST_F(Hosts, OneThatSendsItsReceiveBufferAgainIsNoDrive) {
   expect_nothing();
 }
 
-TEST_F(Hosts, OneThatDoesSoWithSeveralDrivesIsNoDrive) {
+TEST_F(Hosts, BufferReusedForSeveralDrivesIsNotADuplicateDrive) {
   protocol::Payload buffer{kRead};
   for (int n = 0; n < 500; ++n) {
     for (const std::uint32_t id : {0x141U, 0x142U, 0x143U, 0x144U}) {
@@ -236,7 +236,7 @@ TEST_F(Hosts, OneThatDoesSoWithSeveralDrivesIsNoDrive) {
   expect_nothing();
 }
 
-TEST_F(Hosts, OneWhoseFramesAlwaysHaveSomethingThereIsNoDrive) {
+TEST_F(Hosts, DataInUnusedBytesIsNotADuplicateDrive) {
   for (std::uint8_t n = 0; n < 250; ++n) {
     ask({kRead, 30, n, n, n, n, n, n});
     ask({kTorqueByte, 30, 1, 2, n, 0, 3, 4});
@@ -244,7 +244,7 @@ TEST_F(Hosts, OneWhoseFramesAlwaysHaveSomethingThereIsNoDrive) {
   expect_nothing();
 }
 
-TEST_F(Hosts, OneThatFillsUpWithOnesIsNoDrive) {
+TEST_F(Hosts, PaddingWith0xFFIsNotADuplicateDrive) {
   for (std::uint8_t n = 0; n < 250; ++n) {
     ask({kTorqueByte, 0, 0, 0, n});
     ask({kTorqueByte, 0xFF, 0xFF, 0xFF, n, 0, 0xFF, 0xFF});
@@ -252,7 +252,7 @@ TEST_F(Hosts, OneThatFillsUpWithOnesIsNoDrive) {
   expect_nothing();
 }
 
-TEST_F(Hosts, OneThatLeavesRubbishThereIsNoDrive) {
+TEST_F(Hosts, RandomUnusedBytesAreNotADuplicateDrive) {
   std::uint32_t random = 1;
   for (const std::uint8_t command : std::to_array<std::uint8_t>({kRead, 0x33, 0x90, 0x92, 0x94})) {
     ask({command});
@@ -268,7 +268,7 @@ TEST_F(Hosts, OneThatLeavesRubbishThereIsNoDrive) {
 }
 
 /// One host clears its frames; the other sends data 200 times a second.
-TEST_F(Hosts, TwoDifferentOnesAreNoDrive) {
+TEST_F(Hosts, TwoWithDifferentPaddingAreNotDuplicateDrives) {
   for (std::uint8_t n = 0; n < 250; ++n) {
     ask({kRead});
     ask({kRead, 30, 1, 2, 3, 4, 5, 6});
@@ -277,7 +277,7 @@ TEST_F(Hosts, TwoDifferentOnesAreNoDrive) {
   expect_nothing();
 }
 
-TEST_F(Hosts, OneWithADirectionOfItsOwnIsNoDrive) {
+TEST_F(Hosts, UnknownDirectionByteIsNotADuplicateDrive) {
   for (const std::uint8_t command : std::to_array<std::uint8_t>({0xA5, 0xA6})) {
     ask({command, 0, 0x68, 0x01, 0x50, 0x46});
     for (int n = 0; n < 20; ++n) ask({command, 2, 0x68, 0x01, 0x50, 0x46});
@@ -291,7 +291,7 @@ TEST_F(Hosts, OneWithADirectionOfItsOwnIsNoDrive) {
   expect_nothing();
 }
 
-TEST_F(Hosts, ADriveElsewhereWithAnotherIdIsNoDuplicate) {
+TEST_F(Hosts, DriveElsewhereWithAnotherIdIsNotADuplicate) {
   for (std::uint8_t n = 0; n < 250; ++n) {
     ask({kRead}, 0x147);
     ask({kRead, 30, n, 2, 3, 4, 5, n}, 0x147);

@@ -33,7 +33,7 @@ void clear(AnsweredHost& host) {
   host.repeat(10, 50ms, query(ReadState2{}));
 }
 
-TEST(AdviceClear, IsOfAHostThatClearsWhatIsClear) {
+TEST(AdviceClear, WarnsOnRepeatedClears) {
   AnsweredHost host = tripped();
   clear(host);
   clear(host);
@@ -45,7 +45,7 @@ TEST(AdviceClear, IsOfAHostThatClearsWhatIsClear) {
             "those from before");
 }
 
-TEST(AdviceClear, IsOfDrivesThatAlwaysAnswerSo) {
+TEST(AdviceClear, WarnsWhenTheDriveAlwaysRepliesWithOldErrors) {
   ServoConfig servo = test::servo_config(1);
   servo.quirks.clear_reply = ClearReply::kBefore;
   servo.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)] = {true, 0.1, 0, 0};
@@ -57,7 +57,7 @@ TEST(AdviceClear, IsOfDrivesThatAlwaysAnswerSo) {
   EXPECT_EQ(host.count(AdviceKind::kTrustsClearReply), 1U);
 }
 
-TEST(AdviceClear, IsNotOfOneThatReadsTheState) {
+TEST(AdviceClear, IgnoresHostThatReadsTheState) {
   AnsweredHost host = tripped();
   for (int n = 0; n < 5; ++n) {
     clear(host);
@@ -66,7 +66,7 @@ TEST(AdviceClear, IsNotOfOneThatReadsTheState) {
   EXPECT_EQ(host.all(), "");
 }
 
-TEST(AdviceClear, IsNotOfADriveThatSaysWhatIsLeftNorOfNewErrors) {
+TEST(AdviceClear, IgnoresCurrentRepliesAndNewErrors) {
   AnsweredHost host = tripped(false);
   for (int n = 0; n < 5; ++n) clear(host);
   EXPECT_EQ(host.count(AdviceKind::kTrustsClearReply), 0U);
@@ -79,7 +79,7 @@ TEST(AdviceClear, IsNotOfADriveThatSaysWhatIsLeftNorOfNewErrors) {
   EXPECT_EQ(again.count(AdviceKind::kTrustsClearReply), 0U);
 }
 
-TEST(AdviceClear, IsNotOfAHostThatClearsNowAndThen) {
+TEST(AdviceClear, IgnoresOccasionalClears) {
   AnsweredHost host = tripped();
   for (int n = 0; n < 5; ++n) {
     clear(host);
@@ -97,7 +97,7 @@ void poll(AnsweredHost& host, int id, int times, SimTime gap) {
   }
 }
 
-TEST(AdvicePolls, IsOfAnIdThatNeverAnswersAtFullRate) {
+TEST(AdvicePolls, WarnsOnFullRatePollsOfAMissingId) {
   AnsweredHost host(test::servo_config(1));
   poll(host, 7, 90, 20ms);
   EXPECT_EQ(host.all(), "");
@@ -106,7 +106,7 @@ TEST(AdvicePolls, IsOfAnIdThatNeverAnswersAtFullRate) {
   EXPECT_EQ(host.count(AdviceKind::kPollsDead, 1), 0U);
 }
 
-TEST(AdvicePolls, IsOfADriveWithoutPower) {
+TEST(AdvicePolls, WarnsOnPollsOfAnUnpoweredDrive) {
   AnsweredHost host(test::powered_bus({1, 2}));
   host.bus.apply({2, PowerOff{}});
   host.wait(5s);
@@ -114,7 +114,7 @@ TEST(AdvicePolls, IsOfADriveWithoutPower) {
   EXPECT_GT(host.count(AdviceKind::kPollsDead, 2), 0U);
 }
 
-TEST(AdvicePolls, IsNotOfAHostThatBacksOff) {
+TEST(AdvicePolls, IgnoresHostThatBacksOff) {
   AnsweredHost host(test::servo_config(1));
   poll(host, 7, 15, 20ms);
   for (int n = 0; n < 60; ++n) {
@@ -124,14 +124,14 @@ TEST(AdvicePolls, IsNotOfAHostThatBacksOff) {
   EXPECT_EQ(host.all(), "");
 }
 
-TEST(AdvicePolls, IsNotOfAHostThatLooksForOneDriveOnly) {
+TEST(AdvicePolls, IgnoresHostThatPollsOneMissingDriveOnly) {
   AnsweredHost host(test::servo_config(1));
   host.repeat(500, 20ms, query(ReadState2{}, 7));
   EXPECT_EQ(host.all(), "");
 }
 
 /// Another program owns that drive: its replies have the identifier of the queries.
-TEST(AdvicePolls, IsNotOfADriveElsewhere) {
+TEST(AdvicePolls, IgnoresDriveOfAnotherProgram) {
   AnsweredHost host(test::servo_config(1));
   for (int n = 0; n < 500; ++n) {
     host.repeat(1, 5ms, query(ReadState2{}));
@@ -151,7 +151,7 @@ AnsweredHost behind_ch348() {
 }
 
 /// A reply takes 0.34 ms on the wire and 0.54 ms in the adapter.
-TEST(AdviceTimeout, IsOfAHostThatGoesOnBeforeTheReplyIsThere) {
+TEST(AdviceTimeout, WarnsWhenQueriesOvertakeReplies) {
   AnsweredHost host = behind_ch348();
   host.repeat(5, 600us, query(ReadState2{}));
   EXPECT_EQ(host.all(), "");
@@ -159,13 +159,13 @@ TEST(AdviceTimeout, IsOfAHostThatGoesOnBeforeTheReplyIsThere) {
   EXPECT_GT(host.count(AdviceKind::kTimeoutBelowLatency), 0U);
 }
 
-TEST(AdviceTimeout, IsNotOfOneThatWaitsLonger) {
+TEST(AdviceTimeout, IgnoresHostThatWaitsLongEnough) {
   AnsweredHost host = behind_ch348();
   host.repeat(500, 2ms, query(ReadState2{}));
   EXPECT_EQ(host.all(), "");
 }
 
-TEST(AdviceTimeout, IsNotOfLostReplies) {
+TEST(AdviceTimeout, IgnoresLostReplies) {
   AnsweredHost host = behind_ch348();
   host.bus.apply({kWholeBus, SetFault{test::fault_of("silent", {}, {1})}});
   host.repeat(100, 2ms, query(ReadState2{}));
@@ -175,7 +175,7 @@ TEST(AdviceTimeout, IsNotOfLostReplies) {
   EXPECT_EQ(host.count(AdviceKind::kTimeoutBelowLatency), 0U) << host.all();
 }
 
-TEST(AdviceTimeout, IsNotGivenWithoutAnAdapter) {
+TEST(AdviceTimeout, IgnoresBusWithoutAdapter) {
   AnsweredHost host(test::servo_config(1));
   host.repeat(100, 600us, query(ReadState2{}));
   EXPECT_EQ(host.all(), "");
@@ -187,7 +187,7 @@ protocol::Frame target(double deg) {
   return query(Position1{static_cast<std::int32_t>(100 * deg)});
 }
 
-TEST(AdviceFirstTarget, IsOfHalfATurnAndMoreFromAnUnreadAngle) {
+TEST(AdviceFirstTarget, WarnsFromHalfATurnIfTheAngleWasNotRead) {
   AnsweredHost host(test::servo_config(1));  // at 45 degrees
   host.repeat(3, 2ms, query(ReadState2{}));
   host.repeat(2, 2ms, target(225));
@@ -196,7 +196,7 @@ TEST(AdviceFirstTarget, IsOfHalfATurnAndMoreFromAnUnreadAngle) {
             "the first target after a start, 225°, is 180° from where the rotor stands, 45°");
 }
 
-TEST(AdviceFirstTarget, IsNotOfANearOneNorOfOneAfterReading) {
+TEST(AdviceFirstTarget, IgnoresNearTargetsAndReadAngles) {
   AnsweredHost near(test::servo_config(1));
   near.repeat(1, 2ms, target(224));
   near.repeat(1, 2ms, target(1000));  // the host knows the angle
@@ -208,7 +208,7 @@ TEST(AdviceFirstTarget, IsNotOfANearOneNorOfOneAfterReading) {
 }
 
 /// 30° of the output, and 40° as the forearm in the scenario jammed_joint.
-TEST(AdviceFirstTarget, IsNotOfAShortMoveOfAGearedOutput) {
+TEST(AdviceFirstTarget, IgnoresShortMovesOfAGearedOutput) {
   ServoConfig servo = test::servo_config(1);
   servo.profile.drive.mechanics.gear_ratio = 6;
   for (const double output_deg : {30, -30, 40, 179}) {
@@ -222,7 +222,7 @@ TEST(AdviceFirstTarget, IsNotOfAShortMoveOfAGearedOutput) {
 }
 
 /// A rotor turn is a sixth of an output turn; a restart loses it.
-TEST(AdviceFirstTarget, IsOfATurnOfTheRotorThatTheStartHasLost) {
+TEST(AdviceFirstTarget, WarnsOnARotorTurnLostAtRestart) {
   ServoConfig servo = test::servo_config(1);
   servo.profile.drive.mechanics.gear_ratio = 6;
   AnsweredHost host(servo);
@@ -234,7 +234,7 @@ TEST(AdviceFirstTarget, IsOfATurnOfTheRotorThatTheStartHasLost) {
   EXPECT_EQ(host.count(AdviceKind::kFirstTargetFar), 1U) << host.all();
 }
 
-TEST(AdviceFirstTarget, IsOfEachStart) {
+TEST(AdviceFirstTarget, WarnsAfterEachStart) {
   AnsweredHost host(test::servo_config(1));
   host.repeat(1, 2ms, query(ReadMultiTurnAngle{}));
   host.repeat(1, 3s, target(720));

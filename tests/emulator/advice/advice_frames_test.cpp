@@ -15,7 +15,7 @@ void receive(AdvisedHost& host, SimTime at, const protocol::Frame& frame) {
   host.adviser.on_query({at, frame});
 }
 
-TEST(AdviceRom, TellsTheLifeThatIsLeft) {
+TEST(AdviceRom, ReportsTheRemainingLife) {
   AdvisedHost host(test::servo_config(1));
   const auto write = query(protocol::WritePidToRom{PidGains{.angle_kp = 7}});
   for (int n = 0; n < 9; ++n) receive(host, n * 36s, write);
@@ -32,7 +32,7 @@ TEST(AdviceRom, TellsTheLifeThatIsLeft) {
   EXPECT_EQ(host.adviser.advice().size(), 1U);
 }
 
-TEST(AdviceRom, LetsAHostWriteNowAndThen) {
+TEST(AdviceRom, IgnoresOccasionalWrites) {
   AdvisedHost host(test::servo_config(1));
   // 10,000 writes in more than 365 days: 3153.6 s each.
   for (int n = 0; n < 30; ++n) receive(host, n * 3154s, query(protocol::WriteOffsetToRom{100}));
@@ -46,7 +46,7 @@ TEST(AdviceRom, LetsAHostWriteNowAndThen) {
   EXPECT_EQ(host.count(AdviceKind::kRomWear), 1U);
 }
 
-TEST(AdviceLength, IsOfDrivesOnly) {
+TEST(AdviceLength, ChecksOnlyFramesForDrives) {
   AdvisedHost host(test::servo_config(1));
   receive(host, 1ms, test::frame("7FF#01"));  // not for a drive
   receive(host, 2ms, test::frame("142#9A"));  // no such drive
@@ -69,7 +69,7 @@ TEST(AdviceLength, IsOfDrivesOnly) {
   EXPECT_EQ(host.adviser.mark_of(3), "");
 }
 
-TEST(AdviceField, BeginsBehindTheLastValueOfTheRange) {
+TEST(AdviceField, AcceptsTheLastValueOfTheRange) {
   AdvisedHost host(test::servo_config(1));
   receive(host, 1ms, test::frame("141#A1000000D0070000"));  // 2000
   receive(host, 2ms, test::frame("141#A100000030F80000"));  // -2000
@@ -103,7 +103,7 @@ TEST(AdviceField, KnowsTheRangesOfV236) {
   }
 }
 
-TEST(AdviceGeneration, RecognisesFieldsOfAnother) {
+TEST(AdviceGeneration, RecognisesFieldsOfAnotherGeneration) {
   ServoConfig geared = test::servo_config(1);
   geared.profile.drive.mechanics.gear_ratio = 10;
   AdvisedHost host(geared);
@@ -124,7 +124,7 @@ TEST(AdviceGeneration, RecognisesTheIqLimitOf0xA2) {
   EXPECT_EQ(host.count(AdviceKind::kOtherGeneration), 1U);
 }
 
-TEST(AdviceGeneration, LetsUnusedBytesBe) {
+TEST(AdviceGeneration, IgnoresUnusedBytes) {
   AdvisedHost host(test::servo_config(1));
   for (int n = 0; n < 40; ++n) {
     const SimTime at = n * 10ms;
@@ -137,7 +137,7 @@ TEST(AdviceGeneration, LetsUnusedBytesBe) {
 }
 
 /// Once is enough, since a host may query once and then give up or wait for ever.
-TEST(AdviceUnknown, IsToldAtOnceAndForEachCommand) {
+TEST(AdviceUnknown, ReportsEachCommandAtOnce) {
   AdvisedHost host(test::drive(Generation::kV235));
   receive(host, 1ms, test::frame("141#3000000000000000"));
   receive(host, 2ms, test::frame("141#3300000000000000"));
@@ -184,7 +184,7 @@ TEST(AdviceUnknown, RecognisesAHostOfMyActuatorOnce) {
             "v236b");
 }
 
-TEST(AdviceUnknown, IsAParameterToo) {
+TEST(AdviceUnknown, ReportsUnknownParameters) {
   AdvisedHost host(test::drive(Generation::kV236));
   receive(host, 1ms, test::frame("141#C077000000000000"));
   ASSERT_EQ(host.adviser.advice().size(), 1U);
@@ -192,7 +192,7 @@ TEST(AdviceUnknown, IsAParameterToo) {
             "0xC0, read parameter: no answer, unknown parameter 119");
 }
 
-TEST(AdviceUnknown, IsACommandOfAnotherSeries) {
+TEST(AdviceUnknown, ReportsCommandsOfAnotherSeries) {
   ServoConfig servo = test::drive(Generation::kV236);
   servo.profile.series = Series::kMs;
   AdvisedHost host(servo);
@@ -203,7 +203,7 @@ TEST(AdviceUnknown, IsACommandOfAnotherSeries) {
 }
 
 /// One kind with two causes: each has its own text.
-TEST(AdviceGeneration, IsToldForEachCause) {
+TEST(AdviceGeneration, ReportsEachCause) {
   AdvisedHost host(test::servo_config(1));
   receive(host, 1ms, test::frame("141#9500000028230000"));  // 90 deg
   for (int n = 0; n < 3; ++n) receive(host, 2ms, test::frame("141#8C10000000000000"));
@@ -219,7 +219,7 @@ TEST(AdviceGeneration, IsToldForEachCause) {
 }
 
 /// The lower 16 bits of the second target, 601.44°, are out of range as well.
-TEST(AdviceField, IsNotHalfOfATargetThatTheHostSent) {
+TEST(AdviceField, IgnoresTheLowerHalfOfA32BitTarget) {
   ServoConfig geared = test::servo_config(1);
   geared.profile.drive.mechanics.gear_ratio = 10;
   AdvisedHost host(geared);
@@ -230,7 +230,7 @@ TEST(AdviceField, IsNotHalfOfATargetThatTheHostSent) {
   EXPECT_EQ(host.count(AdviceKind::kFieldRange), 0U) << host.all();
 }
 
-TEST(AdviceMulti, IsOfDrivesThatAreNotInTheMode) {
+TEST(AdviceMulti, ReportsDrivesNotInBroadcastMode) {
   BusConfig config = test::bus_config({1, 2}, 1'000'000);
   AdvisedHost none(config);
   receive(none, 1ms, test::frame("280#0000000000000000"));
@@ -245,7 +245,7 @@ TEST(AdviceMulti, IsOfDrivesThatAreNotInTheMode) {
   EXPECT_EQ(one.count(AdviceKind::kMultiWithoutMode, 1), 0U);
 }
 
-TEST(AdviceMulti, KnowsAModeThatOthersSwitch) {
+TEST(AdviceMulti, FollowsModeChangesByOthers) {
   AdvisedHost host(test::bus_config({1, 2}, 1'000'000));
   host.wait(100ms);
   Registers switched;
@@ -259,7 +259,7 @@ TEST(AdviceMulti, KnowsAModeThatOthersSwitch) {
 }
 
 /// CANopen uses this identifier too, so a single frame proves nothing.
-TEST(AdviceMulti, IsOfIdentifiersThatDrivesHereKnow) {
+TEST(AdviceMulti, IgnoresIdentifiersOfOtherGenerations) {
   AdvisedHost host(test::bus_config({1, 2}, 1'000'000));
   receive(host, 1ms, test::frame("281#6400000000000000"));
   receive(host, 2ms, test::frame("282#6400000000000000"));
@@ -269,7 +269,7 @@ TEST(AdviceMulti, IsOfIdentifiersThatDrivesHereKnow) {
   EXPECT_EQ(host.count(AdviceKind::kMultiWithoutMode, kWholeBus), 0U) << "the mode would not help";
 }
 
-TEST(AdviceField, KnowsTheSlotsOfSeveralDrives) {
+TEST(AdviceField, KnowsTheSlotsOfMultiDriveFrames) {
   BusConfig config = test::bus_config({1, 2}, 1'000'000);
   for (ServoConfig& servo : config.servos) {
     servo.generation = Generation::kV236;
@@ -289,7 +289,7 @@ TEST(AdviceField, KnowsTheSlotsOfSeveralDrives) {
   EXPECT_EQ(host.count(AdviceKind::kFieldRange, 2), 0U);
 }
 
-TEST(AdviceMulti, IsOfDrivesThatAnswerNothingElse) {
+TEST(AdviceMulti, ReportsSingleCommandsInBroadcastMode) {
   BusConfig config = test::bus_config({1, 2}, 1'000'000);
   config.servos[0].rom.broadcast_mode = true;
   AdvisedHost host(config);
@@ -303,7 +303,7 @@ TEST(AdviceMulti, IsOfDrivesThatAnswerNothingElse) {
   EXPECT_EQ(host.count(AdviceKind::kSingleInMultiMode, 2), 0U);
 }
 
-TEST(AdvicePace, IsOfQueriesThatCannotHaveBeenAnswered) {
+TEST(AdvicePace, WarnsOnQueriesFasterThanReplies) {
   AdvisedHost host(test::servo_config(1));
   // 2 * 111 bits at 1 Mbit/s plus the reply time of 100 µs: the first reply comes after 322 µs.
   for (int n = 0; n < 100; ++n) receive(host, n * 330us, query(protocol::ReadState2{}));
@@ -314,7 +314,7 @@ TEST(AdvicePace, IsOfQueriesThatCannotHaveBeenAnswered) {
   EXPECT_EQ(host.count(AdviceKind::kNotWaited), 1U);
 }
 
-TEST(AdvicePace, LetsAHandfulGoTogether) {
+TEST(AdvicePace, IgnoresShortBursts) {
   AdvisedHost host(test::servo_config(1));
   for (int n = 0; n < 100; ++n) {
     for (int k = 0; k < 6; ++k) receive(host, n * 10ms + k * 10us, query(protocol::ReadState2{}));
@@ -332,7 +332,7 @@ TEST(AdvicePace, LetsAHandfulGoTogether) {
   EXPECT_EQ(stood.all(), "");
 }
 
-TEST(AdviceInput, IsOfPausesThatNearlyTrip) {
+TEST(AdviceInput, WarnsOnPausesNearTheTimeout) {
   ServoConfig servo = test::servo_config(1);
   auto& input = servo.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)];
   input.threshold = 0.1;
@@ -349,7 +349,7 @@ TEST(AdviceInput, IsOfPausesThatNearlyTrip) {
 }
 
 /// A host that scans all commands at all IDs.
-TEST(Advice, IsBoundedAndWhatIsLeftOutIsCounted) {
+TEST(Advice, IsBoundedAndCountsOmittedEntries) {
   BusConfig config = test::bus_config({}, 0);
   for (int id = 1; id <= protocol::kMaxId; ++id) config.servos.push_back(test::servo_config(id));
   AdvisedHost host(config);
@@ -370,7 +370,7 @@ TEST(Advice, IsBoundedAndWhatIsLeftOutIsCounted) {
   EXPECT_GE(listed + host.adviser.left_out(), unknown);
 }
 
-TEST(AdvicePace, IsOfAWireThatDoesNotKeepUp) {
+TEST(AdvicePace, WarnsOnAnOverloadedWire) {
   BusConfig config = test::bus_config({1, 2, 3, 4}, 1'000'000);
   AdvisedHost host(config);
   for (int n = 0; n < 300;
@@ -414,7 +414,7 @@ TEST(AdvicePace, IsOfAWireThatDoesNotKeepUp) {
   EXPECT_EQ(calm.all(), "");
 }
 
-TEST(AdvicePace, IsNotOfAHostThatABabblingDriveCrowdsOut) {
+TEST(AdvicePace, IgnoresQueuesCausedByABabblingDrive) {
   BusConfig config = test::bus_config({1, 2}, 1'000'000);
   AdvisedHost host(config);
   // A frame every 130 us, back to back, with the highest priority.
@@ -425,7 +425,7 @@ TEST(AdvicePace, IsNotOfAHostThatABabblingDriveCrowdsOut) {
   EXPECT_EQ(host.all(), "");
 }
 
-TEST(AdvicePace, IsOfADriveThatIsBusyWritingRom) {
+TEST(AdvicePace, WarnsOnQueriesDuringARomWrite) {
   ServoConfig servo = test::servo_config(1);
   servo.flash.write_time = 500ms;
   AdvisedHost host(servo);

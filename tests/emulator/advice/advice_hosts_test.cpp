@@ -37,28 +37,28 @@ class Merged {
   std::vector<TimedFrame> frames_;
 };
 
-TEST(AdviceHosts, AreSeveralWhenTargetsTakeTurns) {
+TEST(AdviceHosts, DetectsAlternatingTargets) {
   Merged both;
   both.add(0ms, 10ms, 20, target(90));
   both.add(3ms, 10ms, 20, target(-20));
   EXPECT_TRUE(both.are_several());
 }
 
-TEST(AdviceHosts, AreSeveralWhenOneBreaksIn) {
+TEST(AdviceHosts, DetectsASlowerSecondHost) {
   Merged both;
   both.add(0ms, 5ms, 150, target(50));
   both.add(2ms, 51ms, 14, query(protocol::Torque{0}));
   EXPECT_TRUE(both.are_several());
 }
 
-TEST(AdviceHosts, AreSeveralWhenOneIsTwiceAsFast) {
+TEST(AdviceHosts, DetectsHostsAtDoubleRate) {
   Merged both;
   both.add(0ms, 7ms, 40, target(50));
   both.add(3ms, 14ms, 20, target(-20));
   EXPECT_TRUE(both.are_several());
 }
 
-TEST(AdviceHosts, IsOneThatGoesThereAndBack) {
+TEST(AdviceHosts, IgnoresOneHostThatReverses) {
   AdvisedHost host(test::servo_config(1));
   for (int n = 0; n < 20; ++n) {  // a new target every 200 ms, sent once or repeatedly
     host.repeat(1, 200ms, query(Position2{0, cdeg(n % 2 == 0 ? 30 : -30)}));
@@ -146,7 +146,7 @@ class LoneHost {
   bool two_kinds_ = false;
 };
 
-TEST(AdviceHosts, AreNeverSeenWhereThereIsOne) {
+TEST(AdviceHosts, IgnoresASingleHost) {
   for (unsigned seed = 1; seed <= 1000; ++seed) {
     const LoneHost lone(seed);
     AdvisedHost host(test::servo_config(1), 0);
@@ -155,7 +155,7 @@ TEST(AdviceHosts, AreNeverSeenWhereThereIsOne) {
   }
 }
 
-TEST(AdviceHosts, AreFoundWhateverTheirPeriods) {
+TEST(AdviceHosts, DetectsTwoHostsAtAnyPeriods) {
   int found = 0;
   for (unsigned seed = 1; seed <= 200; ++seed) {
     std::mt19937 random(seed);

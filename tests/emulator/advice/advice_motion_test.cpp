@@ -28,7 +28,7 @@ ServoConfig switchable() {
   return servo;
 }
 
-TEST(AdviceRefused, IsOfADriveThatTheHostHasSwitchedOff) {
+TEST(AdviceRefused, WarnsOnMotionWhileSwitchedOff) {
   AdvisedHost host(switchable());
   host.repeat(10, 2ms, query(protocol::Torque{0.1}));
   host.repeat(1, 2ms, query(protocol::Off{}));
@@ -68,7 +68,7 @@ TEST(AdviceRefused, NamesTheFrameThatWasNotExecuted) {
 }
 
 /// Off, on and off again within one look, behind a queue of other frames.
-TEST(AdviceRefused, TellsWhatCameWhileTheDriveWasOffFromWhatDidNot) {
+TEST(AdviceRefused, SeparatesCommandsBeforeAndAfterRun) {
   for (int part = 0; part < 32; ++part) {
     AdvisedHost host(switchable(), 250'000);
     host.send(query(protocol::Off{}));
@@ -112,7 +112,7 @@ TEST(AdviceRefused, GivesAHostTimeToSeeTheError) {
   EXPECT_GT(host.count(AdviceKind::kMotionRefused), 5U);
 }
 
-TEST(AdviceRefused, LetsAHostPutThingsRight) {
+TEST(AdviceRefused, IgnoresHostThatRecovers) {
   AdvisedHost host = tripped();
   host.repeat(20, 2ms, query(protocol::Torque{0.1}));
   host.repeat(1, 2ms, query(ReadState1{}));
@@ -125,7 +125,7 @@ TEST(AdviceRefused, LetsAHostPutThingsRight) {
   EXPECT_EQ(host.all(), "");
 }
 
-TEST(AdviceError, IsOfAHostThatNeverAsks) {
+TEST(AdviceError, WarnsHostThatNeverReadsErrors) {
   AdvisedHost host = tripped();
   host.repeat(1000, 2ms, query(ReadState2{}));
   ASSERT_GT(host.count(AdviceKind::kErrorIgnored), 0U);
@@ -147,7 +147,7 @@ AdvisedHost tripped_after(SimTime duration) {
   return host;
 }
 
-TEST(AdviceError, IsOfAHostThatGoesSilent) {
+TEST(AdviceError, WarnsHostThatStopsSending) {
   AdvisedHost host = tripped_after(2500ms);
   host.repeat(20, 10ms, query(ReadState2{}));
   ASSERT_NE(host.bus.telemetry(1).errors, 0);
@@ -164,7 +164,7 @@ TEST(AdviceError, IsOfAHostThatGoesSilent) {
   EXPECT_EQ(host.count(AdviceKind::kErrorIgnored), 1U);
 }
 
-TEST(AdviceError, IsNotOfAHostThatKnowsOrWasNotThere) {
+TEST(AdviceError, IgnoresHostThatReadTheErrorOrWasAbsent) {
   AdvisedHost asked = tripped_after(2500ms);
   asked.repeat(1, 10ms, query(ReadState2{}));
   asked.repeat(1, 10ms, query(ReadState1{}));
@@ -211,7 +211,7 @@ TEST(AdviceError, IsNotOfAHostThatKnowsOrWasNotThere) {
   EXPECT_EQ(healthy.all(), "") << "there is no error";
 }
 
-TEST(AdviceError, IsNotOfADriveWithoutPower) {
+TEST(AdviceError, IgnoresUnpoweredDrive) {
   ServoConfig servo = delicate();
   servo.profile.drive.supply.i_logic = 0.05;  // A; empties the link
   AdvisedHost host(servo);
@@ -229,7 +229,7 @@ TEST(AdviceError, IsNotOfADriveWithoutPower) {
 /// No-load speed of the tests' motor: 24 V / sqrt(3) over 14 pole pairs and 4.99 mWb.
 const double kNoLoad_dps = 24 / std::sqrt(3.0) / (14 * 0.00499) * 180 / std::acos(-1.0);
 
-TEST(AdviceJump, IsAStepInAStreamThatNoMotorFollows) {
+TEST(AdviceJump, WarnsOnAStepFasterThanTheMotor) {
   ServoConfig servo = test::servo_config(1);
   AdvisedHost host(servo);
   double target_deg = 45;
@@ -244,7 +244,7 @@ TEST(AdviceJump, IsAStepInAStreamThatNoMotorFollows) {
   EXPECT_NEAR(host.get(AdviceKind::kJump).found.numbers[2], kNoLoad_dps, 1);
 }
 
-TEST(AdviceJump, LeavesTheWayToTheDrive) {
+TEST(AdviceJump, IgnoresSingleTargetsAndLostFrames) {
   AdvisedHost host(test::servo_config(1));
   for (int n = 0; n < 10; ++n) {  // one target repeatedly, then another
     host.repeat(20, 2ms, query(Position1{cdeg(n % 2 == 0 ? 300 : -300)}));
@@ -260,7 +260,7 @@ TEST(AdviceJump, LeavesTheWayToTheDrive) {
 /// A knee of the delivered dog swings its foot: steps of 13.2° of the rotor every 10 ms, with a max
 /// speed just above that. Host or machine is delayed; then targets arrive at the wire's rate for
 /// twelve drives.
-TEST(AdviceJump, IsNotAStreamThatWasHeldUp) {
+TEST(AdviceJump, IgnoresDelayedStreams) {
   for (const SimTime hold : {60ms, 100ms, 200ms, 500ms, 900ms}) {
     AdvisedHost host(test::servo_config(1));
     double target_deg = 45;
@@ -279,7 +279,7 @@ TEST(AdviceJump, IsNotAStreamThatWasHeldUp) {
   }
 }
 
-TEST(AdviceWindUp, IsOfAShaftThatDoesNotFollow) {
+TEST(AdviceWindUp, WarnsWhenTheShaftLagsBehind) {
   ServoConfig servo = test::servo_config(1);
   servo.rom.max_speed_dps = 50;
   AdvisedHost host(servo);
@@ -290,7 +290,7 @@ TEST(AdviceWindUp, IsOfAShaftThatDoesNotFollow) {
   EXPECT_GT(host.count(AdviceKind::kWindUp), 0U);
 }
 
-TEST(AdviceWindUp, IsNotOfIncrementsThatAreDone) {
+TEST(AdviceWindUp, IgnoresCompletedIncrements) {
   AdvisedHost host(test::servo_config(1));
   host.repeat(500, 10ms, query(Position5{cdeg(1)}));  // 100 dps
   for (int n = 0; n < 10; ++n) host.repeat(1, 600ms, query(Position5{cdeg(90)}));
@@ -302,14 +302,14 @@ TEST(AdviceWindUp, IsNotOfIncrementsThatAreDone) {
 
 // --- positions sent as speeds
 
-TEST(AdviceSpeed, IsAPathThatStartsAtTheShaft) {
+TEST(AdviceSpeed, WarnsOnAPathThatStartsAtTheShaftAngle) {
   AdvisedHost host(test::servo_config(1));  // at 45°
   host.repeat(1, 2ms, query(ReadMultiTurnAngle{}));
   for (int n = 0; n < 30; ++n) host.repeat(1, 10ms, speed(45 + 0.9 * n));
   EXPECT_GT(host.count(AdviceKind::kSpeedAsPosition), 0U);
 }
 
-TEST(AdviceSpeed, IsATargetThatIsLeftOnArrival) {
+TEST(AdviceSpeed, WarnsOnTargetsReplacedOnArrival) {
   AdvisedHost host(test::servo_config(1));
   for (const double target_deg : {90.0, 180.0, 270.0}) {
     for (int n = 0; n < 1000; ++n) {
@@ -321,7 +321,7 @@ TEST(AdviceSpeed, IsATargetThatIsLeftOnArrival) {
   EXPECT_GT(host.count(AdviceKind::kSpeedAsPosition), 0U);
 }
 
-TEST(AdviceSpeed, IsNotASpeed) {
+TEST(AdviceSpeed, IgnoresGenuineSpeeds) {
   AdvisedHost host(test::servo_config(1));
   host.repeat(1, 2ms, query(ReadMultiTurnAngle{}));
   for (int n = 0; n <= 100; ++n) host.repeat(1, 10ms, speed(n));  // a ramp from rest
@@ -353,7 +353,7 @@ TEST(AdviceSpeed, IsNotASpeed) {
 
 // --- all advice together
 
-TEST(Advice, IsNotGivenToAHostThatBehaves) {
+TEST(Advice, IgnoresCorrectHost) {
   BusConfig config = test::bus_config({1, 2, 3, 4}, 1'000'000);
   AdvisedHost host(config);
   for (int id = 1; id <= 4; ++id) {  // set-up

@@ -33,7 +33,7 @@ struct Wired : AnsweredHost {
   }
 };
 
-TEST(AdvicePackets, ZeroWithoutItsPayload) {
+TEST(AdvicePackets, WarnOnZeroWithoutPayload) {
   Wired host;
   host.write(2, 5ms, "3E 95 01 07 DB (8 x 00)");
   EXPECT_EQ(host.all(), "");
@@ -46,7 +46,7 @@ TEST(AdvicePackets, ZeroWithoutItsPayload) {
 
 /// docs/reference/rs485.md: 0x42 is V2.35's, 0x91 the oldest manual's, 0x89 no generation's. On CAN
 /// 0x42 is v236b's, v235 has 0x91, and 0x89 is unused.
-TEST(AdvicePackets, UnknownCommandsAreThoseOfTheWire) {
+TEST(AdvicePackets, NameCommandsUnknownOnRs485) {
   Wired host;
   host.write(1, 5ms, "3E 42 01 07 88 97 32 00 14 00 00 00 DD");
   host.write(1, 5ms, "3E 91 01 02 D2 00 00 00");
@@ -74,7 +74,7 @@ TEST(AdvicePackets, UnknownCommandsAreThoseOfTheWire) {
 }
 
 /// Covers all commands that a drive lacks, in every generation: each text has a name.
-TEST(AdvicePackets, UnknownCommandsHaveTheirNames) {
+TEST(AdvicePackets, NameEveryUnknownCommand) {
   for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
     const BusConfig bus = serial_bus({serial_drive(static_cast<Generation>(n))});
     const KnownDrive drive(bus.servos.front(), bus);
@@ -97,7 +97,7 @@ TEST(AdvicePackets, UnknownCommandsHaveTheirNames) {
 }
 
 /// Identifiers, 8 bytes and 1 Mbit/s are terms of CAN.
-TEST(AdvicePackets, WhatIsToBeDoneIsAboutPackets) {
+TEST(AdvicePackets, SuggestRs485RemediesOnly) {
   for (const AdviceRow& row : advice_table()) {
     if (row.kind == AdviceKind::kDuplicateId || row.kind == AdviceKind::kOtherGeneration ||
         row.kind == AdviceKind::kUnknownCommand || row.kind == AdviceKind::kFasterThanDrive) {
@@ -114,7 +114,7 @@ TEST(AdvicePackets, WhatIsToBeDoneIsAboutPackets) {
 }
 
 /// 0xA5 and 0x8C as the host misa-actuator sends them.
-TEST(AdvicePackets, PayloadsOfCan) {
+TEST(AdvicePackets, WarnOnCanPayloads) {
   Wired host;
   host.write(1, 5ms, "3E A5 01 07 EB 01 00 00 28 23 00 00 4C");
   EXPECT_EQ(host.count(AdviceKind::kCanPadding), 1U) << host.all();
@@ -135,7 +135,7 @@ TEST(AdvicePackets, PayloadsOfCan) {
 }
 
 /// The reply ends 230 us after an 0xA1 that ends 80 us after its start: 310 us at least.
-TEST(AdvicePackets, WhoSendsBeforeTheReplyIsOver) {
+TEST(AdvicePackets, WarnOnSendingDuringAReply) {
   const char* const torque = "3E A1 01 02 E2 64 00 64";
   BusConfig not_while_replying = Wired::two_drives(Generation::kV236);
   not_while_replying.serial->receives_while_replying = false;
@@ -166,7 +166,7 @@ TEST(AdvicePackets, WhoSendsBeforeTheReplyIsOver) {
 }
 
 /// The first reply begins 150 us after the first packet, which ends 80 us after its start.
-TEST(AdvicePackets, NoneForPacketsThatTheDriveHearsBeforeItReplies) {
+TEST(AdvicePackets, IgnorePacketsBeforeTheReplyStarts) {
   const char* const torque = "3E A1 01 02 E2 64 00 64";
   Wired pair;
   for (int n = 0; n < 10; ++n) {
@@ -197,7 +197,7 @@ TEST(AdvicePackets, NoneForPacketsThatTheDriveHearsBeforeItReplies) {
   EXPECT_GT(two.count(AdviceKind::kTalksOverReply, kWholeBus), 0U);
 }
 
-TEST(AdvicePackets, WhoTakesItsEchoForTheReply) {
+TEST(AdvicePackets, WarnOnEchoTakenForAReply) {
   Wired host;
   host.bus.apply({kWholeBus, SetFault{test::fault_of("echo")}});
   host.wait(2ms);
@@ -210,7 +210,7 @@ TEST(AdvicePackets, WhoTakesItsEchoForTheReply) {
 }
 
 /// 0xFF % 0xFF is 0, and 0x1A8 % 0xFF is 0xA9.
-TEST(AdvicePackets, SumsByAnotherRule) {
+TEST(AdvicePackets, WarnOnChecksumsModulo255) {
   Wired header;
   header.write(2, 5ms, "3E A4 1C 01 00 00 00");  // 3E + A4 + 1C + 01 = FF: 0 by 255
   EXPECT_EQ(header.all(), "");
@@ -231,7 +231,7 @@ TEST(AdvicePackets, SumsByAnotherRule) {
   EXPECT_EQ(noise.all(), "");
 }
 
-TEST(AdvicePackets, NoneForAHostThatPollsTwoDrivesThatAnswer) {
+TEST(AdvicePackets, IgnorePollsOfTwoPresentDrives) {
   Wired host;
   for (int n = 0; n < 400; ++n) {
     host.write(1, 5ms, "3E 9C 01 00 DB");
@@ -240,7 +240,7 @@ TEST(AdvicePackets, NoneForAHostThatPollsTwoDrivesThatAnswer) {
   EXPECT_EQ(host.all(), "");
 }
 
-TEST(AdvicePackets, WhatIsWrittenToRamNeedsNoSaving) {
+TEST(AdvicePackets, IgnoreUnsavedRamWrites) {
   Wired host(Generation::kV235);
   host.write(1, 5ms, "3E 42 01 07 88 97 32 00 14 00 00 00 DD");
   host.write(10, 20ms, "3E 9C 01 00 DB");
@@ -250,7 +250,7 @@ TEST(AdvicePackets, WhatIsWrittenToRamNeedsNoSaving) {
   EXPECT_EQ(host.all(), "");
 }
 
-TEST(AdvicePackets, ATerminalThatIsNotRaw) {
+TEST(AdvicePackets, WarnOnTerminalNotInRawMode) {
   Wired host;
   const TimedFrame in{host.bus.time(), test::packet("3E 9C 01 00 DB")};
   host.adviser.on_query(in);

@@ -28,7 +28,7 @@ void restart(AnsweredHost& host) {
   host.wait(100ms);
 }
 
-TEST(AdviceSettings, OfTheOtherTableAreMixedUp) {
+TEST(AdviceSettings, DetectMixedUpParameterTables) {
   AnsweredHost host(test::servo_config(1));
   for (const auto* good : {"141#42050A0009000000", "141#42A0640014000500", "141#C00A000000000000",
                            "141#C11E000000100000"}) {
@@ -42,7 +42,7 @@ TEST(AdviceSettings, OfTheOtherTableAreMixedUp) {
   EXPECT_EQ(host.count(AdviceKind::kParameterSpace), 5U);
 }
 
-TEST(AdviceSettings, AreLostWhenTheDriveRestartsUnsaved) {
+TEST(AdviceSettings, ReportLossAtRestart) {
   AnsweredHost host(test::servo_config(1));
   say(host, kWriteSpeed, kWriteSpeed);
   EXPECT_EQ(host.count(AdviceKind::kSettingNotSaved), 0U);
@@ -52,7 +52,7 @@ TEST(AdviceSettings, AreLostWhenTheDriveRestartsUnsaved) {
   EXPECT_EQ(host.count(AdviceKind::kSettingNotSaved), 1U);
 }
 
-TEST(AdviceSettings, AreLostWithThePowerToo) {
+TEST(AdviceSettings, ReportLossAtPowerCycle) {
   AnsweredHost host(test::servo_config(1));
   say(host, kWriteSpeed, kWriteSpeed);
   host.bus.power_cycle(1);
@@ -61,7 +61,7 @@ TEST(AdviceSettings, AreLostWithThePowerToo) {
   EXPECT_EQ(host.count(AdviceKind::kSettingNotSaved), 1U);
 }
 
-TEST(AdviceSettings, ThatAreSavedOrWereNeverTakenAreNotLost) {
+TEST(AdviceSettings, IgnoreSavedAndRejectedWrites) {
   AnsweredHost host(test::servo_config(1));
   say(host, kWriteSpeed, kWriteSpeed);
   say(host, kSave, kSavedReply);
@@ -74,7 +74,7 @@ TEST(AdviceSettings, ThatAreSavedOrWereNeverTakenAreNotLost) {
 /// A drive that executes these commands.
 ServoConfig second_print() { return test::drive(Generation::kV236b); }
 
-TEST(AdviceSettings, ADriveIsWatchedAtItsNewId) {
+TEST(AdviceSettings, FollowADriveToItsNewId) {
   AnsweredHost host(second_print());
   for (const protocol::Frame& frame : {kWriteId9, kSave, kRestart}) host.repeat(1, 10ms, frame);
   ASSERT_EQ(host.bus.bus_address(1).id, 9);
@@ -83,7 +83,7 @@ TEST(AdviceSettings, ADriveIsWatchedAtItsNewId) {
   EXPECT_EQ(host.count(AdviceKind::kUnknownCommand), 1U) << host.all();
 }
 
-TEST(AdviceCalibration, OfALoadedShaftIsTold) {
+TEST(AdviceCalibration, WarnsOnALoadedShaft) {
   for (const double load_Nm : {0.0, 0.03}) {
     ServoConfig servo = second_print();
     servo.profile.rating.torque_rated_Nm = 0.1;
