@@ -73,7 +73,7 @@ class ServedWheel : public Served {
   ServedWheel() : Served(on_a_wheel()) {}
 };
 
-TEST(ControlBody, IsToldWithTheDrivesThatTurnItsJoints) {
+TEST(ControlBody, ListsTheDrivesOfItsJoints) {
   TestWorld t(on_a_wheel());
   EXPECT_EQ(t.get("/status").body["body"], true);
   const Json body = t.get("/body").body;
@@ -103,7 +103,7 @@ TEST(ControlBody, HasSignals) {
   EXPECT_EQ(all.back()["name"], "body.wheel.contact_N");
 }
 
-TEST_F(ServedWheel, SignalsOfTheBodyComeOnceInASample) {
+TEST_F(ServedWheel, SendsBodySignalsOncePerSample) {
   start();
   const Client stream = client();
   stream.send(
@@ -120,7 +120,7 @@ TEST_F(ServedWheel, SignalsOfTheBodyComeOnceInASample) {
   EXPECT_NE(told.find(R"("rows":[[7,1]],"body":[-0.003,19.62]})"), std::string::npos) << told;
 }
 
-TEST(ControlBody, IsNotThereWhereDrivesTurnNone) {
+TEST(ControlBody, IsNotFoundWithoutJoints) {
   TestWorld t;
   EXPECT_EQ(t.get("/status").body["body"], false);
   const ApiResponse answer = t.get("/body");
@@ -133,7 +133,7 @@ const std::string kBodyUpgrade =
     "websocket\r\nSec-WebSocket-Version: 13\r\n"
     "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
 
-TEST_F(Served, ABodyThatIsNotThereHasNoStream) {
+TEST_F(Served, RejectsBodyStreamWithoutBody) {
   start();
   const Client stream = client();
   stream.send(kBodyUpgrade);
@@ -142,7 +142,7 @@ TEST_F(Served, ABodyThatIsNotThereHasNoStream) {
 
 /// Poses come at once and after each advance of time. Each message is complete, with the state of
 /// its instant.
-TEST_F(ServedWheel, PosesComeWhenTimeGoesOn) {
+TEST_F(ServedWheel, SendsPosesAfterEachAdvance) {
   start();
   const Client stream = client();
   stream.send(kBodyUpgrade);
@@ -160,7 +160,7 @@ TEST_F(ServedWheel, PosesComeWhenTimeGoesOn) {
       << told;
 }
 
-TEST_F(ServedWheel, PosesAreToldToSoManyOnly) {
+TEST_F(ServedWheel, LimitsPoseStreams) {
   start();
   std::vector<Client> listeners;
   for (int n = 0; n < kMaxBodyStreams; ++n) {

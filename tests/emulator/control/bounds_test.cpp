@@ -123,7 +123,7 @@ const std::set<std::string> kOthers = {
 };
 // clang-format on
 
-TEST(Bounds, AreThoseOfTheDocument) {
+TEST(Bounds, MatchTheDocument) {
   const std::string page = text_of(kSource + "docs/internals/testing.md");
   const std::size_t begin = page.find("| what a client can lengthen |");
   const std::string table = page.substr(begin, page.find("\n\n", begin) - begin);
@@ -138,7 +138,7 @@ TEST(Bounds, AreThoseOfTheDocument) {
 }
 
 /// A new constant with such a name must be added to one of the two tables.
-TEST(Bounds, AreAllThatTheSourceHas) {
+TEST(Bounds, CoverAllConstantsOfTheSource) {
   std::set<std::string> known = kOthers;
   for (const List& list : kLists) known.insert(std::string(list.file) + ":" + list.constant);
   const std::regex constant(
@@ -159,7 +159,7 @@ TEST(Bounds, AreAllThatTheSourceHas) {
   for (const std::string& one : kOthers) EXPECT_TRUE(found.contains(one)) << one << " is gone";
 }
 
-TEST(Bounds, EachListOfABusEndsThere) {
+TEST(Bounds, LimitEachListOfABus) {
   for (const List& list : kLists) {
     if (list.longer == nullptr) continue;
     TestWorld t;

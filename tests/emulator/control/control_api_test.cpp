@@ -14,7 +14,7 @@
 namespace lk::emulator {
 namespace control_api_test {
 
-TEST(ControlApi, TellsWhatIsThere) {
+TEST(ControlApi, ReportsStatusAndDrives) {
   TestWorld t;
   const ApiResponse status = t.get("/status");
   EXPECT_EQ(status.status, 200);
@@ -34,7 +34,7 @@ TEST(ControlApi, TellsWhatIsThere) {
 }
 
 /// The buses are served before each request, however many requests wait.
-TEST(ControlApi, LooksAfterTheBusesBeforeItAnswers) {
+TEST(ControlApi, ServesTheBusesBeforeEachRequest) {
   TestWorld t{ClockMode{}};
   for (const char* path : {"/status", "/drives", "/drives/vcan0/1", "/advice", "/faults",
                            "/faults/kinds", "/signals", "/scenarios", "/clock"}) {
@@ -56,7 +56,7 @@ TEST(ControlApi, DecodesNamesInPaths) {
   EXPECT_EQ(t.get("/drives/%FF/2").status, 404);
 }
 
-TEST(ControlApi, SaysWhatIsNotThere) {
+TEST(ControlApi, RejectsUnknownPathsAndMethods) {
   TestWorld t;
   for (const char* path : {"/", "/drives/vcan0", "/drives/vcan0/3", "/drives/vcan9/1",
                            "/drives/vcan0/1x", "/drives/../status", "/status/", "//status"}) {
@@ -76,7 +76,7 @@ TEST(ControlApi, SaysWhatIsNotThere) {
       200);
 }
 
-TEST(ControlApi, RefusesBodiesThatSayNothing) {
+TEST(ControlApi, RejectsMalformedAndEmptyBodies) {
   TestWorld t;
   for (const char* body : {"", "{", "[]", "7", "null", "{\"a\":}", "{} {}", "\xff\xfe"}) {
     EXPECT_EQ(t.post("/directives", body).status, 400) << body;
@@ -93,7 +93,7 @@ TEST(ControlApi, RefusesBodiesThatSayNothing) {
   EXPECT_EQ(t.post("/clock/advance", R"({"by_s": -1})").status, 400);
 }
 
-TEST(ControlApi, RefusesWhatIsSaidTwice) {
+TEST(ControlApi, RejectsDuplicateKeys) {
   TestWorld t;
   const ApiResponse twice = t.post("/directives", R"({"supply_V": 3, "id": 1, "supply_V": 30})");
   EXPECT_EQ(twice.status, 400);
@@ -108,7 +108,7 @@ TEST(ControlApi, RefusesWhatIsSaidTwice) {
       200);
 }
 
-TEST(ControlApi, RefusesParametersThatNobodyAskedFor) {
+TEST(ControlApi, RejectsUnknownQueryParameters) {
   TestWorld t;
   const ApiResponse asked = t.ask({"GET", "/api/v1/status", {{"bus", "vcan0"}}, "", ""});
   EXPECT_EQ(asked.status, 400);
@@ -117,7 +117,7 @@ TEST(ControlApi, RefusesParametersThatNobodyAskedFor) {
             400);
 }
 
-TEST(ControlApi, RefusesWhatIsNestedTooDeeply) {
+TEST(ControlApi, RejectsDeepNesting) {
   TestWorld t;
   const auto nested = [](int levels) {
     return std::string(R"({"a":)") + std::string(static_cast<std::size_t>(levels), '[') +
@@ -128,7 +128,7 @@ TEST(ControlApi, RefusesWhatIsNestedTooDeeply) {
   EXPECT_EQ(where(t.post("/directives", nested(30'000))), "body");
 }
 
-TEST(ControlApi, DoesWhatADirectiveSays) {
+TEST(ControlApi, ExecutesDirectives) {
   TestWorld t;
   const ApiResponse done = t.post("/directives", R"({"ids": "1", "supply_V": 18})");
   EXPECT_EQ(done.status, 200) << done.body;
@@ -142,7 +142,7 @@ TEST(ControlApi, DoesWhatADirectiveSays) {
   EXPECT_EQ(dead.status, 409);
 }
 
-TEST(ControlApi, DoesNothingWhenPartOfItIsWrong) {
+TEST(ControlApi, RejectsPartlyWrongDirectivesEntirely) {
   TestWorld t;
   EXPECT_EQ(t.post("/directives", R"({"power": "off", "off_s": 1})").status, 400);
   EXPECT_EQ(t.post("/directives", R"({"fault": {"kind": "hang", "for": 1}})").status, 400);
@@ -151,7 +151,7 @@ TEST(ControlApi, DoesNothingWhenPartOfItIsWrong) {
   EXPECT_TRUE(t.get("/faults").body.empty());
 }
 
-TEST(ControlApi, ASettingLeavesTheOthersAsTheyAreInRam) {
+TEST(ControlApi, KeepsOtherSettingsInRam) {
   TestWorld t;
   const auto gains = [&] { return t.get("/drives/vcan0/1").body["registers"]["ram"]["gains"]; };
   t.post("/directives", R"({"id": 1, "settings": {"gains": {"speed_kp": 11}}})");
@@ -161,7 +161,7 @@ TEST(ControlApi, ASettingLeavesTheOthersAsTheyAreInRam) {
 }
 
 /// Time stands still, so the drive's flash makes no progress; it holds 16 writes (CanWire).
-TEST(ControlApi, ASettingThatTheFlashHasNoRoomForIsRefused) {
+TEST(ControlApi, RejectsSettingWhenTheFlashQueueIsFull) {
   TestWorld t;
   const auto set = [&](const char* ids, int kp) {
     return t.post("/directives", R"({"ids": ")" + std::string(ids) +
@@ -201,7 +201,7 @@ TEST(ControlApi, NamesFaultsAndClearsThem) {
   EXPECT_EQ(t.post("/directives", R"({"clear": "all"})").status, 200);
 }
 
-TEST(ControlApi, KeepsSoManyFaultsAndNoMore) {
+TEST(ControlApi, LimitsFaults) {
   TestWorld t;
   for (std::size_t n = 0; n < Bus::kMaxFaults; ++n) {
     ASSERT_EQ(t.post("/directives", R"({"id": 1, "at_s": 9, "fault": {"kind": "hang", "name": "r)" +
@@ -214,7 +214,7 @@ TEST(ControlApi, KeepsSoManyFaultsAndNoMore) {
   EXPECT_EQ(t.post("/directives", R"({"id": 1, "fault": "reset"})").status, 200);
 }
 
-TEST(ControlApi, WaitsForSoManyConditionsAndNoMore) {
+TEST(ControlApi, LimitsWaitingConditions) {
   TestWorld t;
   const std::string never = R"("when": {"id": 1, "signal": "speed_dps", "above": 1e9})";
   for (std::size_t n = 0; n < Bus::kMaxWaiting; ++n) {
@@ -226,7 +226,7 @@ TEST(ControlApi, WaitsForSoManyConditionsAndNoMore) {
   EXPECT_TRUE(t.get("/faults").body.empty());
 }
 
-TEST(ControlApi, PlansSoManyDirectivesAndNoMore) {
+TEST(ControlApi, LimitsPlannedDirectives) {
   TestWorld t;
   const auto plan = [&] {
     return t.post("/directives", R"({"ids": "1-2", "turn_deg": 1, "at_s": 3600})").status;
@@ -248,7 +248,7 @@ TEST(ControlApi, PlansSoManyDirectivesAndNoMore) {
   EXPECT_EQ(t.get("/faults").body[0]["state"], "armed");
 }
 
-TEST(ControlApi, OfSeveralBusesOneHasToBeNamed) {
+TEST(ControlApi, RequiresABusNameWithSeveralBuses) {
   TestWorld t({.stepped = true}, 2);
   EXPECT_EQ(where(t.post("/directives", R"({"power": "off"})")), "bus");
   EXPECT_EQ(t.post("/directives", R"({"power": "off", "bus": "vcan1"})").status, 200);
@@ -261,7 +261,7 @@ TEST(ControlApi, OfSeveralBusesOneHasToBeNamed) {
   EXPECT_FALSE(t.get("/drives/vcan1/1").body["alive"]);
 }
 
-TEST(ControlApi, MovesASteppedClockOnly) {
+TEST(ControlApi, AdvancesASteppedClockOnly) {
   TestWorld t;
   EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 0.0015})").body["time_s"], 0.0015);
   EXPECT_EQ(t.post("/clock/advance", R"({"to_s": 0.25})").body["time_s"], 0.25);
@@ -272,7 +272,7 @@ TEST(ControlApi, MovesASteppedClockOnly) {
   EXPECT_EQ(t.send("PUT", "/clock", R"({"mode": "fast"})").status, 400);
 }
 
-TEST(ControlApi, TheClockIsADirectiveToo) {
+TEST(ControlApi, SetsTheClockByDirective) {
   TestWorld t;
   EXPECT_EQ(t.post("/directives", R"({"clock": "x10"})").status, 200);
   EXPECT_EQ(t.get("/clock").body["mode"], "x10");
@@ -283,7 +283,7 @@ TEST(ControlApi, TheClockIsADirectiveToo) {
   EXPECT_EQ(t.get("/clock").body["mode"], "x10");
 }
 
-TEST(ControlApi, AnAdvanceOfHoursCanBeCancelled) {
+TEST(ControlApi, CancelsALongAdvance) {
   TestWorld t;
   std::optional<ApiResponse> far;
   t.api.handle({"POST", "/api/v1/clock/advance", {}, "application/json", R"({"by_s": 36000})"},
@@ -301,7 +301,7 @@ TEST(ControlApi, AnAdvanceOfHoursCanBeCancelled) {
   EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 0.001})").status, 200);
 }
 
-TEST(ControlApi, SaysThatItHasNoRecorder) {
+TEST(ControlApi, RejectsRecordingWithoutRecorder) {
   TestWorld t;
   EXPECT_EQ(t.post("/recording", R"({"directory": "x"})").status, 501);
   t.api.recording.start = [](const Json& said, bool) -> Json { return said; };
@@ -309,7 +309,7 @@ TEST(ControlApi, SaysThatItHasNoRecorder) {
 }
 
 /// A recording creates a directory at any path that the client names.
-TEST(ControlApi, RecordsForTheUserAndForWhoHasTheToken) {
+TEST(ControlApi, RecordsForSameUserOrTokenHolder) {
   TestWorld t;
   t.api.recording.start = [](const Json& said, bool) -> Json { return said; };
   ApiRequest request{"POST", "/api/v1/recording", {}, "application/json", R"({"directory": "x"})"};
@@ -323,7 +323,7 @@ TEST(ControlApi, RecordsForTheUserAndForWhoHasTheToken) {
 }
 
 /// The program may wait for the disk for seconds and answers requests meanwhile.
-TEST(ControlApi, NothingIsBegunOnceTheProgramIsEnding) {
+TEST(ControlApi, RejectsWritesDuringShutdown) {
   TestWorld t;
   int begun = 0;
   const auto begin = [&begun](const Json&, bool) -> Json { return ++begun; };
@@ -343,7 +343,7 @@ TEST(ControlApi, NothingIsBegunOnceTheProgramIsEnding) {
   EXPECT_EQ(t.get("/status").status, 200) << "it can be looked at";
 }
 
-TEST(Telemetry, IsAskedForWithinBounds) {
+TEST(Telemetry, ChecksRequestParameters) {
   TestWorld t;
   const auto ask = [&](std::map<std::string, std::string> query) {
     return t.ask({"GET", "/api/v1/telemetry", std::move(query), "", ""}).status;
@@ -363,7 +363,7 @@ TEST(Telemetry, IsAskedForWithinBounds) {
   EXPECT_EQ(ask({{"signals", all}, {"rate_Hz", "20000"}}), 400) << "too many values a second";
 }
 
-TEST(FrameWords, SayWhatIsWrongWithAFrame) {
+TEST(FrameWords, NameTheProblemOfAFrame) {
   const FrameReader reader(test::bus_config({1, 2}, 1'000'000));
   protocol::Frame frame;
   frame.id = 0x141;
@@ -384,7 +384,7 @@ TEST(FrameWords, SayWhatIsWrongWithAFrame) {
 }
 
 /// docs/reference/protocol.md: 0x280 carries four currents of 16 bits; a state 1 with an error bit.
-TEST(FrameWords, ReadWhatDrivesAndHostsSay) {
+TEST(FrameWords, DecodeQueriesAndReplies) {
   const FrameReader reader(test::bus_config({1, 2}, 1'000'000));
   protocol::Frame frame;
   frame.id = 0x280;
@@ -400,7 +400,7 @@ TEST(FrameWords, ReadWhatDrivesAndHostsSay) {
 }
 
 /// docs/reference/protocol.md: MS lacks 0x280, and only v236 has 0x281.
-TEST(FrameWords, AreThoseOfADriveThatKnowsTheCommand) {
+TEST(FrameWords, DecodeByADriveThatKnowsTheCommand) {
   BusConfig bus = test::bus_config({});
   bus.servos = {test::drive(Generation::kLegacy, Series::kMs, 1),
                 test::drive(Generation::kV236, Series::kMf, 2)};
@@ -409,7 +409,7 @@ TEST(FrameWords, AreThoseOfADriveThatKnowsTheCommand) {
   EXPECT_EQ(reader.query(test::frame("281#0100000000000000")).values, "1 1, 2 0, 3 0, 4 0");
 }
 
-TEST(ControlApi, TellsWhatHostsDoWrong) {
+TEST(ControlApi, ReportsAdvice) {
   TestWorld t;
   EXPECT_EQ(t.get("/advice").body, Json::array());
   Line& line = *t.world.lines().front();
@@ -437,7 +437,7 @@ TEST(ControlApi, TellsWhatHostsDoWrong) {
 }
 
 /// Words of a scenario's [[send]]; bytes by hand from docs/reference/protocol.md §3.
-TEST(ControlApi, SaysWhatAHostSays) {
+TEST(ControlApi, SendsHostFrames) {
   TestWorld t;
   Line& line = *t.world.lines().front();
   const ApiResponse sent =
@@ -455,7 +455,7 @@ TEST(ControlApi, SaysWhatAHostSays) {
 }
 
 /// The table of requests and the router's table have the same requests.
-TEST(ControlPage, HasEveryRouteAndNoOther) {
+TEST(ControlPage, ListsExactlyTheRoutes) {
   std::ifstream page(LKEMU_SOURCE_DIR "/docs/reference/control-api.md");
   const std::regex request("^\\| `((?:GET|POST|PUT|DELETE) /[^`?]*)");
   std::set<std::string> documented;

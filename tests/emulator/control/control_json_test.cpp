@@ -10,7 +10,7 @@
 namespace lk::emulator {
 namespace control_json_test {
 
-TEST(ControlJson, ADriveTellsWhatItIsConnectedToNow) {
+TEST(ControlJson, ReportsSurroundingsOfADrive) {
   TestWorld t;
   const auto now = [&](const char* id) {
     return t.get(std::string("/drives/vcan0/") + id).body["surroundings"];
@@ -31,7 +31,7 @@ TEST(ControlJson, ADriveTellsWhatItIsConnectedToNow) {
 }
 
 /// A fault may keep a drive's reply off the wire.
-TEST(ControlJson, ADriveTellsHowManyFramesLeftIt) {
+TEST(ControlJson, CountsFramesSentByADrive) {
   TestWorld t;
   ASSERT_EQ(t.post("/directives", R"({"id": 2, "fault": "silent"})").status, 200);
   Line& line = *t.world.lines()[0];
@@ -45,7 +45,7 @@ TEST(ControlJson, ADriveTellsHowManyFramesLeftIt) {
   EXPECT_EQ(drives[1]["counters"]["sent"], 0);
 }
 
-TEST(ControlJson, ADriveTellsWhatItsLoopsAreTold) {
+TEST(ControlJson, ReportsSetPointsOfTheLoops) {
   TestWorld t;
   const auto said = [&](const protocol::Payload& data) {
     protocol::Frame frame;

@@ -59,7 +59,7 @@ class Hostile : public Served {
 
 // --- crowds
 
-TEST_F(Hostile, ACrowdOverTcpKeepsNobodyOffTheUnixSocket) {
+TEST_F(Hostile, FullTcpLeavesTheUnixSocketFree) {
   listen_to_tcp();
   start();
   std::vector<Client> crowd;
@@ -73,7 +73,7 @@ TEST_F(Hostile, ACrowdOverTcpKeepsNobodyOffTheUnixSocket) {
   EXPECT_EQ(status(crowd.back().receive_answer()), 200) << "those who were there stay";
 }
 
-TEST_F(Hostile, WhoComesLastGetsThePlaceOfTheIdlest) {
+TEST_F(Hostile, NewConnectionReplacesTheIdlest) {
   start();
   std::vector<Client> idle;
   for (int n = 0; n < kMaxConnections; ++n) {
@@ -87,7 +87,7 @@ TEST_F(Hostile, WhoComesLastGetsThePlaceOfTheIdlest) {
   EXPECT_EQ(status(idle[1].receive_answer()), 200);
 }
 
-TEST_F(Hostile, ThousandsOfConnectionsComeAndGo) {
+TEST_F(Hostile, ServesAfterThousandsOfConnections) {
   listen_to_tcp();
   start();
   for (int n = 0; n < 1000; ++n) client();
@@ -97,7 +97,7 @@ TEST_F(Hostile, ThousandsOfConnectionsComeAndGo) {
   expect_others_served();
 }
 
-TEST_F(Hostile, WithoutDescriptorsBothEntrancesWaitForSome) {
+TEST_F(Hostile, AcceptWaitsForFreeDescriptors) {
   if (kAddressSanitizer) GTEST_SKIP() << "the sanitizer needs descriptors of its own";
   listen_to_tcp();
   start();
@@ -118,7 +118,7 @@ TEST_F(Hostile, WithoutDescriptorsBothEntrancesWaitForSome) {
 
 // --- time-outs
 
-TEST_F(Hostile, WhoTakesTooLongIsClosed) {
+TEST_F(Hostile, ClosesIncompleteRequests) {
   options_.timeouts.request = std::chrono::milliseconds(1);
   start();
   const Client header = client();
@@ -132,7 +132,7 @@ TEST_F(Hostile, WhoTakesTooLongIsClosed) {
 }
 
 /// One deadline covers the whole request, even if bytes keep arriving.
-TEST_F(Hostile, WhoDripsIsClosed) {
+TEST_F(Hostile, ClosesSlowRequestsDespiteProgress) {
   options_.timeouts.request = std::chrono::milliseconds(250);
   start();
   // With a deadline for each byte, both would end after 8000 bytes, with an answer.
@@ -148,13 +148,13 @@ TEST_F(Hostile, WhoDripsIsClosed) {
   }
 }
 
-TEST_F(Hostile, WhoSaysNothingIsClosed) {
+TEST_F(Hostile, ClosesIdleConnections) {
   options_.timeouts.idle = std::chrono::milliseconds(1);
   start();
   EXPECT_EQ(client().receive_all(), "");
 }
 
-TEST_F(Hostile, WhoReadsNothingIsClosed) {
+TEST_F(Hostile, ClosesClientsThatDoNotRead) {
   options_.timeouts.request = std::chrono::milliseconds(1);
   start();
   const Client one = client();
@@ -168,7 +168,7 @@ TEST_F(Hostile, WhoReadsNothingIsClosed) {
 
 // --- requests
 
-TEST_F(Hostile, NoPathClimbs) {
+TEST_F(Hostile, RejectsPathTraversal) {
   start();
   for (const char* path :
        {"/../../etc/passwd", "/api/v1/../../etc/passwd", "/api/v1/%2e%2e/%2e%2e/etc/passwd",
@@ -180,7 +180,7 @@ TEST_F(Hostile, NoPathClimbs) {
   }
 }
 
-TEST_F(Hostile, NestingHasAnEnd) {
+TEST_F(Hostile, LimitsJsonNesting) {
   start();
   EXPECT_EQ(status(ask(post("/directives", std::string(60'000, '[')))), 400);
   EXPECT_EQ(status(ask(post("/directives", std::string(100'000, '[')))), 413);
@@ -190,7 +190,7 @@ TEST_F(Hostile, NestingHasAnEnd) {
   expect_others_served();
 }
 
-TEST_F(Hostile, EndlessChunksAndTrailersHaveAnEnd) {
+TEST_F(Hostile, LimitsChunksAndTrailers) {
   start();
   const std::string head =
       "POST /api/v1/directives HTTP/1.1\r\nContent-Type: application/json\r\n"
@@ -222,7 +222,7 @@ TEST_F(Hostile, HeadIsAnsweredWithoutABody) {
 }
 
 /// A proxy and this program could each use a different one.
-TEST_F(Hostile, WhoSaysTwiceWhereItComesFromIsRefused) {
+TEST_F(Hostile, RejectsDuplicateSecurityHeaders) {
   listen_to_tcp();
   start();
   for (const std::string& twice :
@@ -233,7 +233,7 @@ TEST_F(Hostile, WhoSaysTwiceWhereItComesFromIsRefused) {
   }
 }
 
-TEST_F(Hostile, WhatNobodyWaitsForIsNotComputed) {
+TEST_F(Hostile, SkipsRequestsOfClosedConnections) {
   listen_to_tcp();
   server_.emplace(t_.loop, t_.world, options_);
   int computed = 0;
@@ -250,7 +250,7 @@ TEST_F(Hostile, WhatNobodyWaitsForIsNotComputed) {
   EXPECT_EQ(computed, 2);
 }
 
-TEST_F(Hostile, WebSocketsLeavePlacesForNewcomers) {
+TEST_F(Hostile, WebSocketsLeaveFreeConnections) {
   start();
   std::vector<Client> streams;
   for (int n = 0; n < kMaxStreams; ++n) {
@@ -327,7 +327,7 @@ TEST_F(Hostile, EachKindOfRefusalIsLoggedOnce) {
   EXPECT_EQ(count(log.text(), "refused"), std::size(kinds)) << log.text();
 }
 
-TEST_F(Hostile, WhoSendsTooSlowlyIsLoggedOnce) {
+TEST_F(Hostile, LogsSlowSendersOnce) {
   const Log log;
   options_.timeouts.request = std::chrono::milliseconds(1);
   start();
@@ -341,7 +341,7 @@ TEST_F(Hostile, WhoSendsTooSlowlyIsLoggedOnce) {
   EXPECT_EQ(count(log.text(), "request: took too long"), 1U) << log.text();
 }
 
-TEST_F(Hostile, WhoDoesNotTakeAnswersIsLoggedOnce) {
+TEST_F(Hostile, LogsClientsThatDoNotReadOnce) {
   const Log log;
   options_.timeouts.request = std::chrono::milliseconds(250);
   start();
@@ -359,7 +359,7 @@ TEST_F(Hostile, WhoDoesNotTakeAnswersIsLoggedOnce) {
   EXPECT_EQ(count(log.text(), "answer: the client did not read"), 1U) << log.text();
 }
 
-TEST_F(Hostile, WordsOfItsOwnNeitherFillTheLogNorSilenceIt) {
+TEST_F(Hostile, ClientTextNeitherFloodsNorMutesTheLog) {
   const Log log;
   listen_to_tcp();
   options_.token_file = token_file("correct-horse-battery", fs::perms::owner_read);
@@ -379,7 +379,7 @@ TEST_F(Hostile, WordsOfItsOwnNeitherFillTheLogNorSilenceIt) {
 
 // --- WebSocket
 
-TEST_F(Hostile, AHalfHandshakeIsRefusedAsAnythingElse) {
+TEST_F(Hostile, RejectsIncompleteHandshakes) {
   start();
   const std::string good = upgrade("signals=alive");
   for (const char* field : {"Host: x\r\n", "Sec-WebSocket-Version: 13\r\n",
@@ -392,7 +392,7 @@ TEST_F(Hostile, AHalfHandshakeIsRefusedAsAnythingElse) {
   }
 }
 
-TEST_F(Hostile, FramesThatNoClientMaySendEndTheStream) {
+TEST_F(Hostile, ForbiddenFramesEndTheStream) {
   start();
   const std::string fragment = websocket_frame(0x01, std::string(1000, 'x'));
   const std::string more = websocket_frame(0x00, std::string(1000, 'x'));
@@ -417,7 +417,7 @@ TEST_F(Hostile, FramesThatNoClientMaySendEndTheStream) {
   expect_others_served();
 }
 
-TEST_F(Hostile, WhoReadsNoTelemetryMissesSamplesAndHoldsUpNobody) {
+TEST_F(Hostile, SlowTelemetryReaderLosesSamplesOnly) {
   start();
   const Client sleeper = client();
   // 10 kHz of more than 200 bytes: 2 MB in a second, more than the server buffers.

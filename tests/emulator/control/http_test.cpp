@@ -19,7 +19,7 @@ TEST_F(Served, AnswersAndStaysConnected) {
   }
 }
 
-TEST_F(Served, TheSocketIsOursAlone) {
+TEST_F(Served, RestrictsTheSocketToTheUser) {
   start();
   EXPECT_EQ(fs::status(options_.socket).permissions(),
             fs::perms::owner_read | fs::perms::owner_write);
@@ -27,7 +27,7 @@ TEST_F(Served, TheSocketIsOursAlone) {
   EXPECT_FALSE(fs::exists(options_.socket)) << "removed at the end";
 }
 
-TEST_F(Served, ALiveSocketIsLeftAloneAndADeadOneReplaced) {
+TEST_F(Served, ReplacesOnlyStaleSockets) {
   start();
   EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError);
   EXPECT_EQ(status(ask(kStatus)), 200);
@@ -42,7 +42,7 @@ TEST_F(Served, ALiveSocketIsLeftAloneAndADeadOneReplaced) {
   EXPECT_NO_THROW(ControlServer(t_.loop, t_.world, options_));
 }
 
-TEST_F(Served, ASocketThatNobodyCanAskIsLeftAlone) {
+TEST_F(Served, KeepsSocketWhenTheProbeFails) {
   if (kAddressSanitizer) GTEST_SKIP() << "the sanitizer needs descriptors of its own";
   start();
   {
@@ -52,7 +52,7 @@ TEST_F(Served, ASocketThatNobodyCanAskIsLeftAlone) {
   EXPECT_EQ(status(ask(kStatus)), 200) << "it is where it was";
 }
 
-TEST_F(Served, NothingElseIsReplaced) {
+TEST_F(Served, KeepsFilesAndLinksAtTheSocketPath) {
   std::ofstream(options_.socket) << "mine";
   EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError);
   EXPECT_EQ(fs::file_size(options_.socket), 4U);
@@ -61,7 +61,7 @@ TEST_F(Served, NothingElseIsReplaced) {
   EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError);
 }
 
-TEST_F(Served, ADirectoryThatOthersHaveAHandInIsRefused) {
+TEST_F(Served, RejectsInsecureRuntimeDirectory) {
   const fs::path directory = directory_ / "runtime";
   EXPECT_NO_THROW(secure_directory(directory));
   EXPECT_EQ(fs::status(directory).permissions(), fs::perms::owner_all);
@@ -74,7 +74,7 @@ TEST_F(Served, ADirectoryThatOthersHaveAHandInIsRefused) {
   EXPECT_THROW(secure_directory(directory), StartError);
 }
 
-TEST_F(Served, RequestsSentAheadAreAnsweredInOrder) {
+TEST_F(Served, AnswersPipelinedRequestsInOrder) {
   start();
   const Client one = client();
   std::string many;
@@ -86,7 +86,7 @@ TEST_F(Served, RequestsSentAheadAreAnsweredInOrder) {
 }
 
 /// A stopped program behaves this way: its kernel accepts connections for it.
-TEST_F(Served, OneThatSaysNothingKeepsNobodyFromFindingAnother) {
+TEST_F(Served, DiscoverySkipsUnresponsivePrograms) {
   const fs::path runtime = directory_ / "lk-emu";
   secure_directory(runtime);
   options_.socket = (runtime / "vcan0-2.sock").string();
@@ -107,7 +107,7 @@ TEST_F(Served, OneThatSaysNothingKeepsNobodyFromFindingAnother) {
   ::close(listening);
 }
 
-TEST_F(Served, HeadersAndBodiesHaveAnEnd) {
+TEST_F(Served, LimitsHeadersAndBodies) {
   start();
   EXPECT_EQ(status(ask("GET /api/v1/status HTTP/1.1\r\nX: " + std::string(9000, 'x') + "\r\n\r\n")),
             431);
@@ -128,7 +128,7 @@ TEST_F(Served, HeadersAndBodiesHaveAnEnd) {
   EXPECT_EQ(status(endless.receive_all()), 413);
 }
 
-TEST_F(Served, ASlowClientKeepsNobodyWaiting) {
+TEST_F(Served, SlowClientDoesNotDelayOthers) {
   start();
   std::vector<Client> slow;
   for (int n = 0; n < 20; ++n) {
@@ -138,7 +138,7 @@ TEST_F(Served, ASlowClientKeepsNobodyWaiting) {
   EXPECT_EQ(status(ask(kStatus)), 200);
 }
 
-TEST_F(Served, AnAdvanceEndsWhenNobodyWaitsForIt) {
+TEST_F(Served, CancelsAdvanceWhenTheClientDisconnects) {
   start();
   const auto advancing = [&](const char* whether) {
     return ask("GET /api/v1/clock HTTP/1.1\r\n\r\n")
@@ -159,7 +159,7 @@ TEST_F(Served, AnAdvanceEndsWhenNobodyWaitsForIt) {
   }
 }
 
-TEST_F(Served, WhatIsSentAheadOfAnAdvancesAnswerIsAnsweredAfterIt) {
+TEST_F(Served, AnswersPipelinedRequestsAfterAnAdvance) {
   start();
   const Client one = client();
   one.send(post("/clock/advance", R"({"by_s": 36000})"));
@@ -174,7 +174,7 @@ TEST_F(Served, WhatIsSentAheadOfAnAdvancesAnswerIsAnsweredAfterIt) {
   EXPECT_EQ(status(one.receive_answer()), 200);
 }
 
-TEST_F(Served, OverTcpNoPageInABrowserGetsIn) {
+TEST_F(Served, RejectsForeignPagesOverTcp) {
   options_.http = HttpAddress{"127.0.0.1", 0};
   start();
   const auto with = [&](const std::string& name, const std::string& more) {
@@ -202,7 +202,7 @@ TEST_F(Served, OverTcpNoPageInABrowserGetsIn) {
             403);
 }
 
-TEST_F(Served, AHostInTheTargetCountsInPlaceOfTheHeader) {
+TEST_F(Served, HostInTheTargetOverridesTheHeader) {
   options_.http = HttpAddress{"127.0.0.1", 0};
   start();
   const auto get = [&](const std::string& target, const std::string& host) {
@@ -216,7 +216,7 @@ TEST_F(Served, AHostInTheTargetCountsInPlaceOfTheHeader) {
   EXPECT_EQ(get("http://a@localhost/api/v1/status", host()), 403);
 }
 
-TEST_F(Served, AnyLoopbackAddressIsAnsweredAtUnderItsOwnName) {
+TEST_F(Served, AnswersOnAnyLoopbackAddress) {
   options_.http = HttpAddress{"127.0.0.2", 0};
   start();
   const std::string port = ":" + std::to_string(server_->port());
@@ -227,7 +227,7 @@ TEST_F(Served, AnyLoopbackAddressIsAnsweredAtUnderItsOwnName) {
   }
 }
 
-TEST_F(Served, OpenToOthersHasToBeSaidAndKeepsForeignPagesOut) {
+TEST_F(Served, OpenToOthersIsExplicitAndRejectsForeignPages) {
   options_.http = HttpAddress{"0.0.0.0", 0};
   EXPECT_THROW(start(), StartError);
   options_.open_to_others = true;
@@ -241,7 +241,7 @@ TEST_F(Served, OpenToOthersHasToBeSaidAndKeepsForeignPagesOut) {
   EXPECT_EQ(with("example.com:8474", "Origin: http://example.com:8474\r\n"), 403);
 }
 
-TEST_F(Served, WhoeverIsLetInWithoutATokenMayOnlyLook) {
+TEST_F(Served, AllowsReadsOnlyWithoutAToken) {
   options_.http = HttpAddress{"0.0.0.0", 0};
   options_.open_to_others = true;
   for (const bool may : {false, true}) {
@@ -263,7 +263,7 @@ TEST_F(Served, WhoeverIsLetInWithoutATokenMayOnlyLook) {
   }
 }
 
-TEST_F(Served, WhoHasTheTokenMayRecord) {
+TEST_F(Served, AllowsRecordingWithAToken) {
   const std::string token = "correct-horse-battery";
   for (const bool asked_for : {false, true}) {
     options_.http = HttpAddress{"127.0.0.1", 0};
@@ -281,7 +281,7 @@ TEST_F(Served, WhoHasTheTokenMayRecord) {
   }
 }
 
-TEST_F(Served, ATokenIsAskedForWhenThereIsOne) {
+TEST_F(Served, RequiresTheConfiguredToken) {
   const std::string token = "correct-horse-battery";
   options_.http = HttpAddress{"127.0.0.1", 0};
   options_.token_file = token_file(token, fs::perms::owner_read);
@@ -298,7 +298,7 @@ TEST_F(Served, ATokenIsAskedForWhenThereIsOne) {
   EXPECT_EQ(with("Authorization: Basic " + token + "\r\n"), 401);
 }
 
-TEST_F(Served, ATokenIsTakenAsAWholeOrRefused) {
+TEST_F(Served, RejectsOverlongTokens) {
   options_.http = HttpAddress{"127.0.0.1", 0};
   const std::string longest(2048, 'x');
   const auto mode = fs::perms::owner_read | fs::perms::owner_write;
@@ -326,7 +326,7 @@ TEST_F(Served, ATokenIsTakenAsAWholeOrRefused) {
   EXPECT_EQ(status(page.receive_until("\r\n\r\n")), 101);
 }
 
-TEST_F(Served, OthersGetInWithATokenOnly) {
+TEST_F(Served, OpenAddressRequiresASecretToken) {
   options_.http = HttpAddress{"0.0.0.0", 0};
   EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError);
   options_.token_file =
@@ -338,7 +338,7 @@ TEST_F(Served, OthersGetInWithATokenOnly) {
   EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError) << "no address";
 }
 
-TEST_F(Served, TelemetryTellsEveryInstantOfSimulatedTime) {
+TEST_F(Served, TelemetryCoversEverySampleInstant) {
   start();
   const Client stream = client();
   stream.send(upgrade("signals=alive&ids=2&rate_Hz=1000"));

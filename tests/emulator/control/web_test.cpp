@@ -15,7 +15,7 @@
 namespace lk::emulator {
 namespace web_test {
 
-TEST_F(Served, TheDashboardIsServedAsItIs) {
+TEST_F(Served, ServesTheDashboardUnchanged) {
   options_.http = HttpAddress{"127.0.0.1", 0};
   options_.token_file = token_file("long enough for a token", fs::perms::owner_read);
   start();
@@ -39,7 +39,7 @@ TEST_F(Served, TheDashboardIsServedAsItIs) {
   EXPECT_EQ(status(ask_tcp("GET / HTTP/1.1\r\nHost: example.com\r\n\r\n")), 403);
 }
 
-TEST_F(Served, ThePageIsToldTheLanguageThatWasAskedFor) {
+TEST_F(Served, SetsTheLanguageOfThePage) {
   std::vector<std::string> etags;
   for (const std::string language : {"", "en", "zh"}) {
     options_.http = HttpAddress{"127.0.0.1", 0};
@@ -63,7 +63,7 @@ TEST_F(Served, ThePageIsToldTheLanguageThatWasAskedFor) {
   }
 }
 
-TEST_F(Served, APageActsOnlyWhereThatWasAskedFor) {
+TEST_F(Served, PageWritesOnlyIfAllowed) {
   for (const bool may : {false, true}) {
     options_.http = HttpAddress{"127.0.0.1", 0};
     options_.pages_may_write = may;
@@ -84,7 +84,7 @@ TEST_F(Served, APageActsOnlyWhereThatWasAskedFor) {
   }
 }
 
-TEST(HttpAccess, APageShowsItsTokenAmongTheProtocols) {
+TEST(HttpAccess, ReadsTokenFromSubprotocols) {
   EXPECT_EQ(authorization_of("lk-emu, bearer.61622d7a"), "Bearer ab-z");
   EXPECT_EQ(authorization_of("lk-emu,bearer.61622D7A "), "Bearer ab-z");
   for (const char* none : {"", "lk-emu", "bearer", "bearer.6", "bearer.6g", "bearer.+1", ",,"}) {
@@ -98,7 +98,7 @@ const std::string kUpgrade =
     "Host: x\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
     "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: lk-emu\r\n\r\n";
 
-TEST_F(Served, SamplesComeTogetherWhereThatWasAskedFor) {
+TEST_F(Served, GroupsSamplesPerMessage) {
   start();
   const Client stream = client();
   stream.send(
@@ -125,7 +125,7 @@ TEST_F(Served, SamplesComeTogetherWhereThatWasAskedFor) {
   EXPECT_EQ(samples, 5U);
 }
 
-TEST_F(Served, FramesComeInWords) {
+TEST_F(Served, StreamsDecodedFrames) {
   start();
   const Client stream = client();
   stream.send("GET /api/v1/frames HTTP/1.1\r\n" + kUpgrade);
@@ -155,7 +155,7 @@ TEST_F(Served, FramesComeInWords) {
   EXPECT_NE(told.find("iq_A"), std::string::npos) << told;
 }
 
-TEST_F(Served, FramesAreToldToSoManyOnly) {
+TEST_F(Served, LimitsFrameStreams) {
   start();
   std::vector<Client> listeners;
   for (int n = 0; n < kMaxFrameStreams; ++n) {
@@ -168,7 +168,7 @@ TEST_F(Served, FramesAreToldToSoManyOnly) {
   EXPECT_EQ(status(another.receive_until("\r\n\r\n")), 429);
 }
 
-TEST_F(Served, FramesThatNobodyReadsAreMissedAndCounted) {
+TEST_F(Served, CountsFramesMissedByASlowReader) {
   start();
   const Client sleeper = client();
   sleeper.send("GET /api/v1/frames HTTP/1.1\r\n" + kUpgrade);
@@ -184,13 +184,13 @@ TEST_F(Served, FramesThatNobodyReadsAreMissedAndCounted) {
   EXPECT_TRUE(sleeper.receive_until("\"lost\":").ends_with("\"lost\":"));
 }
 
-TEST_F(Served, FramesWithoutAnUpgradeAreRefusedWithTheirParameters) {
+TEST_F(Served, RejectsFrameStreamWithoutUpgrade) {
   start();
   EXPECT_EQ(status(ask("GET /api/v1/frames?bus=vcan0 HTTP/1.1\r\n\r\n")), 426);
   EXPECT_EQ(status(ask("GET /api/v1/frames?ids=1 HTTP/1.1\r\n\r\n")), 400);
 }
 
-TEST_F(Served, FramesCarryTheAdviceThatTheyGaveRiseTo) {
+TEST_F(Served, FramesCarryTheirAdvice) {
   start();
   const Client stream = client();
   stream.send("GET /api/v1/frames HTTP/1.1\r\n" + kUpgrade);
