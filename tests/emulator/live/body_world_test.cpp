@@ -29,7 +29,7 @@ std::vector<BusConfig> robot() {
   return buses;
 }
 
-TEST(BodyWorld, IsMovedByTheSteppedClockAsInAScenario) {
+TEST(BodyWorld, FollowsTheSteppedClockAsInAScenario) {
   boost::asio::io_context loop{1};
   World world(loop, {.stepped = true});
   for (const BusConfig& bus : robot()) world.add(bus);

@@ -37,7 +37,7 @@ class Log {
   std::shared_ptr<spdlog::logger> before_ = spdlog::default_logger();
 };
 
-TEST(Line, KeepsSoManyFramesForLaterAndCountsTheRest) {
+TEST(Line, LimitsBacklogAndCountsDroppedFrames) {
   const Log log;
   Line line(test::bus_config({1, 2, 3}));
   TimedFrame filler;  // which all drives ignore
@@ -66,7 +66,7 @@ TEST(Line, KeepsSoManyFramesForLaterAndCountsTheRest) {
 
 /// A host that waits 50 ms for each reply and then retries, with a process that was stopped for 0.4
 /// s.
-TEST(Line, PacketsThatWaitedWhileTimeSlippedAreHeardOneByOne) {
+TEST(Line, DeliversPacketsOneByOneAfterASlip) {
   Line line(test::serial_bus({test::serial_drive(Generation::kV236)}));
   const auto advance_by = [&](SimTime duration) {
     line.advance_to(line.bus().time() + duration, MonoTime::max(), Line::WaitPolicy::kNone);
@@ -103,7 +103,7 @@ protocol::Frame noise(int number) {
   return frame;
 }
 
-TEST(Line, AFloodAfterTimeSlippedWaitsForRoomInOrder) {
+TEST(Line, QueuesAFloodInOrderAfterASlip) {
   Line line(test::serial_bus({test::serial_drive(Generation::kV236)}));
   std::vector<int> heard;
   Listener listener;
@@ -126,7 +126,7 @@ TEST(Line, AFloodAfterTimeSlippedWaitsForRoomInOrder) {
   EXPECT_EQ(line.backlog(), 0U);
 }
 
-TEST(Line, AFloodAfterTimeSlippedIsBounded) {
+TEST(Line, LimitsAFloodAfterASlip) {
   Line line(test::serial_bus({test::serial_drive(Generation::kV236)}));
   line.note_slip();
   for (int n = 0; n < 2000; ++n) line.accept({SimTime{0}, noise(n)});

@@ -17,14 +17,14 @@ TEST(SimClock, FollowsMonotonicTimeFromTheStart) {
   EXPECT_EQ(clock.slips(), 0U);
 }
 
-TEST(SimClock, ALagWithinTheBoundIsCaughtUp) {
+TEST(SimClock, CatchesUpASmallLag) {
   SimClock clock(kStart);
   const auto reading = clock.read(kStart + 1s, SimTime{1s - SimClock::kMaxLag});
   EXPECT_EQ(reading.now, SimTime{1s});
   EXPECT_EQ(reading.slipped, SimTime{0});
 }
 
-TEST(SimClock, ALongerOneSlips) {
+TEST(SimClock, SlipsOnALargeLag) {
   SimClock clock(kStart);
   const auto stopped = clock.read(kStart + 10s, SimTime{1s});
   EXPECT_EQ(stopped.now, SimTime{1s}) << "the simulation goes on where it was";
@@ -37,7 +37,7 @@ TEST(SimClock, ALongerOneSlips) {
   EXPECT_EQ(clock.total_slip(), SimTime{9s});
 }
 
-TEST(SimClock, ABusAheadOfTheOthersIsNoLag) {
+TEST(SimClock, DoesNotSlipForABusAheadOfTheOthers) {
   SimClock clock(kStart);
   // Time slipped for another bus; this one is already ahead.
   EXPECT_EQ(clock.read(kStart + 1s, SimTime{2s}).now, SimTime{1s});
@@ -53,7 +53,7 @@ TEST(SimClock, ShowsWholeMicroseconds) {
   EXPECT_LT(clock.read(wake - 1us, SimTime{0}).now, SimTime{123456});
 }
 
-TEST(SimClock, TimeCanGoByFasterAndSlower) {
+TEST(SimClock, ScalesTime) {
   SimClock fast(kStart, {.factor = 10});
   EXPECT_EQ(fast.read(kStart + 3ms, SimTime{0}).now, SimTime{30ms});
   EXPECT_EQ(fast.to_mono(SimTime{30ms}), kStart + 3ms);
@@ -63,7 +63,7 @@ TEST(SimClock, TimeCanGoByFasterAndSlower) {
   EXPECT_EQ(slow.to_mono(SimTime{1500us}), kStart + 3ms);
 }
 
-TEST(SimClock, TheMostLagIsOfTheWall) {
+TEST(SimClock, MeasuresMaxLagInWallTime) {
   SimClock fast(kStart, {.factor = 10});
   EXPECT_EQ(fast.read(kStart + 50ms, SimTime{0}).now, SimTime{500ms});
   EXPECT_EQ(fast.slips(), 0U);
@@ -73,7 +73,7 @@ TEST(SimClock, TheMostLagIsOfTheWall) {
   EXPECT_EQ(fast.read(kStart + 52ms, SimTime{0}).now, SimTime{10ms});
 }
 
-TEST(SimClock, SteppedStandsStill) {
+TEST(SimClock, AdvancesOnlyByStepsWhenStepped) {
   SimClock clock(kStart, {.stepped = true});
   EXPECT_EQ(clock.read(kStart + 100s, SimTime{0}).now, SimTime{0});
   EXPECT_EQ(clock.slips(), 0U);
@@ -82,7 +82,7 @@ TEST(SimClock, SteppedStandsStill) {
   EXPECT_EQ(clock.span(1s), SimTime{0});
 }
 
-TEST(SimClock, ChangesWithoutAJump) {
+TEST(SimClock, SwitchesModeWithoutAJump) {
   SimClock clock(kStart);
   clock.switch_to({.factor = 10}, kStart + 2s, 2s);
   EXPECT_EQ(clock.read(kStart + 2s, 2s).now, SimTime{2s});
@@ -93,7 +93,7 @@ TEST(SimClock, ChangesWithoutAJump) {
   EXPECT_EQ(clock.read(kStart + 9s + 1ms, 2s + 10ms).now, SimTime{2s + 11ms});
 }
 
-TEST(ClockMode, HasWords) {
+TEST(ClockMode, ParsesWords) {
   EXPECT_EQ(parse_clock_mode("realtime"), ClockMode{});
   EXPECT_EQ(parse_clock_mode("x1"), ClockMode{});
   EXPECT_EQ(parse_clock_mode("stepped"), ClockMode{.stepped = true});

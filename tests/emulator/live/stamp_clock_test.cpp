@@ -45,7 +45,7 @@ TEST(StampClock, ComparesTheClocksAgainAfterAWhile) {
   EXPECT_EQ(machine.readings, 2);
 }
 
-TEST(StampClock, AFrameThatWaitedIsAsOldAsItIs) {
+TEST(StampClock, KeepsTheArrivalTimeOfADelayedFrame) {
   Machine machine;
   StampClock clock = machine.clock();
   const auto stamp = machine.stamp();
@@ -55,7 +55,7 @@ TEST(StampClock, AFrameThatWaitedIsAsOldAsItIs) {
   EXPECT_EQ(clock.arrival(stamp, now), 10s);
 }
 
-TEST(StampClock, TimeDoesNotGoBack) {
+TEST(StampClock, IsMonotonic) {
   Machine machine;
   StampClock clock = machine.clock();
   clock.reached(machine.stamp(), 10s);
@@ -64,7 +64,7 @@ TEST(StampClock, TimeDoesNotGoBack) {
 
 class WallClockSet : public testing::TestWithParam<std::chrono::nanoseconds> {};
 
-TEST_P(WallClockSet, MovesNothing) {
+TEST_P(WallClockSet, LeavesMonotonicTimeUnchanged) {
   Machine machine;
   StampClock clock = machine.clock();
   MonoTime seen = clock.reached(machine.stamp(), 10s);
@@ -81,7 +81,7 @@ TEST_P(WallClockSet, MovesNothing) {
 INSTANTIATE_TEST_SUITE_P(Steps, WallClockSet,
                          testing::Values(-3600s, -2s, -20ms, 20ms, 500ms, 86400s));
 
-TEST(StampClock, AStepTooSmallToBeSeenIsForgottenSoon) {
+TEST(StampClock, CorrectsASmallWallClockStepWithinASecond) {
   Machine machine;
   StampClock clock = machine.clock();
   MonoTime seen = clock.reached(machine.stamp(), 10s);

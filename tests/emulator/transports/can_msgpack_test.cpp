@@ -37,7 +37,7 @@ std::vector<std::uint8_t> stamped(std::string_view digits) {
   return bytes(text);
 }
 
-TEST(CanMsgpack, AFrameOfEachKindThereAndBack) {
+TEST(CanMsgpack, RoundTripsEachKindOfFrame) {
   const Frame query = frame("141#9A00000000000000");
   EXPECT_EQ(parse_can_msgpack(bytes(kQuery)), query);
   EXPECT_EQ(can_msgpack(query, 100ms), stamped(kQuery));
@@ -56,7 +56,7 @@ std::optional<Frame> with(std::size_t at, std::uint8_t value) {
   return parse_can_msgpack(changed);
 }
 
-TEST(CanMsgpack, WhatIsNoMessage) {
+TEST(CanMsgpack, RejectsMalformedMessages) {
   const auto whole = bytes(kQuery);
   for (std::size_t size = 0; size < whole.size(); ++size) {
     EXPECT_FALSE(parse_can_msgpack(std::span(whole).first(size))) << size;

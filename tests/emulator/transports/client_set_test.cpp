@@ -61,7 +61,7 @@ class AClient : public ::testing::Test {
   Descriptor host_;
 };
 
-TEST_F(AClient, IsToldOfManyRepliesAtOnce) {
+TEST_F(AClient, GetsQueuedRepliesInOneWrite) {
   say(std::string(kQuery) + std::string(kQuery) + std::string(kQuery));
   ASSERT_EQ(collect(), 3U);
   reply(3);
@@ -72,7 +72,7 @@ TEST_F(AClient, IsToldOfManyRepliesAtOnce) {
 }
 
 /// As with `printf … | socat - TCP:…` and `nc -N`.
-TEST_F(AClient, ThatSendsNoMoreGetsItsReply) {
+TEST_F(AClient, GetsItsReplyAfterShutdownOfWriting) {
   say(kQuery);
   ASSERT_EQ(collect(), 1U);
   ::shutdown(host_.get(), SHUT_WR);
@@ -92,14 +92,14 @@ TEST_F(AClient, ThatSendsNoMoreGetsItsReply) {
   EXPECT_EQ(hear(), "");
 }
 
-TEST_F(AClient, ThatHasLeftMakesRoom) {
+TEST_F(AClient, IsRemovedAfterDisconnect) {
   host_ = Descriptor();
   collect();
   clients_.drop_finished();
   EXPECT_EQ(clients_.size(), 0U);
 }
 
-TEST_F(AClient, IsWaitedForWhereThatIsAskedFor) {
+TEST_F(AClient, IsAwaitedOnRequest) {
   std::vector<ReceivedFrame> frames;
   std::thread host([this] { say(kQuery); });
   clients_.collect(frames, std::chrono::minutes(1));
@@ -107,7 +107,7 @@ TEST_F(AClient, IsWaitedForWhereThatIsAskedFor) {
   EXPECT_EQ(frames.size(), 1U);
 }
 
-TEST_F(AClient, ThatReadsLosesNothingOfMoreThanIsKeptForIt) {
+TEST_F(AClient, LosesNoRepliesWhileItReads) {
   const std::size_t times = 2 * ClientSet::kMaxUnsent / kReply.size();
   reply(times);
   clients_.flush();
@@ -117,7 +117,7 @@ TEST_F(AClient, ThatReadsLosesNothingOfMoreThanIsKeptForIt) {
   EXPECT_EQ(clients_.stats().lost_unread, 0U);
 }
 
-TEST_F(AClient, ThatDidNotReadIsAnsweredAllTheSame) {
+TEST_F(AClient, GetsAnswersDespiteLostFrames) {
   const int few_bytes = 4096;
   ASSERT_EQ(::setsockopt(host_.get(), SOL_SOCKET, SO_RCVBUF, &few_bytes, sizeof few_bytes), 0);
   while (clients_.stats().lost_unread < 1000) reply(1000);
@@ -131,7 +131,7 @@ TEST_F(AClient, ThatDidNotReadIsAnsweredAllTheSame) {
   EXPECT_TRUE(heard.ends_with("F08\rV1013\r")) << heard.size();
 }
 
-TEST(ClientSet, ReadsOfManyClientsNoMoreAtOnceThanOfTwo) {
+TEST(ClientSet, LimitsBytesReadAtOnce) {
   ClientSet clients{"slcan-tcp:29536"};
   std::vector<Descriptor> hosts;
   constexpr std::size_t kHosts = 32;

@@ -77,7 +77,7 @@ int named_socket(const std::string& interface, int id) {
   return fd;
 }
 
-TEST(IdLocks, AnotherProcessIsToldWhoHasTheIdUntilThatIsKilled) {
+TEST(IdLocks, NameTheHolderUntilItIsKilled) {
   const std::string here = bus();
   IdLocks theirs;
   Other other([&] { theirs.take(here, {}, 3); });
@@ -90,7 +90,7 @@ TEST(IdLocks, AnotherProcessIsToldWhoHasTheIdUntilThatIsKilled) {
   EXPECT_EQ(taken(locks, here, 3), "");
 }
 
-TEST(IdLocks, TwoBusesOfOneProcessMayNotBeOne) {
+TEST(IdLocks, RejectOneInterfaceUnderTwoNames) {
   IdLocks locks;
   LinkState link;
   link.name = bus();
@@ -101,7 +101,7 @@ TEST(IdLocks, TwoBusesOfOneProcessMayNotBeOne) {
                 "or the same interface by another name");
 }
 
-TEST(IdLocks, TheOtherEndOfAPairIsTakenAsWell) {
+TEST(IdLocks, LockBothEndsOfAPair) {
   LinkState end;
   end.name = bus();
   end.peer = static_cast<int>(::if_nametoindex("lo"));  // any existing interface
@@ -112,7 +112,7 @@ TEST(IdLocks, TheOtherEndOfAPairIsTakenAsWell) {
   EXPECT_NE(taken(locks, bus(), 7), "");
 }
 
-TEST(IdLocks, EveryRefusedProgramIsToldAsLongAsTheHolderHangsUp) {
+TEST(IdLocks, NameTheHolderInEveryRefusal) {
   const std::string here = bus();
   IdLocks holder;
   holder.take(here, {}, 3);
@@ -132,7 +132,7 @@ TEST(IdLocks, EveryRefusedProgramIsToldAsLongAsTheHolderHangsUp) {
 }
 
 /// The owner of the name may be another program that does not answer.
-TEST(IdLocks, AStrangerThatHoldsTheNameIsNotWaitedFor) {
+TEST(IdLocks, DoNotWaitForAForeignHolder) {
   const std::string refusal = bus() +
                               ": ID 3 is already in use by another program (perhaps in another "
                               "container); stop it, or give other --ids";

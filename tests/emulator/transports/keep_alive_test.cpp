@@ -17,7 +17,7 @@ int option_of(const Descriptor& socket, int level, int name) {
 }
 
 /// Idle or with an unacknowledged reply: both take a minute.
-TEST(KeepAlive, AnAcceptedConnectionEndsAMinuteAfterItsPeerHasGone) {
+TEST(KeepAlive, ClosesOneMinuteAfterPeerLoss) {
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);

@@ -6,7 +6,7 @@ namespace lk::emulator {
 namespace log_limit_test {
 
 /// All within ten seconds, unless the machine stalls for that long.
-TEST(LogLimit, TellsTwentyTimesInAWhile) {
+TEST(LogLimit, AllowsTwentyMessagesPerPeriod) {
   LogLimit limit;
   int told = 0;
   for (int n = 0; n < 1000; ++n) told += limit.may_log("vcan0") ? 1 : 0;

@@ -31,21 +31,21 @@ void expect_no_spin(int socket) {
   EXPECT_GT(looks, before);
 }
 
-TEST(LinkMonitor, ASocketThatHasEndedIsNotReadForEver) {
+TEST(LinkMonitor, StopsReadingAClosedSocket) {
   std::array<int, 2> pair{};
   ASSERT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK, 0, pair.data()), 0);
   ::close(pair[1]);
   expect_no_spin(pair[0]);
 }
 
-TEST(LinkMonitor, ASocketThatGivesErrorsIsNotReadForEver) {
+TEST(LinkMonitor, StopsReadingAFailingSocket) {
   std::array<int, 2> ends{};
   ASSERT_EQ(::pipe(ends.data()), 0);
   ::close(ends[1]);
   expect_no_spin(ends[0]);  // always ready, with ENOTSOCK each time
 }
 
-TEST(LinkMonitor, EachMessageIsASignToLook) {
+TEST(LinkMonitor, CallsBackOnMessages) {
   std::array<int, 2> pair{};
   ASSERT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK, 0, pair.data()), 0);
   boost::asio::io_context loop;
@@ -62,7 +62,7 @@ TEST(LinkMonitor, EachMessageIsASignToLook) {
   ::close(pair[1]);
 }
 
-TEST(LinkState, IsWhatTheKernelSays) {
+TEST(LinkState, MatchesTheKernel) {
   const LinkState loopback = link_state("lo");
   EXPECT_EQ(loopback.index, static_cast<int>(::if_nametoindex("lo")));
   EXPECT_EQ(loopback.name, "lo");

@@ -68,7 +68,7 @@ TEST_F(Pty, DiscardsUnreadBytesWhenTwoHostsCloseItAtOnce) {
   EXPECT_EQ(read(next), "new");
 }
 
-TEST_F(Pty, DiscardsBytesThatCameWhileNoHostHadItOpen) {
+TEST_F(Pty, DiscardsBytesWrittenWithoutAHost) {
   Descriptor host = come();
   host = Descriptor();
   link_.handle_host_events();
@@ -77,7 +77,7 @@ TEST_F(Pty, DiscardsBytesThatCameWhileNoHostHadItOpen) {
   EXPECT_EQ(read(host), "");
 }
 
-TEST_F(Pty, DiscardsUnreadBytesOfAHostThatOpensItAgainAtOnce) {
+TEST_F(Pty, DiscardsUnreadBytesOnImmediateReopen) {
   Descriptor host = come();
   reply("old");
   host = Descriptor();
@@ -86,7 +86,7 @@ TEST_F(Pty, DiscardsUnreadBytesOfAHostThatOpensItAgainAtOnce) {
   EXPECT_EQ(read(host), "");
 }
 
-TEST_F(Pty, KeepsWhatAHostWroteBeforeItClosedIt) {
+TEST_F(Pty, KeepsBytesWrittenBeforeClose) {
   Descriptor host = come();
   ASSERT_EQ(::write(host.get(), "query", 5), 5);
   host = Descriptor();
@@ -95,7 +95,7 @@ TEST_F(Pty, KeepsWhatAHostWroteBeforeItClosedIt) {
   EXPECT_EQ(::read(link_.descriptor(), bytes, sizeof bytes), 5);
 }
 
-TEST_F(Pty, ComesToRestAfterAHostHasLeft) {
+TEST_F(Pty, CausesNoEventsAfterAHostHasClosed) {
   Descriptor host = open();
   host = Descriptor();
   int handled = 0;

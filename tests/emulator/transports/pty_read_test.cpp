@@ -68,7 +68,7 @@ TEST_F(HostBeforeRead, GetsTheReplyOfADriveOnRs485) {
   expect_reply(port, "\x3E\x9A\x01", [&] { port.send(frames); });
 }
 
-TEST_F(HostBeforeRead, GetsTheAnswerOfAnSlcanAdapter) {
+TEST_F(HostBeforeRead, GetsTheReplyOfAnSlcanAdapter) {
   const std::string name = "slcan-pty:" + path_;
   StreamPort port(loop_, name,
                   {.place = bus_name(name),

@@ -33,7 +33,7 @@ std::string data(const std::vector<Frame>& frames) {
   return text;
 }
 
-TEST(SerialBytes, PacketsArriveAsPackets) {
+TEST(SerialBytes, PreservesPackets) {
   const auto frames = taken(kAsk);
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(frames[0].kind, FrameKind::kSerial);
@@ -41,7 +41,7 @@ TEST(SerialBytes, PacketsArriveAsPackets) {
 }
 
 // FF FB 2C is a telnet negotiation, but all bytes on this port are data.
-TEST(SerialBytes, BytesAreDataInBothDirections) {
+TEST(SerialBytes, PassesAllBytesUnchanged) {
   for (const std::string& digits : {kAsk + " FF FB 2C FF FF", std::string("FF FB 2C 3E"),
                                     std::string("FF FF"), std::string("FF 00")}) {
     const auto frames = taken(digits);

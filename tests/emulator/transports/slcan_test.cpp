@@ -28,7 +28,7 @@ std::string shown(Slcan& slcan, const Frame& what, ClientProtocol::Time now = 0s
   return out;
 }
 
-TEST(Slcan, AFrameOfEachKindThereAndBack) {
+TEST(Slcan, RoundTripsEachKindOfFrame) {
   for (const char* line :
        {"t1418A100000064000000", "t7FF0", "T1FFFFFFF2ABCD", "T000001410", "r1418", "R1234567F0"}) {
     const auto parsed = parse_slcan_frame(line);
@@ -42,7 +42,7 @@ TEST(Slcan, AFrameOfEachKindThereAndBack) {
   EXPECT_TRUE(parse_slcan_frame("T000001410")->extended);
 }
 
-TEST(Slcan, WhatIsNoFrame) {
+TEST(Slcan, RejectsMalformedFrames) {
   for (const char* line :
        {"", "t", "t141", "t1419", "t1418", "t14180", "t8000", "t1410 ", "t14110G", "t141100 ",
         "t1411+1", "T200000000", "T0000014", "r14111", "x1410", "t-410"}) {
@@ -51,7 +51,7 @@ TEST(Slcan, WhatIsNoFrame) {
 }
 
 /// python-can 4 does this at start and end. The adapter refuses it; no line is malformed.
-TEST(Slcan, ClosingTwiceAndOpeningTwiceMakesSense) {
+TEST(Slcan, RefusesRepeatedOpenAndClose) {
   Slcan slcan(1'000'000);
   const ParsedInput parsed = say(slcan, "C\rS8\rO\rO\rC\r");
   EXPECT_EQ(parsed.response, "\a\r\r\a\r");
@@ -60,7 +60,7 @@ TEST(Slcan, ClosingTwiceAndOpeningTwiceMakesSense) {
 }
 
 /// python-can 4.1 takes some acknowledgements for frames.
-TEST(Slcan, WithoutAcknowledgementsOnlyQuestionsAreAnswered) {
+TEST(Slcan, AnswersOnlyQueriesWithoutAcknowledgements) {
   Slcan slcan(1'000'000, false);
   const ParsedInput parsed = say(slcan, "C\rS8\rO\rt1410\rT000001410\rt9\r");
   EXPECT_EQ(parsed.response, "");
@@ -70,7 +70,7 @@ TEST(Slcan, WithoutAcknowledgementsOnlyQuestionsAreAnswered) {
   EXPECT_EQ(shown(slcan, frame("141#00")), "t141100\r");
 }
 
-TEST(Slcan, NothingGoesBeforeItIsOpen) {
+TEST(Slcan, PassesNoFramesBeforeOpen) {
   Slcan slcan(1'000'000);
   EXPECT_EQ(say(slcan, "t1410\r").response, "\a");
   EXPECT_EQ(shown(slcan, frame("141#00")), "");
@@ -83,7 +83,7 @@ TEST(Slcan, NothingGoesBeforeItIsOpen) {
   EXPECT_EQ(shown(slcan, frame("141#00")), "");
 }
 
-TEST(Slcan, LinesMayComeInPieces) {
+TEST(Slcan, AcceptsSplitLines) {
   Slcan slcan(0);
   say(slcan, "O\r");
   EXPECT_EQ(say(slcan, "t141").response, "");
@@ -93,7 +93,7 @@ TEST(Slcan, LinesMayComeInPieces) {
   EXPECT_EQ(parsed.frames[0], frame("141#9A"));
 }
 
-TEST(Slcan, WhatIsTooLongIsOneMistake) {
+TEST(Slcan, CountsAnOverlongLineOnce) {
   Slcan slcan(0);
   say(slcan, "O\r");
   EXPECT_EQ(say(slcan, std::string(100'000, 't')).response, "");
@@ -102,14 +102,14 @@ TEST(Slcan, WhatIsTooLongIsOneMistake) {
   EXPECT_EQ(parsed.malformed, 1U);
 }
 
-TEST(Slcan, WhoListensSendsNothing) {
+TEST(Slcan, RefusesToSendInListenMode) {
   Slcan slcan(0);
   EXPECT_EQ(say(slcan, "L\r").response, "\r");
   EXPECT_EQ(say(slcan, "t1410\r").response, "\a");
   EXPECT_EQ(shown(slcan, frame("141#00")), "t141100\r");
 }
 
-TEST(Slcan, AnotherRateIsSilenceBothWays) {
+TEST(Slcan, BlocksFramesAtAnotherBitRate) {
   Slcan slcan(1'000'000);
   const ParsedInput set = say(slcan, "S6\r");
   EXPECT_EQ(set.response, "\r");
@@ -125,7 +125,7 @@ TEST(Slcan, AnotherRateIsSilenceBothWays) {
   EXPECT_EQ(say(without_wire, "S0\rO\rt1410\r").frames.size(), 1U);
 }
 
-TEST(Slcan, LossesAndErrorsAreFlagsUntilTheyAreRead) {
+TEST(Slcan, KeepsStatusFlagsUntilRead) {
   Slcan slcan(0);
   say(slcan, "O\r");
   slcan.note_loss();
@@ -134,7 +134,7 @@ TEST(Slcan, LossesAndErrorsAreFlagsUntilTheyAreRead) {
   EXPECT_EQ(say(slcan, "F\r").response, "F80\r");
 }
 
-TEST(Slcan, StampsAreMillisecondsOfAMinute) {
+TEST(Slcan, WrapsStampsAtOneMinute) {
   Slcan slcan(0);
   EXPECT_EQ(say(slcan, "Z1\rO\r").response, "\r\r");
   EXPECT_EQ(shown(slcan, frame("141#9A"), 59'999ms), "t14119AEA5F\r");
@@ -144,7 +144,7 @@ TEST(Slcan, StampsAreMillisecondsOfAMinute) {
 
 /// SJA1000, two filters: identifier and RTR in the upper 12 bits of each half; a mask bit 1 means
 /// don't care.
-TEST(Slcan, FiltersChooseIdentifiers) {
+TEST(Slcan, FiltersIdentifiers) {
   Slcan slcan(0);
   // 0x141 << 5 = 0x2820; 0x142 << 5 = 0x2840; RTR don't care.
   EXPECT_EQ(say(slcan, "M28202840\rm001F001F\rO\r").response, "\r\r\r");

@@ -40,7 +40,7 @@ class NoDescriptors {
   rlimit before_{};
 };
 
-TEST(SocketCanPort, WithoutDescriptorsNoInterfaceIsCalledGone) {
+TEST(SocketCanPort, DescriptorShortageIsNotAMissingInterface) {
   std::ostringstream log;
   const auto before = spdlog::default_logger();
   const auto mine = std::make_shared<spdlog::logger>(

@@ -44,7 +44,7 @@ TEST(Socketcand, GreetsAndOpens) {
   EXPECT_EQ(say(daemon, "< open can0 >").response, "< error unknown command >");
 }
 
-TEST(Socketcand, SendsWhatIsAFrame) {
+TEST(Socketcand, SendsValidFrames) {
   Socketcand daemon;
   open(daemon, "< rawmode >");
   const ParsedInput parsed =
@@ -59,7 +59,7 @@ TEST(Socketcand, SendsWhatIsAFrame) {
   EXPECT_TRUE(say(daemon, "< send 800 0 >").frames.at(0).extended);
 }
 
-TEST(Socketcand, WhatIsNoneIsAnswered) {
+TEST(Socketcand, RejectsMalformedCommands) {
   Socketcand daemon;
   open(daemon, "< rawmode >");
   for (const char* text :
@@ -76,7 +76,7 @@ TEST(Socketcand, WhatIsNoneIsAnswered) {
   EXPECT_EQ(say(daemon, "< send 141 0 >").frames.size(), 1U);
 }
 
-TEST(Socketcand, RawModeShowsEverything) {
+TEST(Socketcand, ForwardsAllFramesInRawMode) {
   Socketcand daemon;
   open(daemon, "< rawmode >");
   EXPECT_EQ(shown(daemon, frame("141#9A1900F000000000")),
@@ -88,7 +88,7 @@ TEST(Socketcand, RawModeShowsEverything) {
   EXPECT_EQ(shown(daemon, {.id = 0x8, .kind = FrameKind::kError}), "< error 008 1.500000 >");
 }
 
-TEST(Socketcand, SubscribersGetWhatTheyWant) {
+TEST(Socketcand, ForwardsSubscribedIdentifiers) {
   Socketcand daemon;
   open(daemon);
   EXPECT_EQ(shown(daemon, frame("141#9A")), "");
@@ -103,7 +103,7 @@ TEST(Socketcand, SubscribersGetWhatTheyWant) {
   EXPECT_NE(shown(daemon, frame("141#9A"), 10ms), "");
 }
 
-TEST(Socketcand, FiltersLookAtChanges) {
+TEST(Socketcand, FiltersForwardChangesOnly) {
   Socketcand daemon;
   open(daemon);
   say(daemon, "< filter 0 0 141 2 0 F0 >");
@@ -142,7 +142,7 @@ TEST(Socketcand, JobsAreBounded) {
   EXPECT_EQ(refused, 0x7FF - Socketcand::kMaxJobs);
 }
 
-TEST(Socketcand, TheBeaconTellsWhereItIs) {
+TEST(Socketcand, BeaconHasNameAndAddress) {
   EXPECT_EQ(beacon_text("arm", "127.0.0.1", 29536),
             "<CANBeacon name=\"arm\" type=\"SocketCAN\" description=\"lk-emu\">\n"
             "<URL>can://127.0.0.1:29536</URL><Bus name=\"can0\"/></CANBeacon>");
