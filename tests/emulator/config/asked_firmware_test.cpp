@@ -47,7 +47,7 @@ TEST(AskedFirmware, SetsTheRangesOfTheSettings) {
   EXPECT_EQ(parse(text, asked({"late-legacy", {}}))[0].servos[0].rom.max_torque_current_lsb, 2048);
 }
 
-TEST(AskedFirmware, OfABusWinsOverThatOfAll) {
+TEST(AskedFirmware, OfOneBusOverridesThatOfAllBuses) {
   Overrides overrides = asked({"v235", {{"stop_holds", "true"}, {"run_resumes", "true"}}});
   overrides.buses.push_back({"vcan0", std::vector{1}});
   overrides.buses.push_back({"vcan1", std::vector{1}, {"v236", {{"run_resumes", "false"}}}});
@@ -64,7 +64,7 @@ TEST(AskedFirmware, OfABusWinsOverThatOfAll) {
 }
 
 // The only bus of a file may run on another interface, and drives may be added to it.
-TEST(AskedFirmware, FollowsTheBusAndItsDrives) {
+TEST(AskedFirmware, AppliesToMovedBusAndAddedDrives) {
   Overrides overrides;
   overrides.buses.push_back({"can7", std::vector{1, 9}, {"v236", {}}});
   const auto bus = parse(kDrive, overrides)[0];
@@ -72,7 +72,7 @@ TEST(AskedFirmware, FollowsTheBusAndItsDrives) {
   for (const ServoConfig& servo : bus.servos) EXPECT_EQ(servo.generation, Generation::kV236);
 }
 
-TEST(AskedFirmware, SeenIsThatOfEachMotor) {
+TEST(AskedFirmware, SeenDependsOnEachMotor) {
   Overrides overrides = asked({"seen", {}});
   overrides.motor = "mg4005";
   overrides.buses.push_back({"vcan0", std::vector{1, 2}});
@@ -80,7 +80,7 @@ TEST(AskedFirmware, SeenIsThatOfEachMotor) {
   EXPECT_EQ(parse(kDrive, overrides)[0].servos[1].generation, Generation::kV236);
 }
 
-TEST(AskedFirmware, IsRefusedAsItWouldBeInAFile) {
+TEST(AskedFirmware, RejectsWhatAFileRejects) {
   struct Case {
     FirmwareRequest asked;
     const char* message;
@@ -144,7 +144,7 @@ TEST(AskedFirmware, IsRefusedAsItWouldBeInAFile) {
             0U);
 }
 
-TEST(AskedFirmware, IsTakenInCapitalLetters) {
+TEST(AskedFirmware, IgnoresCase) {
   const Quirks quirks =
       parse(kDrive, asked({"V235", {{"reply_id_base", "0X180"}, {"stop_holds", "True"}}}))[0]
           .servos[0]
@@ -161,7 +161,7 @@ const std::string kMixed =
     kDrive + "[[bus.drive]]\nid = 4\nmotor = \"mg4005\"\n[[bus]]\ninterface = \"vcan1\"\n" +
     "[[bus.drive]]\nid = 1\n";
 
-TEST(AskedFirmware, IsNotAskedOfDrivesThatDoNotRun) {
+TEST(AskedFirmware, IgnoresDrivesThatDoNotRun) {
   Overrides overrides = asked({"seen", {}});
   overrides.buses.push_back({"vcan0", std::vector{4}});
   const auto buses = parse(kMixed, overrides);
@@ -174,7 +174,7 @@ TEST(AskedFirmware, IsNotAskedOfDrivesThatDoNotRun) {
             "unknown; lk-emu motors lists the motors that have one");
 }
 
-TEST(AskedFirmware, IsNotTakenForAMistakeOfTheFile) {
+TEST(AskedFirmware, ErrorsNameTheCommandLine) {
   const std::string text = kDrive + "generation = \"v236\"\nsettings.gains.speed_kd = 1\n";
   EXPECT_EQ(parse_error(text), "accepted");
   const std::string problem =
@@ -195,7 +195,7 @@ TEST(AskedFirmware, IsNotTakenForAMistakeOfTheFile) {
       << "it is the file's";
 }
 
-TEST(AskedBootAngle, WinsOverTheFileForEveryDriveThatRuns) {
+TEST(AskedBootAngle, OverridesTheFileForEveryDrive) {
   Overrides overrides;
   overrides.boot_angle_deg = -12.5;
   overrides.buses.push_back({"vcan0", std::vector{1, 2}});
@@ -208,7 +208,7 @@ TEST(AskedBootAngle, WinsOverTheFileForEveryDriveThatRuns) {
   EXPECT_EQ(parse(kDrive, overrides)[0].servos[0].boot_angle_deg, -12.5);
 }
 
-TEST(AskedBootAngle, IsRefusedAsItWouldBeInAFile) {
+TEST(AskedBootAngle, RejectsWhatAFileRejects) {
   Overrides overrides;
   overrides.boot_angle_deg = 3000;
   EXPECT_EQ(config_error([&] { parse(kDrive, overrides); }),
@@ -222,13 +222,13 @@ TEST(AskedBootAngle, IsRefusedAsItWouldBeInAFile) {
   EXPECT_TRUE(refused.ends_with(" (with --boot-angle 20 of the command line)")) << refused;
 }
 
-TEST(AskedFirmware, OnlyWhatWasAskedForCountsAsGiven) {
+TEST(AskedFirmware, MarksOnlyExplicitGenerationsAsGiven) {
   EXPECT_FALSE(drive_of("").generation_given);
   EXPECT_TRUE(drive_of("generation = \"legacy\"").generation_given);
   EXPECT_TRUE(parse(kDrive, asked({"legacy", {}}))[0].servos[0].generation_given);
 }
 
-TEST(AskedFirmware, TakesWhatAFileTakes) {
+TEST(AskedFirmware, AcceptsWhatAFileAccepts) {
   const std::map<std::string, std::string> lines = {
       {"reply_id_base", "0x180"}, {"single_turn_bits", "32"},       {"boot_wrap", "half_turn"},
       {"stop_holds", "true"},     {"clear_angle", "implemented"},   {"iq_scale", "series"},

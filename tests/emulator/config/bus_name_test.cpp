@@ -20,7 +20,7 @@ TEST(BusName, ABareNameIsAnInterface) {
   EXPECT_EQ(name.path, "vcan0");
 }
 
-TEST(BusName, EachExampleIsOneOfItsScheme) {
+TEST(BusName, ExamplesMatchTheirSchemes) {
   for (const BusScheme& scheme : bus_schemes()) {
     const std::string example(scheme.example);
     ASSERT_EQ(problem(example), "");
@@ -29,7 +29,7 @@ TEST(BusName, EachExampleIsOneOfItsScheme) {
   }
 }
 
-TEST(BusName, PortsAreOfLoopbackUnlessAnAddressIsSaid) {
+TEST(BusName, PortsDefaultToLoopback) {
   EXPECT_EQ(bus_name("slcan-tcp:29536").address, "127.0.0.1");
   EXPECT_EQ(bus_name("slcan-tcp:29536").port, 29536);
   EXPECT_EQ(bus_name("slcan-tcp:localhost:1").address, "127.0.0.1");
@@ -41,7 +41,7 @@ TEST(BusName, PortsAreOfLoopbackUnlessAnAddressIsSaid) {
   EXPECT_EQ(bus_name("slcan-tcp:29536?acks=no").port, 29536);
 }
 
-TEST(BusName, GroupsArePythonCansUnlessOneIsSaid) {
+TEST(BusName, MulticastGroupDefaultsToThatOfPythonCan) {
   const BusName plain = bus_name("udp-multicast:");
   EXPECT_EQ(plain.address, "ff15:7079:7468:6f6e:6465:6d6f:6d63:6173");
   EXPECT_EQ(plain.port, 43113);
@@ -60,7 +60,7 @@ TEST(BusName, GroupsArePythonCansUnlessOneIsSaid) {
   }
 }
 
-TEST(BusName, ASchemeAloneSaysWhatIsMissing) {
+TEST(BusName, SchemeAloneNamesTheMissingPart) {
   EXPECT_EQ(problem("slcan-tcp"), "slcan-tcp: needs a port, like slcan-tcp:29536");
   EXPECT_EQ(problem("rs485-tcp"), "rs485-tcp: needs a port, like rs485-tcp:29485");
   EXPECT_EQ(problem("socketcand"), "socketcand: needs a port, like socketcand:29536");
@@ -70,7 +70,7 @@ TEST(BusName, ASchemeAloneSaysWhatIsMissing) {
   EXPECT_EQ(problem("slcan"), "") << "an interface may be called so";
 }
 
-TEST(BusName, WhatIsNoneIsSaidSo) {
+TEST(BusName, RejectsMalformedNames) {
   for (const char* name : {"slcan-tcp:",
                            "slcan-tcp:1?acks=yes",
                            "slcan-tcp:?acks=no",
@@ -109,7 +109,7 @@ TEST(BusName, UnknownKindIsNamedInTheError) {
 }
 
 /// The table in the document agrees with the program's.
-TEST(BusName, ThePageHasEachScheme) {
+TEST(BusName, DocumentListsEachScheme) {
   std::ifstream file(LKEMU_SOURCE_DIR "/docs/guides/buses.md");
   std::stringstream page;
   page << file.rdbuf();

@@ -71,7 +71,7 @@ TEST(CandumpLog, ReadsEveryKindOfFrame) {
   EXPECT_EQ(parsed("(1.0) a 141#9C00000000000000_9").frame.dlc, 8);
 }
 
-TEST(CandumpLog, SaysWhatIsWrong) {
+TEST(CandumpLog, RejectsMalformedLines) {
   EXPECT_NE(problem("can0  141   [8]  9C 00").find("is not a time stamp"), std::string::npos);
   EXPECT_NE(problem("(12) a 141#").find("is not a time stamp"), std::string::npos);
   EXPECT_NE(problem("(-1.5) a 141#").find("is not a time stamp"), std::string::npos);
@@ -89,7 +89,7 @@ TEST(CandumpLog, SaysWhatIsWrong) {
   EXPECT_EQ(problem("(1.0) a 141#R9"), "\"R9\" does not request 0 to 8 bytes");
 }
 
-TEST(CandumpLog, AStampIsWholeSecondsAndDecimalsInParentheses) {
+TEST(CandumpLog, ParsesStamps) {
   EXPECT_EQ(parse_candump_stamp("(12.50)"), 12'500ms);
   for (const char* stamp :
        {"(12345)", "(1.50", "1.500)", "(.50)", "(10.)", "(a.50)", "(1x.50)", "(-1.50)", "(1.x00)",
@@ -98,7 +98,7 @@ TEST(CandumpLog, AStampIsWholeSecondsAndDecimalsInParentheses) {
   }
 }
 
-TEST(CandumpLog, AnyBlanksStandBetweenWords) {
+TEST(CandumpLog, AcceptsAnyBlanksBetweenWords) {
   const CandumpLine line = parsed(" (1.0)\tvcan0 \t141#9C\tT ");
   EXPECT_EQ(line.at, 1s);
   EXPECT_EQ(line.interface, "vcan0");
@@ -106,7 +106,7 @@ TEST(CandumpLog, AnyBlanksStandBetweenWords) {
   EXPECT_EQ(line.direction, CandumpLine::Direction::kSent);
 }
 
-TEST(CandumpLog, ReadsAWholeLogAndNamesTheLineOfAMistake) {
+TEST(CandumpLog, NamesTheLineOfAnError) {
   const auto log = parse_candump_log("(1.0) a 141#9C\n\n(2.0) b 142#9C\r\n", "x.log");
   ASSERT_EQ(log.size(), 2U);
   EXPECT_EQ(log[1].interface, "b");

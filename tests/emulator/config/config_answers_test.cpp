@@ -16,7 +16,7 @@ Expectation read(const std::string& expect) {
       .expectations.at(0);
 }
 
-TEST(ScenarioFile, ExpectsAnswersInTime) {
+TEST(ScenarioFile, ReadsAnsweredExpectations) {
   const Expectation any = read("id = 1\nanswered = { within_s = 0.02 }");
   EXPECT_EQ(std::get<Answered>(any.what).within, 20ms);
   EXPECT_EQ(std::get<Answered>(any.what).command, std::nullopt);
@@ -32,7 +32,7 @@ TEST(ScenarioFile, ExpectsAnswersInTime) {
   EXPECT_EQ(one.when.to, 3s);
 }
 
-TEST(ScenarioFile, SaysWhatIsWrongWithAnswered) {
+TEST(ScenarioFile, RejectsMalformedAnswered) {
   EXPECT_EQ(expect_mistake("id = 1\nanswered = { command = 0x9C }"),
             "k.toml:5: expect.answered.within_s: missing");
   EXPECT_NE(expect_mistake("id = 1\nanswered = { within_s = -1 }").find("answered.within_s"),
@@ -47,7 +47,7 @@ TEST(ScenarioFile, SaysWhatIsWrongWithAnswered) {
             "answered; this expectation has reply already");
 }
 
-TEST(ScenarioFile, ExpectsAnyError) {
+TEST(ScenarioFile, ReadsExpectationsOfAnyError) {
   const Expectation bit = read("id = 1\nerror = \"any\"\nfrom_s = 0\nby_s = 2");
   EXPECT_EQ(std::get<ErrorIs>(bit.what).error.one, std::nullopt);
   EXPECT_TRUE(std::get<ErrorIs>(bit.what).set);

@@ -35,7 +35,7 @@ std::string error(const std::string& text, const LoadBody& by = load) {
   return "accepted";
 }
 
-TEST(ConfigBody, ADriveTurnsAJoint) {
+TEST(ConfigBody, ReadsJointsOfDrives) {
   const auto buses =
       read(kRobot + kDrive + "joint = \"joint_0\"\n" + "[[bus.drive]]\nid = 2\n" +
            "joint = { name = \"joint_1\", direction = -1, ratio = 2, offset_deg = 90 }");
@@ -50,7 +50,7 @@ TEST(ConfigBody, ADriveTurnsAJoint) {
   EXPECT_NEAR(second.output_of(0), 3.14159265, 1e-8);
 }
 
-TEST(ConfigBody, ADriveWithAJointStartsWhereTheBodyHasIt) {
+TEST(ConfigBody, RejectsBootAngleOfAJointDrive) {
   Overrides overrides;
   overrides.boot_angle_deg = 0;
   try {
@@ -63,7 +63,7 @@ TEST(ConfigBody, ADriveWithAJointStartsWhereTheBodyHasIt) {
   }
 }
 
-TEST(ConfigBody, SaysWhatIsWrongAndWhatToDo) {
+TEST(ConfigBody, ErrorsNameTheRemedy) {
   const std::string drive = kRobot + kDrive;
   EXPECT_EQ(
       error(drive, {}),
@@ -89,7 +89,7 @@ TEST(ConfigBody, SaysWhatIsWrongAndWhatToDo) {
             std::string::npos);
 }
 
-TEST(ConfigBody, IsNotLoadedNorTurnedByHand) {
+TEST(ConfigBody, RejectsLoadsAndTurnsOfJointDrives) {
   const std::string event = kRobot + kDrive + "joint = \"joint_0\"\n[[bus.event]]\nat_s = 1\n";
   for (const char* const action : {"turn_deg = 3", "load = { tau_Nm = 1 }"}) {
     EXPECT_NE(error(event + action).find("drive 1 turns a joint of the body: the body is its load"),
@@ -145,7 +145,7 @@ Act act(const std::string& words) {
   return std::get<Act>(std::get<BodyAct>(event.directive.what).what);
 }
 
-TEST(ConfigBody, HasAFloor) {
+TEST(ConfigBody, ReadsFloorEvents) {
   const auto floor = act<Floor>("floor = { friction = 0.3, slope_deg = 10 }");
   EXPECT_EQ(floor.friction, 0.3);
   EXPECT_NEAR(floor.slope_rad.value(), 0.174532925, 1e-9);
@@ -169,7 +169,7 @@ TEST(ConfigBody, HasAFloor) {
             "robot.toml:11: bus.event.id: a body action acts on the whole bus; remove this key");
 }
 
-TEST(ConfigBody, IsPutSomewhere) {
+TEST(ConfigBody, ReadsPoseEvents) {
   const auto pose = act<Pose>(
       "pose = { keyframe = \"lies\", position_m = [1, 2, 3], rpy_deg = [90, 180, 0], "
       "joints_deg = { joint_1 = 90 } }");
@@ -185,7 +185,7 @@ TEST(ConfigBody, IsPutSomewhere) {
   EXPECT_NEAR(pose.joints[0].angle_rad, 1.57079633, 1e-8);
 }
 
-TEST(ConfigBody, IsPutNowhereElse) {
+TEST(ConfigBody, RejectsMalformedPoses) {
   const auto wrong = [](const std::string& pose) {
     return error(kEvent + "pose = " + pose, walker);
   };
@@ -210,7 +210,7 @@ TEST(ConfigBody, IsPutNowhereElse) {
             "robot.toml:7: bus.event.pose: the robot has no [body]");
 }
 
-TEST(ConfigBody, IsWaitedFor) {
+TEST(ConfigBody, ReadsConditionsOnBodySignals) {
   const std::string event = kRobot + kDrive + "joint = \"joint_0\"\n[[bus.event]]\nmark = \"m\"\n";
   const auto buses = read(event + "when = { signal = \"body.trunk.x_m\", above = 0.1 }", walker);
   const auto& when = buses[0].events[0].when.value();
@@ -241,7 +241,7 @@ Scenario scenario(const std::string& robot, const std::string& tables) {
 }
 
 /// It hangs at rest and is moved to x = 0.2.
-TEST(ConfigBody, IsExpectedToBeSomewhere) {
+TEST(ConfigBody, ReadsExpectationsOnBodySignals) {
   const Scenario walks = scenario("walker", R"(
 [[event]]
 at_s = 0.5
@@ -273,7 +273,7 @@ at_s = 0.9
   EXPECT_EQ(verdict.expectations[2].measured, "9.81 at 0.9 s");
 }
 
-TEST(ConfigBody, NeedsADriveThatTurnsAJoint) {
+TEST(ConfigBody, RequiresADriveWithAJoint) {
   EXPECT_EQ(error(kRobot + kDrive),
             "robot.toml:1: body: no drive turns a joint of the body: give a drive `joint`, or "
             "remove [body]");
@@ -284,7 +284,7 @@ TEST(ConfigBody, NeedsADriveThatTurnsAJoint) {
   EXPECT_EQ(parse_config(text, "robot.toml", others, find_test_profile, load)[0].servos.size(), 1U);
 }
 
-TEST(ConfigBody, IsNotExpectedWhereThereIsNone) {
+TEST(ConfigBody, RejectsExpectationsWithoutABody) {
   const auto wrong = [](const std::string& robot, const std::string& words) {
     return config_error([&] { scenario(robot, "[[expect]]\n" + words); });
   };

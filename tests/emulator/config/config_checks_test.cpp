@@ -11,7 +11,7 @@ namespace config_checks_test {
 
 const std::string kDrive = "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\n";
 
-TEST(ConfigChecks, ContradictionsAreRefusedWhereTheyAreSaid) {
+TEST(ConfigChecks, RejectContradictionsWithTheirLine) {
   const std::string under = "settings.protection.under_voltage = ";
   const std::string over = "settings.protection.over_voltage = ";
   const std::map<std::string, std::string> errors = {
@@ -70,7 +70,7 @@ TEST(ConfigChecks, ContradictionsAreRefusedWhereTheyAreSaid) {
 
 /// docs/internals/model.md gives the range of its equations. Limits by hand, for the defaults of
 /// model/drive_params.hpp: 32 kHz, 0.14 + 0.01 ohm.
-TEST(ConfigChecks, MotorsThatTheModelCannotComputeAreRefused) {
+TEST(ConfigChecks, RejectMotorsOutsideTheModelRange) {
   const std::string springy =
       "motor = \"mg4005\"\nprofile.mechanics = { gear_stiffness_Nm_rad = 2500, ";
   const std::string winding =
@@ -107,7 +107,7 @@ TEST(ConfigChecks, MotorsThatTheModelCannotComputeAreRefused) {
   }
 }
 
-TEST(ConfigChecks, WhatOnlyLooksLikeOneIsAccepted) {
+TEST(ConfigChecks, AcceptSeemingContradictions) {
   for (const char* keys : {
            "profile.control.has_current_loop = true",
            "motor = \"ms3506\"\nprofile.control.has_current_loop = false",
@@ -128,7 +128,7 @@ TEST(ConfigChecks, WhatOnlyLooksLikeOneIsAccepted) {
 }
 
 /// The file has no entry for the drive, but its motor may come from a user.
-TEST(ConfigChecks, AMotorOfTheCommandLineIsCheckedToo) {
+TEST(ConfigChecks, CoverTheMotorOfTheCommandLine) {
   Overrides overrides;
   overrides.motor = "braked";
   overrides.buses.push_back({"vcan0", std::vector{1}});

@@ -75,7 +75,7 @@ TEST(Vocabulary, MistakesOfClearAndMark) {
   for (const auto& [keys, error] : errors) EXPECT_EQ(error_of("at_s = 1\n" + keys), error) << keys;
 }
 
-TEST(Vocabulary, EverySettingIsADirectiveOfItsOwn) {
+TEST(Vocabulary, MakesOneDirectivePerSetting) {
   const auto events = events_of(
       "at_s = 1\nid = 5\nsettings = { max_speed_dps = 90, gains = { speed_kp = 7 }, "
       "acceleration_dps_s = 3, encoder_offset = 4, max_torque_current_lsb = 5, max_angle_deg = 6, "
@@ -165,7 +165,7 @@ TEST(Vocabulary, EveryCondition) {
   EXPECT_EQ(std::get<CommandSeen>(only_condition("when = { id = 2, command = 1 }").what).count, 1);
 }
 
-TEST(Vocabulary, AConditionIsAboutTheDriveOfItsEventUnlessItSaysAnotherOne) {
+TEST(Vocabulary, ConditionDefaultsToTheDriveOfItsEvent) {
   const auto own = events_of("id = 5\nwhen = { error = \"stall\" }\npower = \"off\"");
   ASSERT_EQ(own.size(), 1U);
   EXPECT_EQ(own[0].when->id, 5);
@@ -221,7 +221,7 @@ TEST(Vocabulary, MistakesOfConditions) {
                 "turn_deg, settings, fault, clear, push, payload, freeze, floor, pose or mark");
 }
 
-TEST(Vocabulary, ABusHasRoomForSoManyFaultsAndConditions) {
+TEST(Vocabulary, LimitsFaultsAndConditionsOfABus) {
   const auto repeated = [](const std::string& keys, std::size_t times) {
     std::string text = keys;
     for (std::size_t n = 1; n < times; ++n) text += "\n[[bus.event]]\n" + keys;
@@ -244,7 +244,7 @@ std::vector<TimedDirective> read(const toml::table& table, Timing timing) {
   return read_directives(reader, bus, timing);
 }
 
-TEST(Vocabulary, ATableInMemoryIsReadLikeOneOfAFile) {
+TEST(Vocabulary, ReadsTablesInMemory) {
   const toml::table request{
       {"ids", "2,5"}, {"fault", toml::table{{"kind", "jam"}, {"percent", 40}, {"for_s", 0.5}}}};
   const auto directives = read(request, Timing::kNow);
@@ -285,7 +285,7 @@ TEST(Vocabulary, MistakesOfATableInMemoryHaveNoLine) {
   EXPECT_EQ(error(toml::table{{"at_s", 1}}, Timing::kOptional), "request: at_s: " + needs);
 }
 
-TEST(Vocabulary, AMistakeOfATableAsAWholeHasItsPathAndItsLine) {
+TEST(Vocabulary, TableErrorsHavePathAndLine) {
   const toml::table document = parse_toml("seed = 1\n[a.b]\nc = 2\n", "robot.toml");
   TableReader top(document, "robot.toml", "");
   const TableReader inner = *top.table("a")->table("b");

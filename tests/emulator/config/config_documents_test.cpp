@@ -90,7 +90,7 @@ TEST(ConfigDocuments, EveryKeyOfTheExampleIsExplained) {
 }
 
 // Checks against the sources: this finds keys that neither the example nor a document has.
-TEST(ConfigDocuments, EveryKeyThatIsReadIsExplained) {
+TEST(ConfigDocuments, EveryKeyOfTheSourceIsExplained) {
   std::string documents;
   for (const char* name :
        {"reference/configuration", "reference/events", "guides/scenarios", "guides/robots"}) {
@@ -118,7 +118,7 @@ TEST(ConfigDocuments, EveryKeyThatIsReadIsExplained) {
 }
 
 // The last column of the table of differences names keys of [quirks].
-TEST(ConfigDocuments, TheProtocolNamesSwitchesThatThereAre) {
+TEST(ConfigDocuments, ProtocolNamesExistingSwitches) {
   const std::string all = text_of("docs/reference/protocol.md");
   const std::size_t begin = all.find("\n### 10.1 ");
   ASSERT_NE(begin, std::string::npos);

@@ -49,7 +49,7 @@ TEST(ConfigEvents, EveryAction) {
   EXPECT_EQ(load.theta_min, model::LoadParams{}.theta_min);
 }
 
-TEST(ConfigEvents, AreOfAllDrivesUnlessSaidOtherwise) {
+TEST(ConfigEvents, ApplyToAllDrivesByDefault) {
   const auto all = events_of("at_s = 0\nambient_C = 0");
   ASSERT_EQ(all.size(), 2U);
   EXPECT_EQ(all[0].directive.id, 2);
@@ -70,7 +70,7 @@ TEST(ConfigEvents, AreSortedByTimeAndThenAsWritten) {
   EXPECT_EQ(std::get<AmbientTemperature>(events[2].directive.what).ambient_C, 3);
 }
 
-TEST(ConfigEvents, GoWithTheDrivesThatTheCommandLineLeaves) {
+TEST(ConfigEvents, ApplyToTheSelectedDrivesOnly) {
   Overrides overrides;
   overrides.buses.push_back({"vcan0", std::vector{5, 6}});
   const auto bus = parse(kBus + "at_s = 1\nambient_C = 1", overrides)[0];
@@ -78,7 +78,7 @@ TEST(ConfigEvents, GoWithTheDrivesThatTheCommandLineLeaves) {
   EXPECT_EQ(bus.events[0].directive.id, 5);
 }
 
-TEST(ConfigEvents, OfDrivesThatAreLeftOutNothingIsWaitedForNorBroken) {
+TEST(ConfigEvents, OmitFaultsAndConditionsOfOmittedDrives) {
   Overrides overrides;
   overrides.buses.push_back({"vcan0", std::vector{5, 6}});
   const auto bus = parse(
@@ -104,7 +104,7 @@ TEST(ConfigEvents, OfDrivesThatAreLeftOutNothingIsWaitedForNorBroken) {
 }
 
 /// Without an adapter no frames wait in one.
-TEST(ConfigEvents, AnOverrunNeedsFramesThatWaitInAnAdapter) {
+TEST(ConfigEvents, OverrunNeedsAnAdapter) {
   const auto error = [](const std::string& keys, const std::string& events) {
     return config_error([&] {
       parse("[[bus]]\ninterface = \"vcan0\"\n" + keys + "[[bus.drive]]\nid = 1\n" + events);

@@ -34,7 +34,7 @@ Fault only_fault(const std::string& keys, const char* interface = "vcan0") {
   return std::get<SetFault>(events[0].directive.what).fault;
 }
 
-TEST(FaultVocabulary, EveryKindIsReadWithAllThatItTakes) {
+TEST(FaultVocabulary, ReadsEveryKindWithAllParameters) {
   for (const FaultRow& row : fault_table()) {
     std::string table = "{ kind = \"" + std::string(row.word) + R"(", name = "it")";
     FaultValues expected{};
@@ -71,7 +71,7 @@ TEST(FaultVocabulary, EveryKindIsReadWithAllThatItTakes) {
   }
 }
 
-TEST(FaultVocabulary, WhatAFaultDoesNotSayIsAsTheTableHasIt) {
+TEST(FaultVocabulary, UsesDefaultsOfTheTable) {
   const Fault jam = only_fault("fault = \"jam\"");
   EXPECT_EQ(jam.row->word, "jam");
   EXPECT_EQ(jam.ids, (std::vector{2, 5, 7}));
@@ -86,7 +86,7 @@ TEST(FaultVocabulary, WhatAFaultDoesNotSayIsAsTheTableHasIt) {
   EXPECT_EQ(only_fault("ids = \"5,2\"\nfault = \"hang\"").ids, (std::vector{2, 5}));
 }
 
-TEST(FaultVocabulary, TheChoicesOfMemoryFaultsStandInTheOrderOfTheParameters) {
+TEST(FaultVocabulary, MemoryFaultChoicesMatchParameterOrder) {
   const std::map<std::string, RomParameter> words = {
       {"gains", RomParameter::kGains},
       {"acceleration", RomParameter::kAcceleration},
@@ -115,7 +115,7 @@ TEST(FaultVocabulary, TheChoicesOfMemoryFaultsStandInTheOrderOfTheParameters) {
   }
 }
 
-TEST(FaultVocabulary, WhatIsCountedTakesNoFractions) {
+TEST(FaultVocabulary, RejectsFractionalCounts) {
   for (const char* fault :
        {"{ kind = \"wrong_dlc\", dlc = 2.5 }", "{ kind = \"duplicate\", copies = 1.5 }",
         "{ kind = \"babbling\", can_id = 1.9 }"}) {
@@ -123,7 +123,7 @@ TEST(FaultVocabulary, WhatIsCountedTakesNoFractions) {
   }
 }
 
-TEST(FaultVocabulary, WhatADriveDoesAnywayIsNoFault) {
+TEST(FaultVocabulary, RejectsFaultsThatAreNormalBehaviour) {
   const auto drive = [](const std::string& quirk, const std::string& fault) {
     return "[[bus]]\ninterface = \"a\"\n[[bus.drive]]\nid = 1\n" + quirk +
            "\n[[bus.event]]\nat_s = 1\nfault = \"" + fault + "\"";
@@ -139,7 +139,7 @@ TEST(FaultVocabulary, WhatADriveDoesAnywayIsNoFault) {
             "(quirks.off_hangs)");
 }
 
-TEST(FaultVocabulary, WhatBelongsToRs485IsNoneOfCan) {
+TEST(FaultVocabulary, RejectsRs485FaultsOnCan) {
   const auto bus = [](const std::string& name, const std::string& fault) {
     return "[[bus]]\ninterface = \"" + name +
            "\"\n[[bus.drive]]\nid = 1\n[[bus.event]]\nat_s = 1\n" + fault;
@@ -179,7 +179,7 @@ TEST(FaultVocabulary, BacklashNeedsAGearWithPlay) {
   }
 }
 
-TEST(FaultVocabulary, ABitFlipsOnlyWhereTheDriveLooks) {
+TEST(FaultVocabulary, FlipsBitsOnlyInUsedParameters) {
   const auto flip = [](int id, const std::string& parameter) {
     return error_of("at_s = 1\nid = " + std::to_string(id) +
                     "\nfault = { kind = \"ram_flipped\", parameter = \"" + parameter + "\" }");
@@ -193,7 +193,7 @@ TEST(FaultVocabulary, ABitFlipsOnlyWhereTheDriveLooks) {
             wrong + "7 is limited by max_power, not by this parameter");
 }
 
-TEST(FaultVocabulary, AnEndStopMayStandOnOneSideOnly) {
+TEST(FaultVocabulary, AcceptsOneSidedEndStops) {
   const auto sides = [](const std::string& keys) {
     const Fault fault = only_fault("id = 5\nfault = { kind = \"end_stop\", " + keys + " }");
     return std::pair(fault.values[0].number(), fault.values[1].number());
@@ -203,7 +203,7 @@ TEST(FaultVocabulary, AnEndStopMayStandOnOneSideOnly) {
   EXPECT_EQ(sides("min_deg = 0, max_deg = 0"), std::pair(0.0, 0.0));
 }
 
-TEST(FaultVocabulary, TheWordOfItsOwnKindIsAName) {
+TEST(FaultVocabulary, AcceptsTheKindAsName) {
   EXPECT_EQ(only_fault("fault = { kind = \"jam\", name = \"jam\" }").name, "jam");
 }
 

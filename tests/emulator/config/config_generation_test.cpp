@@ -110,7 +110,7 @@ TEST(ConfigGeneration, EverySwitchIsSettableAlone) {
   EXPECT_EQ(drive_of("motor = \"ms3506\"\nquirks.open_loop_command = true").quirks, open_loop);
 }
 
-TEST(ConfigGeneration, SwitchesGoOnTopOfThePreset) {
+TEST(ConfigGeneration, SwitchesOverrideThePreset) {
   const auto drive = drive_of(
       "generation = \"v236\"\n"
       "quirks = { state_1 = \"decivolt\", pid_commands = true, single_turn_bits = 16 }");
@@ -121,7 +121,7 @@ TEST(ConfigGeneration, SwitchesGoOnTopOfThePreset) {
   EXPECT_EQ(drive.quirks, expected);
 }
 
-TEST(ConfigGeneration, HasItsNameAndNoSwitchBesideItself) {
+TEST(ConfigGeneration, DoesNotDifferFromItself) {
   EXPECT_EQ(generation_names(),
             (std::vector<std::string>{"legacy", "late-legacy", "v235", "v236", "v236b"}));
   for (const std::string& name : generation_names()) {
@@ -132,7 +132,7 @@ TEST(ConfigGeneration, HasItsNameAndNoSwitchBesideItself) {
 }
 
 // The columns of docs/reference/configuration.md that differ.
-TEST(ConfigGeneration, WhatIsBesideItIsSaidAsAFileSaysIt) {
+TEST(ConfigGeneration, PrintsDifferingSwitchesAsInAFile) {
   using Lines = std::vector<std::string>;
   EXPECT_EQ(
       differing_switches(Generation::kV236, quirks_of(Generation::kLegacy)),
@@ -161,7 +161,7 @@ TEST(ConfigGeneration, EncoderSpanOverridesTheMotors) {
 
 // --- observed and requested on the command line
 
-TEST(ConfigGeneration, SeenIsWhatTheMotorFileSays) {
+TEST(ConfigGeneration, SeenComesFromTheMotorFile) {
   const auto drive = drive_of("motor = \"mg4005\"\ngeneration = \"seen\"");
   EXPECT_EQ(drive.generation, Generation::kV236);
   EXPECT_EQ(drive.quirks, quirks_of(Generation::kV236));
@@ -181,7 +181,7 @@ double start_deg(const std::string& text) {
   return bus.truth(1).theta_out / kRadPerDeg;
 }
 
-TEST(ConfigStart, TheSameKeysLeadToTheSamePlaceInEveryGeneration) {
+TEST(ConfigStart, IsEqualInEveryGeneration) {
   for (const std::string& generation : generation_names()) {
     const std::string drive = kGeared + "generation = \"" + generation + "\"\n";
     EXPECT_NEAR(start_deg(drive + "settings.encoder_offset = 32768\nboot_angle_deg = 0"), 180,
@@ -193,7 +193,7 @@ TEST(ConfigStart, TheSameKeysLeadToTheSamePlaceInEveryGeneration) {
   }
 }
 
-TEST(ConfigStart, EndStopsLookAtThePlaceWhereItStarts) {
+TEST(ConfigStart, ChecksEndStopsAgainstTheStartAngle) {
   for (const std::string& generation : generation_names()) {
     const std::string drive = kGeared + "generation = \"" + generation +
                               "\"\nsettings.encoder_offset = 32768\nboot_angle_deg = 0\n";
@@ -228,7 +228,7 @@ TEST(ConfigStart, IsDrawnFromTheTurnOfTheEncoderField) {
             "accepted");
 }
 
-TEST(ConfigStart, ReachesATurnOfTheOutput) {
+TEST(ConfigStart, IsLimitedToOneOutputTurn) {
   EXPECT_EQ(parse_error(kGeared + "boot_angle_deg = 3600.1"),
             "robot.toml:7: bus.drive.boot_angle_deg: 3600.1 is out of range (-3600 to 3600)");
   EXPECT_EQ(parse_error(kDrive + "boot_angle_deg = 360.1"),
@@ -236,7 +236,7 @@ TEST(ConfigStart, ReachesATurnOfTheOutput) {
 }
 
 // Pairs observed on a real MG4005-i10.
-TEST(ConfigStart, AnglesOfARealDrive) {
+TEST(ConfigStart, MatchesAnglesOfARealDrive) {
   struct Reading {
     const char* boot_deg;
     int angle_cdeg;
@@ -265,7 +265,7 @@ TEST(ConfigStart, AnglesOfARealDrive) {
   }
 }
 
-TEST(ConfigGeneration, RangesOfRegistersFollowIt) {
+TEST(ConfigGeneration, DeterminesRegisterRanges) {
   EXPECT_EQ(drive_of("generation = \"v235\"\nsettings.max_torque_current_lsb = 2048")
                 .rom.max_torque_current_lsb,
             2048);
@@ -281,7 +281,7 @@ TEST(ConfigGeneration, RangesOfRegistersFollowIt) {
       500);
 }
 
-TEST(ConfigGeneration, ABrakeNeedsItsCommand) {
+TEST(ConfigGeneration, BrakeRequiresTheBrakeCommand) {
   EXPECT_EQ(drive_of("generation = \"v236\"\nprofile.brake.tau_mNm = 500").profile.drive.brake.tau,
             0.5);
   EXPECT_EQ(drive_of("motor = \"braked\"\nquirks.brake_command = true").profile.drive.brake.tau, 1);

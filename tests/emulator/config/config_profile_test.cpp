@@ -43,7 +43,7 @@ std::vector<std::string> shipped_names() {
   return names;
 }
 
-TEST(ConfigProfile, TheExampleWithEveryKeyIsGood) {
+TEST(ConfigProfile, AcceptsTheExampleWithEveryKey) {
   const auto file = kMotors.parent_path() / "buses/example.toml";
   const auto buses = parse_config(text_of(file), file.string(), {}, shipped);
   ASSERT_EQ(buses.size(), 3U);
@@ -261,7 +261,7 @@ class Extending : public testing::Test {
   std::map<std::string, std::string> files_;
 };
 
-TEST_F(Extending, SaysOnlyWhatDiffers) {
+TEST_F(Extending, OverridesOnlyTheGivenKeys) {
   files_["my.toml"] = R"(extends = "mf7015"
 model = "the one in the lab"
 [motor]
@@ -288,14 +288,14 @@ stall = { enabled = true }
 }
 
 /// With its own friction, the iron takes an equal share of it.
-TEST_F(Extending, IronTakesItsShareOfWhatFrictionThereIs) {
+TEST_F(Extending, KeepsTheIronShareOfFriction) {
   files_["my.toml"] = "extends = \"mg4005\"\n[mechanics]\ntau_coulomb_mNm = 5\nB_uNm_s_rad = 4\n";
   const model::MechanicsParams m = load("my.toml").drive.mechanics;
   EXPECT_DOUBLE_EQ(m.tau_coulomb * m.hysteresis_share, 0.5 * 5e-3);
   EXPECT_DOUBLE_EQ(m.B * m.eddy_share, 0.5 * 4e-6);
 }
 
-TEST_F(Extending, TheExampleOfTheDocumentDoesWhatItSays) {
+TEST_F(Extending, DocumentExampleWorks) {
   const std::string document =
       text_of(std::filesystem::path(LKEMU_SOURCE_DIR) / "docs/reference/configuration.md");
   const std::size_t begin = document.find("# my.toml\n");
@@ -310,7 +310,7 @@ TEST_F(Extending, TheExampleOfTheDocumentDoesWhatItSays) {
   EXPECT_EQ(mine.drive.motor.R_s, shipped("mg4010").drive.motor.R_s);
 }
 
-TEST_F(Extending, GoesOnInTheDirectoryOfTheFile) {
+TEST_F(Extending, ResolvesPathsFromTheExtendingFile) {
   files_["robot/left.toml"] = "extends = \"../lab/my.toml\"\nmotor.R_s_ohm = 0.2\n";
   files_["robot/../lab/my.toml"] =
       "extends = \"./base.toml\"\nmotor.R_s_ohm = 0.3\nmotor.L_d_mH = 0.5\n";
@@ -322,7 +322,7 @@ TEST_F(Extending, GoesOnInTheDirectoryOfTheFile) {
   EXPECT_EQ(left.files.size(), 4U);
 }
 
-TEST_F(Extending, AFileNeedNotBeWholeByItself) {
+TEST_F(Extending, AcceptsIncompleteBaseFiles) {
   files_["common.toml"] = "encoder_span = \"output_turn\"\n";
   std::string rest = text_of(kMotors / "mf7015.toml");
   const std::size_t span = rest.find("encoder_span");
@@ -332,7 +332,7 @@ TEST_F(Extending, AFileNeedNotBeWholeByItself) {
   EXPECT_EQ(error("extends = \"common.toml\"\n"), "my.toml:1: model: missing");
 }
 
-TEST_F(Extending, AMistakeIsNamedWhereItStands) {
+TEST_F(Extending, ErrorsNameFileAndLine) {
   files_["base.toml"] = "extends = \"mf7015\"\n\nmotor.pole_pairs = 0\n";
   EXPECT_EQ(error("extends = \"base.toml\"\n"),
             "base.toml:3: motor.pole_pairs: 0 is out of range (1 to 64)");
@@ -351,7 +351,7 @@ TEST_F(Extending, AMistakeIsNamedWhereItStands) {
             "my.toml:2: brake.engage_ms: missing");
 }
 
-TEST_F(Extending, WhatCannotBeExtendedIsToldWithItsLine) {
+TEST_F(Extending, RejectsInvalidBaseWithItsLine) {
   EXPECT_EQ(error("\nextends = \"mf7105\"\n"), "my.toml:2: extends: no motor \"mf7105\"");
   EXPECT_EQ(error("extends = 7\n"), "my.toml:1: extends: must be a string");
   EXPECT_EQ(error("extends = \"my.toml\"\n"), "my.toml:1: extends: my.toml extends itself");
@@ -389,7 +389,7 @@ TEST(MotorNames, AreUnique) {
   EXPECT_EQ(taken.at("mf7015-10t"), "mf7015");
 }
 
-TEST(MotorNames, APathInAFileStartsAtItsDirectory) {
+TEST(MotorNames, ResolvePathsFromTheFile) {
   EXPECT_EQ(motor_of("robot.toml", "./my.toml"), "./my.toml");
   EXPECT_EQ(motor_of("a/robot.toml", "./my.toml"), "a/my.toml");
   EXPECT_EQ(motor_of("a/robot.toml", "../b/my.toml"), "a/../b/my.toml")

@@ -12,7 +12,7 @@
 namespace lk::emulator {
 namespace config_scenario_mistakes_test {
 
-TEST(ScenarioFile, ThatIsARobotAndTheOtherWayRoundSaySo) {
+TEST(ScenarioFile, DetectsSwappedRobotAndScenario) {
   const std::string robot = "seed = 1\n[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\n";
   const std::string not_one =
       "arm.toml:1: this is a robot, not a scenario; lk-emu --config FILE runs it";
@@ -26,7 +26,7 @@ TEST(ScenarioFile, ThatIsARobotAndTheOtherWayRoundSaySo) {
   EXPECT_EQ(parse_error("robot = \"dog\"\n"), not_the_other);
 }
 
-TEST(ScenarioFile, ThatIsAScenarioButForABusIsToldOfTheBus) {
+TEST(ScenarioFile, RejectsBusTablesInAScenario) {
   const std::string bus = "[[bus]]\ninterface = \"vcan0\"\n";
   for (const std::string& text : {"duration_s = 1\n" + bus + kExpect, kHead + bus}) {
     const std::string said =
@@ -58,7 +58,7 @@ TEST(ScenarioFile, MistakesOfEvents) {
             "dir/kick.toml:6: event.fault: ");
 }
 
-TEST(ScenarioFile, AClearMeansAFaultOfItsBus) {
+TEST(ScenarioFile, ClearAppliesToFaultsOfItsBus) {
   const auto cleared = [](const std::string& bus, const std::string& which) {
     return mistake("[[event]]\nat_s = 2\nbus = \"" + bus + "\"\nclear = \"" + which +
                    "\"\n[[event]]\nat_s = 1\nid = 1\nfault = { kind = \"hang\", name = \"deaf\" "
@@ -128,7 +128,7 @@ TEST(ScenarioFile, MistakesOfCommandsInWords) {
 }
 
 /// A byte alone would send zeros as parameters, e.g. clear gains.
-TEST(ScenarioFile, ACommandThatCarriesSomethingIsNotSentAsAByteAlone) {
+TEST(ScenarioFile, RejectsBareBytesOfCommandsWithPayload) {
   for (const protocol::GenerationRow& generation : protocol::kGenerationRows) {
     for (const char* const motor : {"mf7015", "ms3506"}) {
       const std::string robot =

@@ -27,7 +27,7 @@ std::string expectation_of(const std::string& expect) {
                           scenario.robot[scenario.expectations[0].bus].interface);
 }
 
-TEST(ScenarioFile, HasARobotItsEventsAndItsOwn) {
+TEST(ScenarioFile, MergesEventsOfTheRobotWithItsOwn) {
   const Scenario scenario =
       parsed("[[event]]\nat_s = 0.5\nbus = \"vcan0\"\nfault = \"hang\"\nid = 2\n");
   EXPECT_EQ(scenario.name, "kick");
@@ -40,7 +40,7 @@ TEST(ScenarioFile, HasARobotItsEventsAndItsOwn) {
   EXPECT_TRUE(scenario.robot[1].events.empty());
 }
 
-TEST(ScenarioFile, IsCalledLikeItsFile) {
+TEST(ScenarioFile, IsNamedAfterItsFile) {
   const auto name_of = [](const std::string& file) {
     return parse_scenario(std::string(kHead) + kExpect, file, std::nullopt, kFiles).name;
   };
@@ -55,7 +55,7 @@ TEST(ScenarioFile, SeedOfTheCommandLineWins) {
   EXPECT_EQ(parse_scenario(text, "k.toml", 9, kFiles).robot[0].bitrate, 0);
 }
 
-TEST(ScenarioFile, ABusIsToldByItsDrivesWhereItCanBe) {
+TEST(ScenarioFile, InfersTheBusFromTheDrives) {
   EXPECT_EQ(parsed("[[send]]\nat_s = 1\nid = 4\ncommand = \"off\"\n").sends.at(0).bus, 1U);
   EXPECT_EQ(parsed("[[send]]\nat_s = 1\nframe = \"144#80\"\n").sends.at(0).bus, 1U);
   EXPECT_EQ(
@@ -79,7 +79,7 @@ TEST(ScenarioFile, ABusIsToldByItsDrivesWhereItCanBe) {
 }
 
 // Bytes by hand from the tables of docs/reference/protocol.md.
-TEST(ScenarioFile, CommandsInWordsAreTheDrivesOwnBytes) {
+TEST(ScenarioFile, EncodesCommandsInWords) {
   const std::string one = "id = 1\ncommand = ";
   EXPECT_EQ(frame_of(one + "\"off\""), "141#8000000000000000");
   EXPECT_EQ(frame_of(one + "\"stop\""), "141#8100000000000000");
@@ -128,7 +128,7 @@ TEST(ScenarioFile, SendsRepeat) {
   EXPECT_EQ(parsed("[[send]]\nat_s = 1\nbus = \"vcan1\"\ncommand = \"off\"\n").sends.size(), 3U);
 }
 
-TEST(ScenarioFile, PlaysWhatALogsHostSaid) {
+TEST(ScenarioFile, PlaysHostFramesOfALog) {
   const auto all =
       parsed("[[send]]\nplay = \"x.log\"\nfrom_s = 2\nbus = \"vcan0\"\ninterface = \"can0\"\n");
   ASSERT_EQ(all.sends.size(), 2U);  // without received frames and can1
@@ -146,7 +146,7 @@ TEST(ScenarioFile, PlaysWhatALogsHostSaid) {
       << "what comes after the end is left out";
 }
 
-TEST(ScenarioFile, ExpectationsReadAsTheyAreMeant) {
+TEST(ScenarioFile, PrintsExpectations) {
   EXPECT_EQ(expectation_of("id = 1\nsignal = \"speed_dps\"\nmin = 90\nmax = 110\nat_s = 2"),
             "vcan0 drive 1: speed_dps 90 to 110 at 2 s");
   EXPECT_EQ(expectation_of("id = 1\nsignal = \"speed_dps\"\nmin = 90\nby_s = 2\nfrom_s = 1"),
@@ -162,7 +162,7 @@ TEST(ScenarioFile, ExpectationsReadAsTheyAreMeant) {
             "vcan0 drive 1: no reply, at most 3 ms after the query by 4 s");
 }
 
-TEST(ScenarioFile, ALiveOneHasTheBusesThatRun) {
+TEST(ScenarioFile, LiveUsesTheRunningBuses) {
   const auto running = parse_config(kRobot, "dog.toml", {}, find_test_profile);
   const Scenario scenario = parse_live_scenario(
       "robot = \"whatever\"\nseed = 3\nduration_s = 2\n[[event]]\nat_s = 1\nid = 1\n"
@@ -175,7 +175,7 @@ TEST(ScenarioFile, ALiveOneHasTheBusesThatRun) {
   EXPECT_TRUE(std::holds_alternative<PowerOff>(scenario.robot[0].events[0].directive.what));
 }
 
-TEST(ScenarioFile, ALiveOnesBusesAreMatchedByOrderOnOtherInterfaces) {
+TEST(ScenarioFile, LiveMatchesBusesByOrder) {
   auto running = parse_config(kRobot, "dog.toml", {}, find_test_profile);
   running[0].interface = "can5";
   running[1].interface = "can6";
@@ -187,7 +187,7 @@ TEST(ScenarioFile, ALiveOnesBusesAreMatchedByOrderOnOtherInterfaces) {
   EXPECT_EQ(scenario.robot[1].events.size(), 1U);
 }
 
-TEST(ScenarioFile, ALiveOnesBusesAreMatchedByNameWhereItIsThere) {
+TEST(ScenarioFile, LivePrefersMatchingBusNames) {
   auto running = parse_config(kRobot, "dog.toml", {}, find_test_profile);
   std::swap(running[0], running[1]);
   const std::string event = "[[event]]\nat_s = 1\nbus = \"vcan1\"\nid = 3\npower = \"off\"\n";
@@ -197,7 +197,7 @@ TEST(ScenarioFile, ALiveOnesBusesAreMatchedByNameWhereItIsThere) {
   EXPECT_TRUE(scenario.robot[1].events.empty());
 }
 
-TEST(ScenarioFile, ALiveOnesBusesAreMatchedByOrderOnlyWhereThereAreAsMany) {
+TEST(ScenarioFile, LiveMatchesByOrderOnlyForEqualCounts) {
   auto running = parse_config(kRobot, "dog.toml", {}, find_test_profile);
   running.pop_back();
   running[0].interface = "can5";
@@ -212,7 +212,7 @@ TEST(ScenarioFile, ALiveOnesBusesAreMatchedByOrderOnlyWhereThereAreAsMany) {
 }
 
 // One file for offline runs and for a real host.
-TEST(ScenarioFile, AClearMayMeanAFaultOfTheRobotThatRuns) {
+TEST(ScenarioFile, LiveClearsFaultsOfTheRunningRobot) {
   const std::string robot =
       std::string(kRobot) +
       "[[bus.event]]\nat_s = 1\nfault = { kind = \"jam\", name = \"rust\" }\n";
@@ -231,7 +231,7 @@ TEST(ScenarioFile, AClearMayMeanAFaultOfTheRobotThatRuns) {
             "k.toml:6: event.clear: no fault has the name or kind \"rust\"");
 }
 
-TEST(ScenarioFile, ALiveOneKnowsWhereWhatRunsIsNotItsRobot) {
+TEST(ScenarioFile, LiveRejectsOtherRobot) {
   const auto running = parse_config(
       "[[bus]]\ninterface = \"can5\"\n[[bus.drive]]\nids = \"1-2\"\n"
       "[[bus]]\ninterface = \"can6\"\n[[bus.drive]]\nids = \"2-3\"\n",
@@ -247,7 +247,7 @@ TEST(ScenarioFile, ALiveOneKnowsWhereWhatRunsIsNotItsRobot) {
   EXPECT_TRUE(parse_live_scenario(text, "k.toml", own, kFiles).mismatches.empty());
 }
 
-TEST(ScenarioFile, ALiveOneNeedsNoRobot) {
+TEST(ScenarioFile, LiveNeedsNoRobot) {
   const auto running = parse_config(kRobot, "dog.toml", {}, find_test_profile);
   const Scenario scenario =
       parse_live_scenario(std::string("duration_s = 2\n") + kExpect, "k.toml", running, kFiles);

@@ -27,7 +27,7 @@ std::string reason(const std::string& text) {
   return "accepted";
 }
 
-TEST(ConfigSerial, ItsNameMakesABusOneOfRs485) {
+TEST(ConfigSerial, BusNameSelectsRs485) {
   const auto buses = parse(kBus + kDrive + "[[bus]]\ninterface = \"vcan0\"\n" + kDrive);
   ASSERT_EQ(buses.size(), 2U);
   EXPECT_EQ(buses[0].serial, SerialConfig{});
@@ -42,7 +42,7 @@ TEST(ConfigSerial, ItsNameMakesABusOneOfRs485) {
   EXPECT_EQ(buses[1].servos[0].reply_time, 100us);
 }
 
-TEST(ConfigSerial, TheCommandLineDoesTheSame) {
+TEST(ConfigSerial, CommandLineSelectsRs485) {
   Overrides overrides;
   overrides.buses = {{"rs485:/tmp/arm", std::vector{1, 2}}, {"vcan0", std::vector{1}}};
   overrides.baud = 2'000'000;
@@ -57,7 +57,7 @@ TEST(ConfigSerial, TheCommandLineDoesTheSame) {
   EXPECT_EQ(buses[1].servos[0].quirks, quirks_of(Generation::kV236));
 }
 
-TEST(ConfigSerial, OnABusWithoutARateADriveHearsAtWhateverRateItIsSetTo) {
+TEST(ConfigSerial, UntimedBusAcceptsAnyDriveRate) {
   Overrides overrides;
   overrides.buses = {{"rs485:/tmp/arm", std::vector{1}}, {"vcan0", std::vector{1}}};
   overrides.baud = overrides.bitrate = 0;
@@ -73,7 +73,7 @@ TEST(ConfigSerial, OnABusWithoutARateADriveHearsAtWhateverRateItIsSetTo) {
   }
 }
 
-TEST(ConfigSerial, ADriveIsDeliveredAtTheRateThatTheCommandLineGivesTheBus) {
+TEST(ConfigSerial, DrivesStartAtTheBusRateOfTheCommandLine) {
   Overrides overrides;
   overrides.buses = {{"vcan0", std::vector{1}}};
   overrides.bitrate = 500'000;
@@ -121,7 +121,7 @@ hears_while_replying = false
   EXPECT_EQ(own.reply_spread, 0us);
 }
 
-TEST(ConfigSerial, SwitchesMeanTheDrivesWire) {
+TEST(ConfigSerial, SwitchesApplyToTheRs485Dialect) {
   const auto drive = parse(kBus + kDrive + R"(generation = "v235"
 quirks = { setting_commands = false, zero_ram_len = 7, wrong_len = "lax", product_info_bytes = 0 }
 )")[0]
@@ -140,7 +140,7 @@ quirks = { setting_commands = false, zero_ram_len = 7, wrong_len = "lax", produc
             "bus.drive.quirks.product_info_bytes: must be 0, 42 or 58");
 }
 
-TEST(ConfigSerial, WhatCannotBeIsRefused) {
+TEST(ConfigSerial, RejectsInvalidValues) {
   EXPECT_NE(
       reason(kBus + "bitrate = 500_000\n" + kDrive).find("500000 is not a bit rate of RS-485"),
       std::string::npos);
@@ -168,7 +168,7 @@ TEST(ConfigSerial, WhatCannotBeIsRefused) {
   EXPECT_EQ(interface_name_problem("rs485:/dev/ttyUSB0"), "");
 }
 
-TEST(ConfigSerial, RatesHaveTheToolsNumbers) {
+TEST(ConfigSerial, RateCodesMatchTheVendorTools) {
   EXPECT_EQ(rate_code(9600, true), 0);
   EXPECT_EQ(rate_code(460'800, true), 6);
   EXPECT_EQ(rate_code(1'000'000, true), 8);

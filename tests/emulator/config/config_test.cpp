@@ -22,14 +22,14 @@ interface = "vcan0"
 id = 3
 )";
 
-TEST(Ids, ListsAndRanges) {
+TEST(Ids, ParseListsAndRanges) {
   EXPECT_EQ(parse_ids("1-4"), (std::vector{1, 2, 3, 4}));
   EXPECT_EQ(parse_ids("9,1,3-5"), (std::vector{1, 3, 4, 5, 9}));
   EXPECT_EQ(parse_ids("1-32").size(), 32U);
   EXPECT_EQ(parse_ids("32"), (std::vector{32}));
 }
 
-TEST(Ids, RefusedWithTheReason) {
+TEST(Ids, RejectMalformedLists) {
   const std::map<std::string, std::string> reasons = {
       {"0", "ID 0 is outside 1..32"},
       {"33", "ID 33 is outside 1..32"},
@@ -55,7 +55,7 @@ TEST(Ids, RefusedWithTheReason) {
   }
 }
 
-TEST(Config, DefaultsOfTheSmallestFile) {
+TEST(Config, AppliesDefaultsToTheSmallestFile) {
   const auto buses = parse(kMinimal);
   ASSERT_EQ(buses.size(), 1U);
   EXPECT_EQ(buses[0].interface, "vcan0");
@@ -70,7 +70,7 @@ TEST(Config, DefaultsOfTheSmallestFile) {
   EXPECT_FALSE(servo.boot_angle_deg.has_value());
 }
 
-TEST(Config, EveryKeyArrivesWhereItBelongs) {
+TEST(Config, ReadsEveryKey) {
   const auto buses = parse(R"(seed = 7
 bitrate = 500000
 [[bus]]
@@ -127,7 +127,7 @@ drive = [ { id = 1 } ]
   EXPECT_FALSE(lost.recoverable);
 }
 
-TEST(Config, AnAdapterIsOneOfTheTable) {
+TEST(Config, ReadsAdapterNamesOfTheTable) {
   const std::string drive = "[[bus.drive]]\nid = 1\n";
   const std::string bus = "[[bus]]\ninterface = \"vcan0\"\n";
   EXPECT_EQ(parse(bus + drive)[0].adapter, nullptr);
@@ -198,7 +198,7 @@ TEST(Config, MistakesNameFileLineKeyAndReason) {
 
 // As Linux requires for network interfaces: 1 to 15 bytes, neither "." nor "..", no '/', ':' or
 // blanks; here also no unprintable bytes.
-TEST(Config, InterfaceNamesAreThoseThatLinuxHas) {
+TEST(Config, AcceptsInterfaceNamesAsLinuxDoes) {
   const auto error = [](const std::string& name) {
     return parse_error("[[bus]]\ninterface = \"" + name + "\"\ndrive = [{ id = 1 }]");
   };
@@ -218,7 +218,7 @@ TEST(Config, InterfaceNamesAreThoseThatLinuxHas) {
   EXPECT_EQ(error("can\\u001B0"), place + "\"can?0\" is not an interface name");
 }
 
-TEST(Config, WhatIsNotTomlIsRefusedWithItsLine) {
+TEST(Config, RejectsInvalidTomlWithItsLine) {
   EXPECT_TRUE(parse_error("\nseed = = 2").starts_with("robot.toml:2: "));
   EXPECT_TRUE(parse_error("seed = 1\nseed = 2").starts_with("robot.toml:2: "));
   EXPECT_TRUE(parse_error(std::string("seed = \x00\xff", 9)).starts_with("robot.toml:1: "));
@@ -235,7 +235,7 @@ TEST(Overrides, CommandLineWinsOverTheFile) {
   EXPECT_EQ(buses[0].bitrate, 0);
 }
 
-TEST(Config, APathOfAMotorStartsAtTheDirectoryOfTheFile) {
+TEST(Config, ResolvesMotorPathsFromTheFile) {
   std::vector<std::string> asked;
   const auto find = [&](const std::string& motor) {
     asked.push_back(motor);
@@ -251,7 +251,7 @@ TEST(Config, APathOfAMotorStartsAtTheDirectoryOfTheFile) {
       << "of the command line: from where the command is given";
 }
 
-TEST(Overrides, AnUnknownMotorIsTheCommandLinesMistakeAndNotTheFiles) {
+TEST(Overrides, UnknownMotorIsACommandLineError) {
   Overrides overrides;
   overrides.motor = "mf";
   try {
@@ -304,7 +304,7 @@ TEST(Overrides, ABusNeedsDrives) {
   EXPECT_THROW(default_config({}, find_test_profile), std::invalid_argument);
 }
 
-TEST(Overrides, ABitRateIsForAWireThatSomeBusHas) {
+TEST(Overrides, RejectBitRateWithoutAMatchingBus) {
   const auto error = [](std::vector<std::string> buses, Overrides overrides) {
     for (const std::string& bus : buses) overrides.buses.push_back({bus, std::vector{1}});
     return config_error([&] { default_config(overrides, find_test_profile); });

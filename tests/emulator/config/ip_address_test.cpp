@@ -5,7 +5,7 @@
 namespace lk::emulator {
 namespace ip_address_test {
 
-TEST(IpAddress, StandsInBracketsWhenItIsOfIPv6) {
+TEST(IpAddress, RequiresBracketsForIPv6) {
   EXPECT_EQ(address_in("192.168.0.2"), "192.168.0.2");
   EXPECT_EQ(address_in("[::1]"), "::1");
   EXPECT_EQ(address_in("localhost"), "127.0.0.1");
@@ -17,12 +17,12 @@ TEST(IpAddress, StandsInBracketsWhenItIsOfIPv6) {
   }
 }
 
-TEST(IpAddress, HasOneSpelling) {
+TEST(IpAddress, IsNormalized) {
   EXPECT_EQ(address_in("[0:0:0:0:0:0:0:1]"), "::1");
   EXPECT_EQ(address_in("[FE80::00A1%eth0]"), "fe80::a1%eth0");
 }
 
-TEST(IpAddress, SaysWhoIsMeant) {
+TEST(IpAddress, ClassifiesAddresses) {
   for (const char* group : {"224.0.0.0", "239.255.255.255", "ff02::1", "FF02::1", "fF02::1"}) {
     EXPECT_TRUE(is_multicast(group)) << group;
   }

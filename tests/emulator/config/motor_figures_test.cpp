@@ -43,7 +43,7 @@ Profile round_motor() {
   return profile;
 }
 
-TEST(MotorFigures, AreTheClosedFormsOfTheMotor) {
+TEST(MotorFigures, MatchClosedForms) {
   const MotorFigures f = motor_figures(round_motor());
   EXPECT_NEAR(f.k_t_Nm_A, 0.15, kExact);
   // 24 V/√3 of back-EMF per phase: 138.6 rad/s of the rotor, half of it at the output.
@@ -54,7 +54,7 @@ TEST(MotorFigures, AreTheClosedFormsOfTheMotor) {
   EXPECT_NEAR(f.mechanical_time_constant_ms, 0.5 * 2e-3 / (1.5 * 0.1 * 0.1) * 1000, kExact);
 }
 
-TEST(MotorFigures, StallAtWhatTheSupplyGivesAndLoseFriction) {
+TEST(MotorFigures, LimitStallBySupplyAndFriction) {
   Profile profile = round_motor();
   profile.drive.current_sensor.range = 100;
   profile.drive.mechanics.tau_static = 0.1;
@@ -67,7 +67,7 @@ TEST(MotorFigures, StallAtWhatTheSupplyGivesAndLoseFriction) {
   EXPECT_EQ(motor_figures(profile).stall_torque_Nm, 0) << "it does not turn, nor backwards";
 }
 
-TEST(MotorFigures, HaveTheBandwidthsOfTheFactoryBytes) {
+TEST(MotorFigures, ComputeBandwidthsFromFactoryGains) {
   Profile profile = round_motor();
   const MotorFigures f = motor_figures(profile);
   EXPECT_NEAR(f.current_bandwidth_Hz, 1000, 1e-6);

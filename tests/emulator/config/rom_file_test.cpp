@@ -50,7 +50,7 @@ std::string error_of(const std::string& text) {
   });
 }
 
-TEST(RomFile, EveryParameterComesBackExactly) {
+TEST(RomFile, RoundTripsEveryParameter) {
   const Registers rom = odd_registers();
   ServoConfig servo = drive();
   read_rom(print_rom({"vcan0", 3, "mf7015"}, rom, kEach), "rom.toml", "vcan0", servo);
@@ -64,14 +64,14 @@ TEST(RomFile, EveryParameterComesBackExactly) {
             print_rom({"vcan0", 3, "mf7015"}, rom, kEach));
 }
 
-TEST(RomFile, WhereADriveIsWiredToIsNotWritten) {
+TEST(RomFile, OmitsIdAndBusSettings) {
   const std::string text = print_rom({"vcan0", 3, "mf7015"}, drive().rom, kEach);
   for (const char* key : {"driver_id", "bus_type", "rs485_rate", "can_rate"}) {
     EXPECT_EQ(text.find(key), std::string::npos) << key;
   }
 }
 
-TEST(RomFile, EachParameterComesAloneAndLeavesTheOthersToTheConfiguration) {
+TEST(RomFile, KeepsConfiguredValuesOfUnwrittenParameters) {
   for (std::size_t p = 0; p < kRomParameters; ++p) {
     RomWear wear{};
     wear[p] = 5;
@@ -90,7 +90,7 @@ TEST(RomFile, EachParameterComesAloneAndLeavesTheOthersToTheConfiguration) {
   }
 }
 
-TEST(RomFile, IsForPeople) {
+TEST(RomFile, IsReadable) {
   RomWear wear{};
   wear[static_cast<std::size_t>(RomParameter::kEncoderOffset)] = 2;
   Registers rom;
@@ -111,14 +111,14 @@ encoder_offset = 2
 )");
 }
 
-TEST(RomFile, AnyInterfaceNameCanBeKept) {
+TEST(RomFile, EscapesInterfaceNames) {
   ServoConfig servo = drive();
   const std::string bus = "a\"\\'#";
   read_rom(print_rom({bus, 3, "mf7015"}, odd_registers(), kEach), "rom.toml", bus, servo);
   EXPECT_EQ(servo.wear, kEach);
 }
 
-TEST(RomFile, CutOffAnywhereIsRefused) {
+TEST(RomFile, RejectsTruncation) {
   const std::string text = print_rom({"vcan0", 3, "mf7015"}, odd_registers(), kEach);
   for (std::size_t size = 0; size < text.size(); ++size) {
     ServoConfig servo = drive();
@@ -128,7 +128,7 @@ TEST(RomFile, CutOffAnywhereIsRefused) {
   }
 }
 
-TEST(RomFile, AnyLineMissingIsRefused) {
+TEST(RomFile, RejectsMissingLines) {
   const std::string text = print_rom({"vcan0", 3, "mf7015"}, odd_registers(), kEach);
   for (std::size_t start = 0, end = 0; start < text.size(); start = end) {
     end = text.find('\n', start) + 1;
@@ -180,7 +180,7 @@ TEST(RomFile, MistakesNameFileLineKeyAndReason) {
   for (const auto& [text, error] : errors) EXPECT_EQ(error_of(text), error) << text;
 }
 
-TEST(RomFile, TheShaftStaysWhereItIsWhenTheZeroMoves) {
+TEST(RomFile, ZeroChangeKeepsTheShaftAngle) {
   ServoConfig servo = drive();
   servo.rom.encoder_offset = 100;
   read_rom(print_rom({"vcan0", 3, "mf7015"}, odd_registers(), kEach), "rom.toml", "vcan0", servo);
@@ -188,7 +188,7 @@ TEST(RomFile, TheShaftStaysWhereItIsWhenTheZeroMoves) {
   EXPECT_EQ(servo.boot_offset, 100) << "the boot angle counts from the zero of the configuration";
 }
 
-TEST(RomFile, TheOffsetFitsTheEncoder) {
+TEST(RomFile, RejectsOffsetBeyondTheEncoder) {
   ServoConfig servo = drive();
   servo.profile.drive.encoder.bits = 14;
   const std::string text =
@@ -200,7 +200,7 @@ TEST(RomFile, TheOffsetFitsTheEncoder) {
       "the wire)");
 }
 
-TEST(RomFile, NoiseIsRefusedAndNothingElseHappens) {
+TEST(RomFile, RejectsNoise) {
   EXPECT_TRUE(error_of(std::string(4096, '\0')).starts_with("rom.toml:1: "));
   EXPECT_TRUE(error_of("\x7f"
                        "ELF\x01\n")

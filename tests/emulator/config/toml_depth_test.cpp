@@ -28,7 +28,7 @@ TEST(TomlDepth, CountsThePartsOfKeys) {
   EXPECT_EQ(line_of_deep_key(spaced + "c = 1"), 1);
 }
 
-TEST(TomlDepth, DotsElsewhereAreNoParts) {
+TEST(TomlDepth, IgnoresDotsOutsideKeys) {
   const std::string dots(1000, '.');
   std::string numbers = "x = [";
   for (int n = 0; n < 1000; ++n) numbers += "1.5, ";
@@ -40,7 +40,7 @@ TEST(TomlDepth, DotsElsewhereAreNoParts) {
   }
 }
 
-TEST(TomlDepth, NoQuotesHideAKey) {
+TEST(TomlDepth, FindsKeysAfterQuotes) {
   const std::string deep = key_of(kMaxKeyParts + 1) + " = 1";
   for (const char* before :
        {"x = \"\"\"a\"\"\"\"\"\n", R"(x = {y = """a"""", )", "x = ''\n", "x = \"\\\\\"\n",
@@ -61,7 +61,7 @@ TEST(TomlDepth, IsRefusedBeforeItIsParsed) {
   }
 }
 
-TEST(ConfigError, IsOneLineWhateverItQuotes) {
+TEST(ConfigError, EscapesControlCharacters) {
   const ConfigError error("a.toml", 3, "b\nc", "\"\x1b[31m\r\" is not one of d");
   EXPECT_STREQ(error.what(), "a.toml:3: b?c: \"?[31m?\" is not one of d");
 }

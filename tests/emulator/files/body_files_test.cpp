@@ -15,7 +15,7 @@ std::shared_ptr<const Mechanism> no_body(const std::filesystem::path& /*model*/,
   return nullptr;
 }
 
-TEST(BodyFiles, AModelThatIsNotThereIsSaidInOneLine) {
+TEST(BodyFiles, MissingModelIsAOneLineError) {
   const test::TempDirectory scratch;
   const std::string robot = (scratch.path() / "robot.toml").string();
   use_bodies(no_body);

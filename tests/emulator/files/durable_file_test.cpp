@@ -137,7 +137,7 @@ int write(const std::filesystem::path& path, int times) {
   return last;
 }
 
-TEST_F(Synced, AFileBeforeItGetsItsNameAndTheNameAfterwards) {
+TEST_F(Synced, FileBeforeRenameAndDirectoryAfterwards) {
   const auto path = make("rom");
   const Descriptor directory(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   ASSERT_EQ(write_durably(directory.get(), "a", "before"), 0);
@@ -149,7 +149,7 @@ TEST_F(Synced, AFileBeforeItGetsItsNameAndTheNameAfterwards) {
   EXPECT_FALSE(std::filesystem::exists(path / unfinished("a")));
 }
 
-TEST_F(Synced, AFileThatIsNotDurableDoesNotGetItsName) {
+TEST_F(Synced, FailureOfTheFilePreventsTheRename) {
   const auto path = make("rom");
   const Descriptor directory(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   ASSERT_EQ(write_durably(directory.get(), "a", "before"), 0);
@@ -161,7 +161,7 @@ TEST_F(Synced, AFileThatIsNotDurableDoesNotGetItsName) {
 
 /// The writer gets an error, so the last acknowledged contents must hold, now and at the next
 /// start.
-TEST_F(Synced, AFileWhoseNameIsNotDurableGivesItBack) {
+TEST_F(Synced, FailureOfTheDirectoryRestoresTheOldFile) {
   const auto path = make("rom");
   const Descriptor directory(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   ASSERT_EQ(write_durably(directory.get(), "a", "11"), 0);
@@ -173,7 +173,7 @@ TEST_F(Synced, AFileWhoseNameIsNotDurableGivesItBack) {
   EXPECT_FALSE(std::filesystem::exists(path / unfinished("a")));
 }
 
-TEST_F(Synced, TheEntriesOfAllDirectoriesThatAStoreMakes) {
+TEST_F(Synced, ParentsOfAllNewDirectories) {
   const auto a = directory_.path() / "a";
   std::vector<BusConfig> buses = {test::bus_config({1})};
   const RomOptions options{.directory = a / "b" / "c", .wipe = false};
@@ -183,28 +183,28 @@ TEST_F(Synced, TheEntriesOfAllDirectoriesThatAStoreMakes) {
   }
 }
 
-TEST_F(Synced, NoRomIsKeptInADirectoryThatMayBeGone) {
+TEST_F(Synced, FailureOfTheParentRejectsTheStore) {
   refuse(directory_.path());
   std::vector<BusConfig> buses = {test::bus_config({1})};
   const RomOptions options{.directory = directory_.path() / "a" / "b", .wipe = false};
   EXPECT_THROW(RomStore(options, buses), StartError);
 }
 
-TEST_F(Synced, TheEntryOfADirectoryThatWasThereWithTheFirstFile) {
+TEST_F(Synced, ParentOfAnExistingDirectoryOnce) {
   const auto path = make("rom");
   EXPECT_EQ(write(path, 3), 0);
   EXPECT_EQ(times_synced(directory_.path()), 1);
   EXPECT_EQ(times_synced(path), 3);
 }
 
-TEST_F(Synced, NothingIsDurableInADirectoryThatIsNot) {
+TEST_F(Synced, FailureOfTheParentFailsEachWrite) {
   const auto path = make("rom");
   refuse(directory_.path());
   EXPECT_EQ(write(path, 2), EIO);
   EXPECT_EQ(times_synced(directory_.path()), 2) << "it is tried again";
 }
 
-TEST_F(Synced, TheEntryOfADirectoryThatARunKeepsRomIn) {
+TEST_F(Synced, ParentOfTheRomDirectoryOfARun) {
   const auto path = make("rom");
   Scenario scenario;
   scenario.robot = {test::bus_config({1})};
@@ -219,7 +219,7 @@ TEST_F(Synced, TheEntryOfADirectoryThatARunKeepsRomIn) {
   EXPECT_EQ(times_synced(directory_.path()), 1);
 }
 
-TEST_F(Synced, AWipeThatMayComeBackIsNone) {
+TEST_F(Synced, FailureOfTheDirectoryFailsTheWipe) {
   const auto path = make("rom");
   refuse(path);
   std::vector<BusConfig> buses = {test::bus_config({1})};

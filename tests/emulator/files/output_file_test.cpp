@@ -38,7 +38,7 @@ TEST(OutputFile, AppearsWhenItIsComplete) {
   EXPECT_EQ(directory.names(), Names{"a.csv"});
 }
 
-TEST(OutputFile, WhatALinkLeadsToIsReplacedAndTheLinkStays) {
+TEST(OutputFile, ReplacesTheTargetOfALink) {
   const test::TempDirectory directory;
   fs::create_directory(directory.path() / "runs");
   directory.put("runs/1.csv", "old");
@@ -56,7 +56,7 @@ TEST(OutputFile, WhatALinkLeadsToIsReplacedAndTheLinkStays) {
   EXPECT_EQ(directory.names(), (Names{"a.csv", "runs"}));
 }
 
-TEST(OutputFile, ALinkToNothingGetsItsFile) {
+TEST(OutputFile, CreatesTheTargetOfADanglingLink) {
   const test::TempDirectory directory;
   fs::create_symlink("b.csv", directory.path() / "a.csv");
   write(directory.path("a.csv"), "new");
@@ -64,7 +64,7 @@ TEST(OutputFile, ALinkToNothingGetsItsFile) {
   EXPECT_EQ(directory.text_of("b.csv"), "new");
 }
 
-TEST(OutputFile, ALinkInThePlaceOfWhatIsUnfinishedIsNotFollowed) {
+TEST(OutputFile, DoesNotFollowALinkAtTheTemporaryName) {
   const test::TempDirectory directory;
   const std::string other = directory.put("other", "precious");
   fs::create_symlink(other, directory.path("a.csv.part-" + std::to_string(::getpid())));
@@ -74,7 +74,7 @@ TEST(OutputFile, ALinkInThePlaceOfWhatIsUnfinishedIsNotFollowed) {
   EXPECT_EQ(directory.names(), (Names{"a.csv", "other"}));
 }
 
-TEST(OutputFile, ALinkInACircleIsRefused) {
+TEST(OutputFile, RejectsCircularLinks) {
   const test::TempDirectory directory;
   fs::create_symlink("a.csv", directory.path() / "a.csv");
   const std::string path = directory.path("a.csv");
@@ -88,7 +88,7 @@ TEST(OutputFile, ALinkInACircleIsRefused) {
 }
 
 /// /dev/stdout links to /proc/self/fd/1, and `> FILE` opens a regular file there.
-TEST(OutputFile, WhatIsOpenAlreadyGoesOnWhereItIs) {
+TEST(OutputFile, WritesToDescriptorLinksInPlace) {
   const test::TempDirectory directory;
   directory.put("shell", "");
   const Descriptor open(::open(directory.path("shell").c_str(), O_WRONLY));

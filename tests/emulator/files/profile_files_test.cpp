@@ -32,14 +32,14 @@ TEST(RegularFile, IsReadUpToItsLimit) {
 }
 
 /// Kernel files report a size of 0, and some are endless.
-TEST(RegularFile, TheSizeItSaysIsNotBelieved) {
+TEST(RegularFile, LimitHoldsDespiteReportedSize) {
   const std::string file = "/proc/self/maps";
   ASSERT_EQ(std::filesystem::file_size(file), 0U);
   EXPECT_EQ(refusal(file, 10), file + ": is longer than 10 bytes");
 }
 
 /// Opening a pipe would wait for a writer.
-TEST(RegularFile, NothingElseIsRead) {
+TEST(RegularFile, RejectsPipesAndDevices) {
   const test::TempDirectory directory;
   const std::string pipe = directory.path("pipe");
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
@@ -63,14 +63,14 @@ std::string unknown_motor(const std::string& motor) {
   }
 }
 
-TEST(FindMotorFile, OfAPathSaysWhatIsWrong) {
+TEST(FindMotorFile, ReportsUnreadablePaths) {
   EXPECT_EQ(unknown_motor("nowhere.toml"), "cannot read nowhere.toml: No such file or directory");
   EXPECT_EQ(unknown_motor(std::string("./a\0.toml", 9)),
             "\"./a?.toml\" is not UTF-8 without control characters; give such a path");
 }
 
 /// ".." follows the kernel, not the text of the path.
-TEST(FindMotorFile, APathGoesThroughASymbolicLink) {
+TEST(FindMotorFile, FollowsSymbolicLinks) {
   const test::TempDirectory directory;
   std::filesystem::create_directories(directory.path("real/sub"));
   std::filesystem::create_directory_symlink("real/sub", directory.path("s"));
@@ -85,7 +85,7 @@ TEST(FindMotorFile, APathGoesThroughASymbolicLink) {
   }
 }
 
-TEST(FindMotorFile, ALoopEnds) {
+TEST(FindMotorFile, RejectsCircularExtension) {
   const test::TempDirectory directory;
   std::filesystem::create_directory(directory.path("a"));
   const std::string file = directory.put("a/my.toml", "extends = \"../a/my.toml\"\n");

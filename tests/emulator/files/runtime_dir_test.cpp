@@ -60,13 +60,13 @@ class RuntimeDirectory : public testing::Test {
   Descriptor listens_{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
 };
 
-TEST_F(RuntimeDirectory, CtlFindsWhatIsInOurs) {
+TEST_F(RuntimeDirectory, CtlFindsOwnSockets) {
   EXPECT_EQ(refusal(), "found " + socket_);
   fs::remove_all(directory_);
   EXPECT_EQ(refusal().rfind("ctl: no lk-emu is running here", 0), 0U) << refusal();
 }
 
-TEST_F(RuntimeDirectory, CtlTrustsNoneThatIsOpenToOthers) {
+TEST_F(RuntimeDirectory, CtlRejectsOpenPermissions) {
   fs::permissions(directory_, fs::perms::all);
   const std::string name = directory_.string();
   EXPECT_EQ(refusal(), "ctl: " + name + " is open to others: chmod 700 " + name +
@@ -74,14 +74,14 @@ TEST_F(RuntimeDirectory, CtlTrustsNoneThatIsOpenToOthers) {
   EXPECT_EQ(find_socket(socket_, ""), socket_) << "who names it has decided";
 }
 
-TEST_F(RuntimeDirectory, CtlTrustsNoneThatIsALink) {
+TEST_F(RuntimeDirectory, CtlRejectsLink) {
   fs::rename(directory_, own_.path() / "other");
   fs::create_directory_symlink("other", directory_);
   EXPECT_EQ(refusal(), "ctl: " + directory_.string() +
                            " is not a directory: remove it; choose the socket with --socket PATH");
 }
 
-TEST_F(RuntimeDirectory, CtlTrustsNoneThatBelongsToSomebodyElse) {
+TEST_F(RuntimeDirectory, CtlRejectsForeignOwner) {
   constexpr uid_t kNobody = 65534;
   if (::chown(directory_.c_str(), kNobody, static_cast<gid_t>(-1)) != 0) {
     GTEST_SKIP() << "only root gives a directory away";
