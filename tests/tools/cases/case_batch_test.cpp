@@ -38,7 +38,7 @@ class CaseBatch : public Cases {
   }
 };
 
-TEST_F(CaseBatch, SharesAndLanesLeaveNoTraceUnderEveryFault) {
+TEST_F(CaseBatch, ResultsAreIndependentOfBatchingForEveryFault) {
   const std::vector<Json> lines = of_every_kind();
   const auto together = results(lines);
   ASSERT_EQ(together.size(), lines.size());
@@ -50,7 +50,7 @@ TEST_F(CaseBatch, SharesAndLanesLeaveNoTraceUnderEveryFault) {
   }
 }
 
-TEST_F(CaseBatch, DoesNotDependOnCompanyOrOrder) {
+TEST_F(CaseBatch, IsIndependentOfOtherCasesAndOrder) {
   std::vector<Json> lines;
   std::mt19937 draw(24);
   const char* const kinds[] = {"silent", "jam", "drop", "hang"};
@@ -96,7 +96,7 @@ TEST_F(CaseBatch, EqualsARunOfTheSameScenario) {
 }
 
 // The drive is asked for state 2 every 5 ms from 3 ms on: at 98, 103 and 108 ms.
-TEST_F(CaseBatch, SaysWhenASilentDriveIsNoticed) {
+TEST_F(CaseBatch, ReportsDetectionOfASilentDrive) {
   Json more = fault(0.1, {{"kind", "silent"}});
   more["detect"] = Json::array({{{"id", 1}, {"answered", {{"within_s", 0.004}}}}});
   const Json result = Cases::result(one(5, more));
@@ -115,7 +115,7 @@ TEST_F(CaseBatch, SaysWhenASilentDriveIsNoticed) {
   EXPECT_FALSE(result.contains("invalid"));
 }
 
-TEST_F(CaseBatch, SaysWhatTheScenarioExpects) {
+TEST_F(CaseBatch, ReportsExpectations) {
   const Json result = Cases::result(one(1));
   EXPECT_FALSE(result.contains("fault"));
   ASSERT_EQ(result["expect"].size(), 2U);
@@ -164,7 +164,7 @@ TEST_F(CaseBatch, ChecksWithoutRunning) {
   EXPECT_NE(Cases::result(one(3), true)["inputs"], inputs);
 }
 
-TEST_F(CaseBatch, AnImpossibleCaseIsOneLineAndOthersRun) {
+TEST_F(CaseBatch, ImpossibleCaseDoesNotStopOthers) {
   const std::vector<Json> lines = {one(1), one(2, fault(0.1, {{"kind", "jam"}}, 9)), one(3)};
   for (const bool check : {false, true}) {
     std::vector<emulator::CaseRequest> requests;

@@ -27,7 +27,7 @@ class CaseBuilder : public Cases {
   }
 };
 
-TEST_F(CaseBuilder, EverySettingChangesTheCourse) {
+TEST_F(CaseBuilder, EverySettingChangesTheReplies) {
   const std::string plain = replies_of(Json::object());
   EXPECT_EQ(replies_of(Json::object()), plain);
   for (const Json& more : {
@@ -45,7 +45,7 @@ TEST_F(CaseBuilder, EverySettingChangesTheCourse) {
   }
 }
 
-TEST_F(CaseBuilder, OtherKeysOfTheLoadStay) {
+TEST_F(CaseBuilder, KeepsOtherKeysOfTheLoad) {
   const std::string robot = text_of("can.toml");
   put("can.toml", robot + "load = { J_g_cm2 = 800, tau_Nm = 0.25 }\n");
   const std::string changed = replies_of({{"settings", {{"load", {{"J_g_cm2", 5000}}}}}});
@@ -55,7 +55,7 @@ TEST_F(CaseBuilder, OtherKeysOfTheLoadStay) {
   EXPECT_NE(replies_of(Json::object()), changed);
 }
 
-TEST_F(CaseBuilder, SaysWhyACaseIsImpossible) {
+TEST_F(CaseBuilder, ReportsReasonsForImpossibleCases) {
   EXPECT_EQ(error_of({{"scenario", path("none.toml")}}),
             "cannot read " + path("none.toml") + ": No such file or directory");
   EXPECT_EQ(error_of({{"scenario", "joint_move"}})
@@ -99,14 +99,14 @@ TEST_F(CaseBuilder, SaysWhyACaseIsImpossible) {
             "case 1: settings.bus_load: needs a CAN bus with a bitrate");
 }
 
-TEST_F(CaseBuilder, ABusHasRoomForAThousandFaults) {
+TEST_F(CaseBuilder, LimitsFaultsOfABus) {
   const Json one_more{{"at_s", 0.1}, {"fault", "cr_to_lf"}};
   EXPECT_EQ(error_of({{"directives", room_for(999)}, {"fault", one_more}}, "serial.toml"), "");
   EXPECT_EQ(error_of({{"directives", room_for(1000)}, {"fault", one_more}}, "serial.toml"),
             "case 1: fault.fault: a bus keeps 1000 faults");
 }
 
-TEST(CaseJson, ErrorsAreUtf8WhateverFilesAreCalled) {
+TEST(CaseJson, ErrorsAreUtf8ForAnyFileName) {
   EXPECT_EQ(emulator::impossible_json(1, "caf\xE9: is a directory"),
             "{\"case\":1,\"error\":\"caf?: is a directory\"}\n");
 }

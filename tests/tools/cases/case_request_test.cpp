@@ -126,7 +126,7 @@ TEST(CaseRequest, RefusesWrongTypesAndRanges) {
             "case 7: scenario: must be one line without control characters");
 }
 
-TEST(CaseRequest, RefusesWhatIsNoJsonObject) {
+TEST(CaseRequest, RejectsAnythingButJsonObjects) {
   for (const char* text : {"[]", "1", "\"case\"", "null"}) {
     EXPECT_EQ(problem_of(text), "case: expected a JSON object") << text;
   }
@@ -155,7 +155,7 @@ TEST(CaseRequest, ReadsManyPartsInLinearTime) {
   EXPECT_EQ(problem_of(with(keys)), "998: is one of more than 1000 keys");
 }
 
-TEST(CaseRequest, GroupIsAllButNumberAndFault) {
+TEST(CaseRequest, GroupExcludesNumberAndFault) {
   const auto group = [](const std::string& more) {
     return read_case(parse_json(with(more))).group;
   };

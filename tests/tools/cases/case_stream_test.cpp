@@ -67,7 +67,7 @@ TEST_F(CaseStream, JobsGiveTheSameResults) {
   for (const int jobs : {2, 4}) EXPECT_EQ(sorted_lines(run(text, {.jobs = jobs}).out), first);
 }
 
-TEST_F(CaseStream, BlankLinesEndPilesAndNothingElse) {
+TEST_F(CaseStream, BlankLinesOnlyEndBatches) {
   const std::string one_line = one(1).dump();
   const std::string text =
       "\n\r\n \t\n" + one_line + "\n\n\n" + one(2).dump() + "\r\n\n" + one(3).dump();
@@ -79,7 +79,7 @@ TEST_F(CaseStream, BlankLinesEndPilesAndNothingElse) {
   EXPECT_EQ(run("").out, "");
 }
 
-TEST_F(CaseStream, ALineThatIsNoCaseEndsTheProgram) {
+TEST_F(CaseStream, MalformedLineEndsTheProgram) {
   const std::string good = one(1).dump() + '\n';
   EXPECT_EQ(place(run(good + "{\"case\": 2,\n")).find("2: byte 12: not JSON: "), 0U);
   EXPECT_EQ(place(run("\n\n[]\n" + good)), "3: case: expected a JSON object");
@@ -92,7 +92,7 @@ TEST_F(CaseStream, ALineThatIsNoCaseEndsTheProgram) {
   }
 }
 
-TEST_F(CaseStream, AnImpossibleCaseIsALineAndTheOthersRun) {
+TEST_F(CaseStream, ImpossibleCaseDoesNotStopOthers) {
   const std::string text = one(1).dump() + '\n' + R"({"case": 2})" + '\n' +
                            one(3, {{"sead", 1}}).dump() + '\n' + one(4).dump() + '\n';
   for (const bool check : {false, true}) {
@@ -123,7 +123,7 @@ TEST_F(CaseStream, WritesTheOnlyCaseAsAScenario) {
             "--scenario: needs exactly one case");
 }
 
-TEST_F(CaseStream, AnImpossibleCaseIsNoScenario) {
+TEST_F(CaseStream, WritesNoScenarioForAnImpossibleCase) {
   const std::string file = path("case.toml");
   for (const auto& [line, problem] :
        {std::pair(one(1, {{"sead", 1}}), "case 1: sead: unknown key, did you mean seed?"),

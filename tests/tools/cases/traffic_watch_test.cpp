@@ -23,7 +23,7 @@ std::uint64_t heard(const std::vector<Traffic>& traffic) {
 
 constexpr const char* kReply = "141#9C19000000000000";
 
-TEST(TrafficWatch, TellsRepliesApart) {
+TEST(TrafficWatch, DistinguishesReplies) {
   const std::uint64_t one = heard({of_drive(kReply)});
   EXPECT_EQ(heard({of_drive(kReply)}), one);
   EXPECT_NE(heard({}), one);
@@ -36,12 +36,12 @@ TEST(TrafficWatch, TellsRepliesApart) {
   EXPECT_NE(heard({of_drive(kReply), of_drive(kReply)}), one);
 }
 
-TEST(TrafficWatch, OfAFlagToo) {
+TEST(TrafficWatch, DistinguishesFrameFlags) {
   EXPECT_NE(heard({of_drive("141#R8")}), heard({of_drive("141#0000000000000000")}));
   EXPECT_NE(heard({of_drive("00000141#9C19000000000000")}), heard({of_drive(kReply)}));
 }
 
-TEST(TrafficWatch, IsTheSameInPieces) {
+TEST(TrafficWatch, IsIndependentOfChunking) {
   TrafficWatch watch;
   watch.observe({of_drive(kReply), of_host("141#9C00000000000000", 2ms)});
   const TrafficWatch copy = watch;
@@ -51,7 +51,7 @@ TEST(TrafficWatch, IsTheSameInPieces) {
   EXPECT_EQ(copy.reply_hash(), heard({of_drive(kReply)}));
 }
 
-TEST(TrafficWatch, WhatHostsSayIsNothingHeard) {
+TEST(TrafficWatch, IgnoresHostFrames) {
   EXPECT_EQ(heard({of_host("141#9C00000000000000")}), heard({}));
 }
 

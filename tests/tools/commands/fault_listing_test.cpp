@@ -47,12 +47,12 @@ const std::string kAdapterBus =
 const std::string kSerialBus =
     "[[bus]]\ninterface = \"rs485:/tmp/a\"\n[[bus.drive]]\nids = \"1-4\"\n";
 
-TEST(Documents, TheFaultsAreThoseOfTheTable) {
+TEST(Documents, FaultsMatchTheTable) {
   EXPECT_EQ(generated(document("reference/events.md"), "faults"), fault_page())
       << "put what `lk-emu faults --markdown` prints between the markers";
 }
 
-TEST(Documents, TheSignalsAreThoseOfTheTable) {
+TEST(Documents, SignalsMatchTheTable) {
   std::string table = "| signal | what |\n|---|---|\n";
   for (const Signal& signal : signals()) {
     table += "| `" + std::string(signal.name) + "` | " + std::string(signal.about) + " |\n";
@@ -60,7 +60,7 @@ TEST(Documents, TheSignalsAreThoseOfTheTable) {
   EXPECT_EQ(generated(document("reference/events.md"), "signals"), table);
 }
 
-TEST(Documents, TheSignalsOfABodyAreThoseOfTheTable) {
+TEST(Documents, BodySignalsMatchTheTable) {
   std::string table = "| signal | what |\n|---|---|\n";
   for (const BodySignal& signal : body_signal_table()) {
     const std::string name = (signal.of_part ? "body.PART." : "body.") + std::string(signal.name);
@@ -83,7 +83,7 @@ TEST(Documents, TheExamplesAreAccepted) {
   }
 }
 
-TEST(FaultListing, ShowsEveryKindWithAnExampleThatIsAccepted) {
+TEST(FaultListing, ShowsAValidExampleOfEveryKind) {
   const std::string list = list_faults();
   for (const FaultRow& row : fault_table()) {
     EXPECT_NE(list.find("  " + std::string(row.word) + " "), std::string::npos) << row.word;

@@ -10,13 +10,13 @@
 namespace lk::emulator {
 namespace language_test {
 
-TEST(Language, ChoosesBetweenTheWords) {
+TEST(Language, SelectsTheText) {
   const BilingualText brake{"brake", "抱闸"};
   EXPECT_EQ(brake.in(Language::kEnglish), "brake");
   EXPECT_EQ(brake.in(Language::kChinese), "抱闸");
 }
 
-TEST(Language, OfALocaleIsItsFirstPart) {
+TEST(Language, ComesFromTheFirstPartOfALocale) {
   EXPECT_EQ(language_of_locale("zh_CN.UTF-8"), Language::kChinese);
   EXPECT_EQ(language_of_locale("zh"), Language::kChinese);
   EXPECT_EQ(language_of_locale("zh@pinyin"), Language::kChinese);
@@ -25,7 +25,7 @@ TEST(Language, OfALocaleIsItsFirstPart) {
   EXPECT_EQ(language_of_locale("zhx_ZH"), Language::kEnglish);
 }
 
-TEST(Language, IsTheGivenOneWhateverTheLocale) {
+TEST(Language, OptionOverridesTheLocale) {
   setenv("LC_ALL", "zh_CN.UTF-8", 1);
   EXPECT_EQ(chosen_language("en"), Language::kEnglish);
   setenv("LC_ALL", "C", 1);
@@ -33,7 +33,7 @@ TEST(Language, IsTheGivenOneWhateverTheLocale) {
   EXPECT_THROW(chosen_language("fr"), StartError);
 }
 
-TEST(Language, IsThatOfTheFirstLocaleVariableThatIsSet) {
+TEST(Language, ComesFromTheFirstSetLocaleVariable) {
   setenv("LC_ALL", "", 1);
   setenv("LC_MESSAGES", "zh_TW.UTF-8", 1);
   setenv("LANG", "en_GB.UTF-8", 1);

@@ -53,13 +53,13 @@ class TwoPorts : public testing::Test {
                               "(1.400000) ttyUSB1 rs485#3E9A0100D9\n");
 };
 
-TEST_F(TwoPorts, AreKnownByTheirNamesOrAsIsSaid) {
+TEST_F(TwoPorts, AreSelectedByNameOrMapping) {
   EXPECT_TRUE(has_queries(report({"--bus", "rs485:/dev/ttyUSB0"}), 2));
   EXPECT_TRUE(has_queries(report({"--bus", "rs485:/tmp/arm=ttyUSB1"}), 3));
   EXPECT_TRUE(has_queries(report({"--bus", "rs485:/dev/ttyUSB0=ttyUSB1"}), 3));
 }
 
-TEST_F(TwoPorts, ThatAreNotKnownAreNamed) {
+TEST_F(TwoPorts, ErrorListsTheInterfaces) {
   EXPECT_EQ(report({"--bus", "rs485:/tmp/arm"}),
             "replay: " + log_ +
                 " has the interfaces ttyUSB0, ttyUSB1, not rs485:/tmp/arm; choose one with --bus "

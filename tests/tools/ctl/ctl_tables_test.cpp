@@ -7,7 +7,7 @@
 namespace lk::emulator {
 namespace ctl_tables_test {
 
-TEST(CtlTables, ARecordingIsSaidInWords) {
+TEST(CtlTables, DescribeARecording) {
   const Json recording = {{"directory", "/tmp/run"}, {"replayable", false}, {"failed", false}};
   EXPECT_EQ(recording_line(recording), "recording into /tmp/run\n");
   EXPECT_EQ(recorded_line(recording), "recorded into /tmp/run\n");
@@ -16,7 +16,7 @@ TEST(CtlTables, ARecordingIsSaidInWords) {
 }
 
 /// Texts are aligned left and numbers right, as the column heads.
-TEST(CtlTables, ColumnsAreAsWideAsWhatIsInThem) {
+TEST(CtlTables, FitColumnsToTheirContents) {
   const auto bus = [](const char* name, double frames) {
     return Json{{"bus", name},
                 {"ids", {1, 2}},
@@ -52,13 +52,13 @@ TEST(CtlTables, ColumnsAreAsWideAsWhatIsInThem) {
             "stall\n");
 }
 
-TEST(CtlTables, AScenarioThatHasBegunHasNoVerdictYet) {
+TEST(CtlTables, ShowNoVerdictOfARunningScenario) {
   EXPECT_EQ(
       scenario_page({{"name", "arm"}, {"state", "running"}, {"time_s", 0.25}, {"duration_s", 5.0}}),
       "arm: running, 0.250 of 5 s\n");
 }
 
-TEST(CtlTables, AVerdictIsSaidLineByLine) {
+TEST(CtlTables, ShowOneLinePerExpectation) {
   const Json scenario = {
       {"name", "arm"},
       {"state", "invalid"},

@@ -20,7 +20,7 @@ TEST(CtlWords, BecomeJson) {
   EXPECT_ANY_THROW(put_word(said, "other={"));
 }
 
-TEST(CtlWords, SpansHaveUnits) {
+TEST(CtlWords, ParseSpansWithUnits) {
   EXPECT_DOUBLE_EQ(parse_span_s("10ms"), 0.01);
   EXPECT_DOUBLE_EQ(parse_span_s("1.5"), 1.5);
   EXPECT_DOUBLE_EQ(parse_span_s("2min"), 120);

@@ -21,7 +21,7 @@ PrintedFrame shown(std::string_view line) {
   return frame != nullptr ? *frame : PrintedFrame{};
 }
 
-TEST(CandumpText, IsReadWhateverTheOptions) {
+TEST(CandumpText, ReadsOutputOfAnyOptions) {
   const protocol::Frame frame = test::frame("142#9C19000003002108");
   for (const char* line :
        {"(1795303966.883131) vcan1 142#9C19000003002108",
@@ -41,7 +41,7 @@ TEST(CandumpText, IsReadWhateverTheOptions) {
   }
 }
 
-TEST(CandumpText, HasStampsAndDirections) {
+TEST(CandumpText, ReadsStampsAndDirections) {
   EXPECT_EQ(shown(" (1795303992.513139)  a  142   [0] ").line.at, 1'795'303'992s + 513'139us);
   // 2026-11-21 is 20778 days after 1970-01-01.
   EXPECT_EQ(shown(" (2026-11-21 23:33:28.889034)  a  142   [0] ").line.at,
@@ -52,7 +52,7 @@ TEST(CandumpText, HasStampsAndDirections) {
   EXPECT_EQ(shown("  a  142   [0] ").line.direction, CandumpLine::Direction::kUnknown);
 }
 
-TEST(CandumpText, HasEveryKindOfFrame) {
+TEST(CandumpText, ReadsEveryKindOfFrame) {
   using protocol::FrameKind;
   EXPECT_EQ(shown("  vcan0  141   [5]  remote request").line.frame.kind, FrameKind::kRemote);
   EXPECT_EQ(shown("  vcan0  141   [5]  remote request").line.frame.dlc, 5);
@@ -68,7 +68,7 @@ TEST(CandumpText, HasEveryKindOfFrame) {
   EXPECT_TRUE(std::holds_alternative<NoFrame>(parse_candump_text("")));
 }
 
-TEST(CandumpText, RefusesEverythingElseInWordsThatAreSafeToPrint) {
+TEST(CandumpText, RejectsOtherTextWithPrintableErrors) {
   const std::string long_line = "(1.0) a 141##0" + std::string(5000, '0');
   for (const std::string& line :
        {std::string("hello"),
@@ -112,7 +112,7 @@ TEST(CandumpText, RefusesEverythingElseInWordsThatAreSafeToPrint) {
   }
 }
 
-TEST(CandumpText, StepsAreToldFromTimesWhenOneIsBeforeTheLast) {
+TEST(CandumpText, DetectsStepsByADecreasingStamp) {
   StampReader stamps;
   EXPECT_EQ(stamps.time_of(shown(" (000.000000)  a  141   [0] ")), 0us);
   EXPECT_EQ(stamps.time_of(shown(" (000.000400)  a  141   [0] ")), 400us);
@@ -127,7 +127,7 @@ TEST(CandumpText, StepsAreToldFromTimesWhenOneIsBeforeTheLast) {
   EXPECT_FALSE(zero_based.steps());
 }
 
-TEST(LatencyHistogram, KeepsQuantilesInLittleRoom) {
+TEST(LatencyHistogram, ApproximatesQuantiles) {
   LatencyHistogram latency;
   EXPECT_EQ(latency.quantile(0.5), 0us);
   for (int us = 1; us <= 100'000; ++us) latency.add(std::chrono::microseconds(us));

@@ -6,7 +6,7 @@
 namespace lk::emulator {
 namespace conversation_test {
 
-TEST(Conversation, DoesNotPretendToKnowWhereALogBeginsInTheMiddle) {
+TEST(Conversation, LeavesAmbiguousFirstFramesOpen) {
   // The first frame may be an echo of a query before the log; it looks like the second.
   const auto out = decode({"(1.0) a 141#8800000000000000", "(1.0003) a 141#8800000000000000",
                            "(1.3) a 141#8800000000000000"});
@@ -21,7 +21,7 @@ TEST(Conversation, DoesNotPretendToKnowWhereALogBeginsInTheMiddle) {
   EXPECT_EQ(tally(state, 1, "9C")["without_query"], 1);
 }
 
-TEST(Conversation, TakesTheSameBytesForAnEchoOfADriveThatAnswers) {
+TEST(Conversation, TakesEqualBytesForAnEchoOfARespondingDrive) {
   const auto out = decode({"(1.0) a 141#9C00000000000000", "(1.0003) a 141#9C19020003002108",
                            "(1.01) a 141#8100000000000000", "(1.0102) a 141#8100000000000000"});
   EXPECT_EQ(roles(out), (Roles{"query", "reply", "query", "reply"}));
@@ -29,7 +29,7 @@ TEST(Conversation, TakesTheSameBytesForAnEchoOfADriveThatAnswers) {
   EXPECT_NEAR(out[3]["latency_ms"].get<double>(), 0.2, 1e-6);
 }
 
-TEST(Conversation, ASilentDriveIsNotHeardToAnswer) {
+TEST(Conversation, FindsNoRepliesOfASilentDrive) {
   std::vector<std::string> lines;
   for (int n = 0; n < 10; ++n) {
     lines.push_back("(1.00" + std::to_string(n) + ") a 141#9200000000000000");
@@ -46,7 +46,7 @@ TEST(Conversation, ASilentDriveIsNotHeardToAnswer) {
   EXPECT_EQ(tally(out, 1, "9C")["rate_Hz"], 1.25) << "five in the four seconds of the log";
 }
 
-TEST(Conversation, AReplyThatWasLostDoesNotShiftTheOthers) {
+TEST(Conversation, LostReplyDoesNotShiftOthers) {
   std::vector<std::string> lines = {"(1.000) a 141#9C00000000000000"};  // without a reply
   for (int n = 1; n < 10; ++n) {
     lines.push_back("(1.00" + std::to_string(n) + "0) a 141#9C00000000000000");
@@ -64,7 +64,7 @@ TEST(Conversation, AReplyThatWasLostDoesNotShiftTheOthers) {
   EXPECT_NEAR(command["latency_ms"]["max"].get<double>(), 0.3, 1e-6);
 }
 
-TEST(Conversation, RepliesInABatchFindTheirQueries) {
+TEST(Conversation, PairsRepliesInABatch) {
   const auto out = decode({"(1.000) a 141#9C00000000000000", "(1.001) a 141#9C00000000000000",
                            "(1.002) a 141#9C19020003002108", "(1.002) a 141#9C19020003002208"});
   const Json command = tally(out, 1, "9C");
@@ -81,7 +81,7 @@ TEST(Conversation, DrivesAnswerInOrder) {
   EXPECT_NEAR(out[2]["latency_ms"].get<double>(), 0.5, 1e-6);
 }
 
-TEST(Conversation, TellsRepliesByTheirOwnIdentifier) {
+TEST(Conversation, DetectsReplyIdentifiers) {
   for (const char* const reply : {"181", "241"}) {
     const auto out = decode({"(1.0) a 141#8800000000000000",
                              std::string("(1.0003) a ") + reply + "#8800000000000000",
@@ -97,7 +97,7 @@ TEST(Conversation, TellsRepliesByTheirOwnIdentifier) {
 }
 
 /// docs/reference/protocol.md §8: the manual prints 0xA5 and 0xA6 in the replies to 0xA7 and 0xA8.
-TEST(Conversation, TakesTheManualsMisprintsForReplies) {
+TEST(Conversation, AcceptsReplyBytesOfTheManual) {
   ServoConfig servo;
   servo.quirks.manual_reply_bytes = true;
   const ReplyReader reader(servo);
@@ -108,21 +108,21 @@ TEST(Conversation, TakesTheManualsMisprintsForReplies) {
 }
 
 /// Another node's frame resembles a reply of this drive, which has no power.
-TEST(Conversation, ADriveThatRepliesWhereItAlwaysDidIsBelieved) {
+TEST(Conversation, PrefersTheUsualReplyIdentifier) {
   const auto out = decode({"(1.0) a 141#9A00000000000000", "(1.01) a 181#9A19000000000000",
                            "(2.0) a 141#9C00000000000000", "(2.0003) a 141#9C19020003002108",
                            "(2.1) a 141#9C00000000000000", "(2.1003) a 141#9C19020003002108"});
   EXPECT_EQ(roles(out), (Roles{"query", "reply", "query", "reply", "query", "reply"}));
 }
 
-TEST(Conversation, BelievesDirectionsOnceThereAreBoth) {
+TEST(Conversation, UsesDirectionsIfBothOccur) {
   const auto out = decode({"(1.0) a 141#9200000000000000 T", "(1.0003) a 141#9211000000000000 R",
                            "(1.1) a 141#9200000000000000 T", "(1.1003) a 141#9200000000000000 R"});
   EXPECT_EQ(roles(out), (Roles{"query", "reply", "query", "reply"}));
   EXPECT_EQ(out[3]["sure"], true) << "exactly 0.00 deg";
 }
 
-TEST(Conversation, ACommandForSeveralDrivesIsAnsweredByThoseThatListen) {
+TEST(Conversation, PairsMultiDriveCommands) {
   const auto out = decode({"(1.0) a 280#6400640064006400", "(1.0004) a 142#A119640000000008",
                            "(1.0006) a 143#A119640000000008", "(1.2) a 142#A119640000000008"});
   EXPECT_EQ(tally(out, 0, "280")["queries"], 1);
@@ -133,7 +133,7 @@ TEST(Conversation, ACommandForSeveralDrivesIsAnsweredByThoseThatListen) {
   EXPECT_EQ(out.back()["buses"][0]["commands"].size(), 4U) << "nobody waits for drives 1 and 4";
 }
 
-TEST(Conversation, TellsInterfacesApart) {
+TEST(Conversation, SeparatesInterfaces) {
   const auto out = decode({"(1.0) a 141#9C00000000000000", "(1.0001) b 141#9C19020003002108",
                            "(1.0004) a 141#9C19020003002108"});
   EXPECT_EQ(out[1]["choices"], 0);
@@ -145,7 +145,7 @@ TEST(Conversation, TellsInterfacesApart) {
   EXPECT_EQ(decode(many).back()["bad_lines"], 8);
 }
 
-TEST(Conversation, LinesThatAreNoFramesAreSaidOnceAndCounted) {
+TEST(Conversation, ReportsMalformedLinesOnce) {
   const auto out = decode({"(1.0) a 141#9C00000000000000", "nonsense", "more of it",
                            "(1.0003) a 141#9C19020003002108"});
   ASSERT_EQ(out.size(), 4U);
@@ -156,7 +156,7 @@ TEST(Conversation, LinesThatAreNoFramesAreSaidOnceAndCounted) {
 }
 
 /// As candump -t d, which looks like -t z until line 3; the query is 0.3 ms before its reply.
-TEST(Conversation, LatenciesOfStepsCountFromWhereTheyAreKnownToBeSteps) {
+TEST(Conversation, CountsLatenciesOfStepsOnceDetected) {
   const auto out = decode({" (000.000000)  a  141   [8]  92 00 00 00 00 00 00 00",
                            " (000.010000)  a  142   [8]  9C 00 00 00 00 00 00 00",
                            " (000.000200)  a  142   [8]  9C 19 02 00 03 00 21 08",
@@ -170,7 +170,7 @@ TEST(Conversation, LatenciesOfStepsCountFromWhereTheyAreKnownToBeSteps) {
   EXPECT_EQ(tally(out, 2, "9C")["replies"], 2);
 }
 
-TEST(Conversation, TimesThatGoBackMakeNoLatencies) {
+TEST(Conversation, DecreasingTimesGiveNoLatency) {
   const auto out =
       decode({"(9.0) a 141#9C00000000000000", "(1.0) a 141#9C19020003002108",
               "(9000000000.0) a 141#9C00000000000000", "(0.1) a 141#9C19020003002108"});

@@ -60,7 +60,7 @@ Json row_of(const std::vector<Json>& out, std::string_view command) {
   return nullptr;
 }
 
-TEST(Decode, TakesAnEchoThatIsMuchTooLateForTheQueryAgain) {
+TEST(Decode, TakesALateEchoForARepeatedQuery) {
   const Json one_lost = row_of(decode(stops_with_echoes(20, {7})), "81");
   EXPECT_EQ(one_lost["queries"], 20) << one_lost;
   EXPECT_EQ(one_lost["replies"], 19);
@@ -87,7 +87,7 @@ TEST(Decode, ReadsCapturesOfRealDrives) {
   EXPECT_FALSE(out[1].contains("time_s"));
 }
 
-TEST(Decode, SaysErrorsInWords) {
+TEST(Decode, PrintsErrorsInWords) {
   // 0x09: under-voltage and motor over-temperature; 18.5 V are 185 = 0xB9.
   const std::vector<std::string> lines = {"(1.0) a 142#9A00000000000000",
                                           "(1.0003) a 142#9A5000B900000009"};
@@ -129,7 +129,7 @@ TEST(Decode, GivesParametersTheirUnits) {
   EXPECT_EQ(out[3]["values"]["max_speed_dps"], 360);  // 0x8CA0 = 36000 of 0.01 dps
 }
 
-TEST(Decode, SaysWhyAFrameMeansNothing) {
+TEST(Decode, ReportsReasonsForUndecodableFrames) {
   const auto out = decode({"(1.0) a 141#R", "(1.0) a 00000141#9C00000000000000", "(1.0) a 141##09C",
                            "(1.0) a 7DF#0102", "(1.0) a 141#9C", "(1.0) a 141#7E00000000000000",
                            "(1.0) a 141#8C00000000000000", "(1.0) a 20000060#0000000000000000"});
@@ -145,7 +145,7 @@ TEST(Decode, SaysWhyAFrameMeansNothing) {
 }
 
 /// §10.7: 48.72 V as 0.01 V at [2:3]; legacy has 0 there and 0.1 V at [3:4].
-TEST(Decode, SaysWhenAStateLooksLikeAnotherGeneration) {
+TEST(Decode, ReportsStatesOfAnotherGeneration) {
   const std::vector<std::string> lines = {
       "(1.0) a 141#9A00000000000000", "(1.0003) a 141#9A24081300000000",
       "(2.0) a 141#9A00000000000000", "(2.0003) a 141#9A24081300000000"};
@@ -168,7 +168,7 @@ const std::vector<std::string> kBroadcast = {"(1.000000) u rs485#0280640000009CF
                                              "(1.000300) u rs485#3EA10107E719640003002108A9",
                                              "(1.000600) u rs485#3EA10307E9199CFF03002108E0"};
 
-TEST(DecodeSerial, ReadsBroadcastPacketsInEveryGenerationAndDirection) {
+TEST(DecodeSerial, ReadsBroadcastsInEveryGeneration) {
   for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
     for (const char* const mark : {"", " R", " T"}) {
       const auto out = decode({kBroadcast[0] + mark, kBroadcast[1] + mark},
@@ -186,7 +186,7 @@ TEST(DecodeSerial, ReadsBroadcastPacketsInEveryGenerationAndDirection) {
 
 /// V2.35 has 0x12, 0x1F, 0x40, 0x42, 0x44, 0x8C and 0x93 on RS-485 only. 0x12 and 0x42 come from
 /// the log of an MS4015, the others are by hand from docs/reference/rs485.md.
-TEST(DecodeSerial, UsesTheCommandsOfTheWire) {
+TEST(DecodeSerial, UsesRs485Commands) {
   const std::vector<std::string> talk = {"3E12010051",
                                          "3E12013A8B4453343052370000000000000000000000000000"
                                          "4D533430313500000000000000000000000000003537353030327318"
@@ -224,7 +224,7 @@ TEST(DecodeSerial, UsesTheCommandsOfTheWire) {
 }
 
 /// 48.72 V, and 100 at D[3:4]: V2.35 has the bus current there on RS-485, but not on CAN.
-TEST(DecodeSerial, ReadsStatesByTheLayoutOfTheWire) {
+TEST(DecodeSerial, UsesRs485StateLayouts) {
   const auto out =
       decode({"(1.0) u rs485#3E9A0100D9", "(1.0003) u rs485#3E9A0107E024081364000000A3"},
              json_options(Generation::kV235));
@@ -234,7 +234,7 @@ TEST(DecodeSerial, ReadsStatesByTheLayoutOfTheWire) {
 }
 
 /// ID 65 would be 0x181 as an identifier, which CAN drives may use for replies.
-TEST(DecodeSerial, TakesNoIdAbove32ForAnIdentifierOfReplies) {
+TEST(DecodeSerial, IgnoresReplyIdentifiersAbove32) {
   const auto out =
       decode({"(1.0) a rs485#3E9A0100D9", "(1.0003) a rs485#3E9A410720240813000000003F",
               "(1.0004) a rs485#3E9A0107E0240813000000003F"},
@@ -243,7 +243,7 @@ TEST(DecodeSerial, TakesNoIdAbove32ForAnIdentifierOfReplies) {
 }
 
 /// One log with frames of both wires.
-TEST(DecodeSerial, TellsTheWiresOfOneInterfaceApart) {
+TEST(DecodeSerial, SeparatesCanAndRs485OfOneInterface) {
   const auto out =
       decode({"(1.0) a 141#9C00000000000000", "(1.0001) a rs485#3E9A0100D9",
               "(1.0003) a 141#9C19020003002108", "(1.0004) a rs485#3E9A0107E0240813000000003F"},
@@ -302,7 +302,7 @@ TEST(DecodeText, IsInBothLanguages) {
   EXPECT_EQ(decode(kTalk, options), decode(kTalk));
 }
 
-TEST(DecodeText, EveryWordIsThereInChinese) {
+TEST(DecodeText, EveryWordHasATranslation) {
   const auto known = [](std::string_view word) {
     return in_language(word, Language::kChinese) != word;
   };
@@ -334,7 +334,7 @@ TEST(DecodeText, EveryFieldHasAWord) {
 }
 
 /// 16 mA and 33/2048 A = 16.113 mA; with the motor's own scale 66/4096 A for both.
-TEST(DecodeText, SaysWhatItAssumesOnce) {
+TEST(DecodeText, PrintsAssumptionsOnce) {
   DecodeOptions options = json_options();
   const std::string said = text(kTalk, options);
   const std::string note =

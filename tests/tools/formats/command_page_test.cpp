@@ -24,17 +24,17 @@ std::string block(const std::string& file, const std::string& name) {
   return page.substr(first + begin.size(), last - first - begin.size());
 }
 
-TEST(Documents, TheCommandsAreThoseOfTheTable) {
+TEST(Documents, CommandsMatchTheTable) {
   EXPECT_EQ(block("reference/protocol.md", "commands"), command_page())
       << "put what build/release/emulator/lk-emu-formats prints between the markers";
 }
 
-TEST(Documents, TheCommandsOfRs485AreThoseOfTheTable) {
+TEST(Documents, Rs485CommandsMatchTheTable) {
   EXPECT_EQ(block("reference/rs485.md", "commands"), serial_command_page())
       << "put what build/release/emulator/lk-emu-formats --serial prints between the markers";
 }
 
-TEST(Documents, TheGenerationsAreThoseOfTheTable) {
+TEST(Documents, GenerationsMatchTheTable) {
   EXPECT_EQ(block("reference/protocol.md", "generations"), generation_page())
       << "put what build/release/emulator/lk-emu-formats --generations prints between the markers";
 }

@@ -149,7 +149,7 @@ TEST(Fields, RepliesDecodeAsTheCodecDoes) {
   });
 }
 
-TEST(Fields, QueriesToSeveralDrivesDecodeAsTheCodecDoes) {
+TEST(Fields, MultiDriveQueriesDecodeAsTheCodecDoes) {
   std::mt19937 random(2);
   int seen = 0;
   for (const WireFormat& format : all_formats()) {
@@ -181,7 +181,7 @@ Payload unnamed(const std::vector<Field>& fields, Payload data) {
   return data;
 }
 
-TEST(Fields, NothingElseIsInWhatTheCodecWrites) {
+TEST(Fields, CoverAllBytesOfTheCodec) {
   for_all(true, [](const WireFormat& format, const CommandInfo& command, const Payload& data) {
     if (command.echoed) return;
     const auto reply = decode_reply(Frame{.id = 0x141, .data = data}, format);
@@ -195,7 +195,7 @@ TEST(Fields, NothingElseIsInWhatTheCodecWrites) {
   });
 }
 
-TEST(Fields, AnEchoIsWhatTheCodecTakesForOne) {
+TEST(Fields, EchoesMatchTheCodec) {
   for (const WireFormat& format : all_formats()) {
     for (const CommandInfo& command : protocol::commands()) {
       if (!protocol::knows(format, command)) continue;
@@ -236,7 +236,7 @@ bool never_both(const std::vector<Field>& fields, const Field& one, const Field&
 }
 
 // DBC readers refuse bits or names with two meanings.
-TEST(Fields, BitsHaveOneMeaningAndNamesToo) {
+TEST(Fields, BitsAndNamesAreUnique) {
   for (const WireFormat& format : all_formats()) {
     for (const bool reply : {false, true}) {
       std::map<std::string_view, Field> known;

@@ -102,7 +102,7 @@ void interview(Logged& log) {
   poll(log, 600ms, [] { return false; });
 }
 
-TEST(GuessKinds, EveryGenerationOfEveryMotor) {
+TEST(GuessKinds, IdentifiesEveryGenerationOfEveryMotor) {
   for (const std::string& motor : test::motor_names()) {
     for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
       SCOPED_TRACE(motor + " " + std::string(protocol::kGenerationRows[n].name));
@@ -136,7 +136,7 @@ void ask_packets(Logged& log, std::initializer_list<std::string_view> packets) {
 
 /// docs/reference/rs485.md: the presets `legacy` and `late-legacy` differ in scales only, `v236`
 /// and `v236b` in 0x07, 0x18 and the reply to 0x19.
-TEST(GuessKinds, EveryGenerationOfEveryMotorOnRs485) {
+TEST(GuessKinds, IdentifiesEveryGenerationOnRs485) {
   const Keys expected[] = {
       {"legacy", "late-legacy"}, {"legacy", "late-legacy"}, {"v235"}, {"v236"}, {"v236b"}};
   for (const std::string& motor : test::motor_names()) {
@@ -203,7 +203,7 @@ const std::vector<Flip>& flips() {
   return all;
 }
 
-TEST(GuessKinds, EverySingleSwitch) {
+TEST(GuessKinds, IdentifiesEverySingleSwitch) {
   for (const std::string& motor : {std::string("mf7015"), std::string("mg4005")}) {
     for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
       for (const Flip& flip : flips()) {
@@ -248,7 +248,7 @@ void follow(Trait trait, Logged& log) {
   if (trait == Trait::kState1) ask(log, {"80", row.probe, "80", row.probe});
 }
 
-TEST(GuessKinds, EveryProbeTells) {
+TEST(GuessKinds, EveryProbeIsConclusive) {
   for (const std::string& motor : {std::string("mf7015"), std::string("ms4010")}) {
     for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
       for (std::size_t k = 0; k < kTraitCount; ++k) {
@@ -274,7 +274,7 @@ TEST(GuessKinds, EveryProbeTells) {
 }
 
 /// Errors that only newer drives report: 100 V trip the over-voltage.
-TEST(GuessKinds, ErrorsBeyondTheOldBits) {
+TEST(GuessKinds, UsesErrorBitsOfNewerGenerations) {
   ServoConfig config = drive("mf7015", Generation::kV235);
   config.rom.protections[static_cast<std::size_t>(model::Error::kOverVoltage)].enabled = true;
   Logged log(config);
@@ -285,7 +285,7 @@ TEST(GuessKinds, ErrorsBeyondTheOldBits) {
 }
 
 /// A limit of 50 counts with a load that needs more.
-TEST(GuessKinds, CurrentBeyondALimitThatIsNone) {
+TEST(GuessKinds, UsesCurrentBeyondTheLimit) {
   for (const bool limits : {false, true}) {
     ServoConfig config = drive("mg4005", Generation::kV235);
     config.quirks.dialect.speed_iq_limit = limits;
@@ -301,7 +301,7 @@ TEST(GuessKinds, CurrentBeyondALimitThatIsNone) {
 }
 
 /// Drives in multi-drive mode.
-TEST(GuessKinds, CommandsForSeveralDrives) {
+TEST(GuessKinds, UsesMultiDriveCommands) {
   for (const Generation generation : {Generation::kV235, Generation::kV236}) {
     ServoConfig config = drive("mf7015", generation);
     config.rom.broadcast_mode = true;
@@ -339,7 +339,7 @@ std::string word_after(const std::string& row, const std::string& option) {
 }
 
 /// Hosts that count 65536 per turn of the rotor or of the output get a matching drive.
-TEST(WhichDrive, GivesHostsTheEncoderThatTheyExpect) {
+TEST(WhichDrive, MatchesTheEncoderSpanOfHosts) {
   std::ifstream page(LKEMU_SOURCE_DIR "/docs/start/which-drive.md");
   int rows = 0;
   for (std::string row; std::getline(page, row);) {
@@ -442,7 +442,7 @@ protocol::Frame random_packet(RandomHost& host) {
   return frame;
 }
 
-TEST(GuessKinds, NeverDeniesWhatADriveOnRs485Is) {
+TEST(GuessKinds, NeverExcludesTheTrueKindOnRs485) {
   for (const std::string& motor : {std::string("mg4005"), std::string("ms4015")}) {
     for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
       for (std::uint32_t seed = 1; seed <= 2; ++seed) {
@@ -479,7 +479,7 @@ Keys without_stamps(Keys lines) {
   return lines;
 }
 
-TEST(GuessKinds, NeverDeniesWhatADriveIs) {
+TEST(GuessKinds, NeverExcludesTheTrueKind) {
   int undecided = 0;
   int told = 0;
   for (const std::string& motor : test::motor_names()) {

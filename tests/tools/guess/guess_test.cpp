@@ -28,7 +28,7 @@ using Keys = std::vector<std::string>;
 
 /// docs/reference/protocol.md §10.7: 48.72 V at [2:3], and bytes 4 to 6 that are 0 in both newer
 /// layouts.
-TEST(Guess, TellsTheLayoutOfOneCapturedState) {
+TEST(Guess, IdentifiesTheLayoutOfOneState) {
   const auto drive = guessed({"  can0  141   [8]  9A 00 00 00 00 00 00 00",
                               "  can0  141   [8]  9A 24 08 13 00 00 00 00"})[0];
   EXPECT_EQ(drive["fits"], (Keys{"v235", "v236", "v236b"}));
@@ -39,7 +39,7 @@ TEST(Guess, TellsTheLayoutOfOneCapturedState) {
 
 /// Documented replies of an MF7015 (docs/reference/protocol.md §10): 24.0 V as 240 at [3:4], a
 /// state at 25 °C. Its angle of 180.00° is 0x4650 at [4:5], where a 16-bit drive has zeros.
-TEST(Guess, NamesTheMixtureThatIsAGenerationOfItsOwn) {
+TEST(Guess, IdentifiesAGenerationOfMixedLayouts) {
   const auto out =
       guessed({"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A1900F000000000",
                "(1.010000) can0 141#9400000000000000", "(1.010300) can0 141#9400000050460000"});
@@ -48,7 +48,7 @@ TEST(Guess, NamesTheMixtureThatIsAGenerationOfItsOwn) {
   EXPECT_EQ(out[1]["commands"], Keys{"lk-emu --bus vcan0 --ids 1 --generation late-legacy"});
 }
 
-TEST(Guess, NamesTheSwitchesOfAMixtureThatIsNone) {
+TEST(Guess, NamesTheSwitchesOfUnknownMixtures) {
   // Newer voltage format, 23.88 V, with an angle of 98.10° = 0x2652 in 16 bits at [6:7].
   const auto out =
       guessed({"(1.000000) can0 142#9A00000000000000", "(1.000300) can0 142#9A1F540900000000",
@@ -62,7 +62,7 @@ TEST(Guess, NamesTheSwitchesOfAMixtureThatIsNone) {
 
 /// Examples of docs/reference/rs485.md: 48.7 V at D[2:3] is the oldest manual's format; a drive
 /// with 48.72 V at D[1:2] that answers 0xC0 is V2.36.
-TEST(Guess, TellsTheManualOfADriveOnRs485) {
+TEST(Guess, IdentifiesTheManualOfRs485Drives) {
   EXPECT_EQ(guessed({"(1.000000) bus rs485#3E9A0100D9",
                      "(1.000400) bus rs485#3E9A0107E02400E7010000000C"})[0]["fits"],
             (Keys{"legacy", "late-legacy"}));
@@ -112,7 +112,7 @@ TEST(Guess, UsesEveryCommandOfRs485) {
 /// 0x92 and the field of 0x9C at rest, 90 rotor degrees further each time. By
 /// docs/start/which-drive.md, 65536 counts are a rotor turn for some hosts of the MG4005. For
 /// others they are an output turn, which is ten rotor turns.
-TEST(Guess, TellsTheTurnOfTheEncoderFieldByTheAngle) {
+TEST(Guess, InfersTheEncoderSpanFromAngles) {
   for (const auto& [step, span] : {std::pair{16384, "rotor_turn"}, {1638, "output_turn"}}) {
     Keys lines;
     for (int n = 0; n < 5; ++n) {
@@ -143,7 +143,7 @@ TEST(Guess, NeedsNoQueries) {
 
 /// 26.4 V as 264 = 0x0108 at [3:4] equals 20.48 V at [2:3] with 0.01 A at [4:5]. In the other order
 /// 25.60 V come with 1 LSB of current.
-TEST(Guess, ClaimsNothingByAFrameThatCanBeEither) {
+TEST(Guess, IgnoresAmbiguousFrames) {
   const auto drive = guessed({"can0 141 [8] 9A 19 00 08 01 00 00 00"})[0];
   EXPECT_EQ(possible_value_names(drive, "state_1"),
             (Keys{"decivolt", "centivolt_and_bus_current"}));
@@ -153,13 +153,13 @@ TEST(Guess, ClaimsNothingByAFrameThatCanBeEither) {
 }
 
 /// A drive that is off sends 0x10 in byte 6, if it has that byte.
-TEST(Guess, TellsBusCurrentByTheByteOfAnOffDrive) {
+TEST(Guess, InfersBusCurrentFromAnOffDrive) {
   const Keys lines{"(1.000000) can0 141#8000000000000000", "(1.000300) can0 141#8000000000000000",
                    "(1.010000) can0 141#9A00000000000000", "(1.010300) can0 141#9A24081300001000"};
   EXPECT_EQ(guessed(lines)[0]["fits"], (Keys{"v236", "v236b"}));
 }
 
-TEST(Guess, TellsAnOutputTurnByAnAngleBeyondATurn) {
+TEST(Guess, InfersOutputTurnFromAnglesBeyondATurn) {
   // 359999 = 0x57E3F: 3599.99°, the last value of an i10.
   const auto drive = guessed({"can0 141 [8] 94 00 00 00 3F 7E 05 00"})[0];
   EXPECT_EQ(possible_value_names(drive, "single_turn_bits"), Keys{"32"});
@@ -181,20 +181,20 @@ Keys dialogue(const Keys& commands, std::string_view silent) {
   return lines;
 }
 
-TEST(Guess, TellsACommandThatIsNotThereByItsSilenceBetweenAnswers) {
+TEST(Guess, InfersMissingCommandsFromRepeatedSilence) {
   const auto drive = guessed(dialogue({"9C", "30", "9C", "30", "9C"}, "30"))[0];
   EXPECT_EQ(possible_value_names(drive, "pid_commands"), Keys{"false"});
   EXPECT_EQ(drive["fits"], (Keys{"v235", "v236", "v236b"}));
   EXPECT_EQ(drive["findings"][1]["values"][0]["frames"][0]["frame"], "141#3000000000000000");
 }
 
-TEST(Guess, ClaimsNothingByOneSilence) {
+TEST(Guess, IgnoresASingleMissingReply) {
   const auto drive = guessed(dialogue({"9C", "30", "9C", "9C", "9C"}, "30"))[0];
   EXPECT_EQ(possible_value_names(drive, "pid_commands"), Keys{});
 }
 
 /// Without earlier or later replies the drive may not have had power.
-TEST(Guess, ClaimsNothingBySilenceAtTheEnds) {
+TEST(Guess, IgnoresSilenceAtTheEndsOfALog) {
   EXPECT_EQ(possible_value_names(guessed(dialogue({"30", "30", "30", "9C", "9C"}, "30"))[0],
                                  "pid_commands"),
             Keys{});
@@ -204,7 +204,7 @@ TEST(Guess, ClaimsNothingBySilenceAtTheEnds) {
 }
 
 /// If every third reply is lost, two missing replies prove nothing.
-TEST(Guess, ClaimsNothingBySilenceOfABusThatLosesReplies) {
+TEST(Guess, IgnoresSilenceOnALossyBus) {
   Keys lines;
   for (int n = 0; n < 30; ++n) {
     const std::string at = std::to_string(1 + 0.01 * n);
@@ -218,7 +218,7 @@ TEST(Guess, ClaimsNothingBySilenceOfABusThatLosesReplies) {
   EXPECT_EQ(possible_value_names(guessed(lines)[0], "pid_commands"), Keys{});
 }
 
-TEST(Guess, SaysWhatItCannotAnswerFor) {
+TEST(Guess, ReportsUndecidedTraits) {
   const auto out =
       guessed({"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A24081300000000",
                "(1.100000) can0 145#9A00000000000000", "(1.300000) can0 145#9A00000000000000"});
@@ -230,7 +230,7 @@ TEST(Guess, SaysWhatItCannotAnswerFor) {
           {"type", "drive"}, {"interface", "can0"}, {"drive", 5}, {"queries", 2}, {"replies", 0}}));
 }
 
-TEST(Guess, TellsRepliesWithIdentifiersOfTheirOwn) {
+TEST(Guess, DetectsReplyIdentifiers) {
   Keys lines;
   for (int n = 0; n < 3; ++n) {
     lines.push_back("(" + std::to_string(1 + n) + ".000000) can0 141#9A00000000000000");
@@ -240,7 +240,7 @@ TEST(Guess, TellsRepliesWithIdentifiersOfTheirOwn) {
 }
 
 /// MyActuator drives from V3 on reply on 0x240 + ID.
-TEST(Guess, CallsADriveThatIsNotCoveredByItsName) {
+TEST(Guess, NamesUnsupportedDrives) {
   Keys lines;
   for (int n = 0; n < 3; ++n) {
     lines.push_back("(" + std::to_string(1 + n) + ".000000) can0 141#9C00000000000000");
@@ -252,7 +252,7 @@ TEST(Guess, CallsADriveThatIsNotCoveredByItsName) {
   EXPECT_NE(guessed_text(lines).find("MyActuator"), std::string::npos);
 }
 
-TEST(Guess, SaysThatTwoKindsSpeakWithOneId) {
+TEST(Guess, ReportsTwoKindsWithOneId) {
   const auto drive =
       guessed({"can0 141 [8] 9A 1F 54 09 00 00 00 00", "can0 141 [8] 9A 19 00 F0 00 00 00 00",
                "can0 141 [8] 9A 1F 54 09 00 00 00 00", "can0 141 [8] 9A 19 00 F0 00 00 00 00"})[0];
@@ -260,7 +260,7 @@ TEST(Guess, SaysThatTwoKindsSpeakWithOneId) {
 }
 
 /// One deviating frame in a hundred does not change the result.
-TEST(Guess, IsNotLedAstrayByOneFrameInAHundred) {
+TEST(Guess, ToleratesOneDeviatingFrameInAHundred) {
   Keys lines(100, "can0 141 [8] 9A 19 00 F0 00 00 00 00");
   lines.push_back("can0 141 [8] 9A 1F 54 09 00 00 00 00");
   EXPECT_EQ(possible_value_names(guessed(lines)[0], "state_1"), Keys{"decivolt"});
@@ -286,7 +286,7 @@ TEST(Guess, PrintsFindingsWithTheirFrames) {
 const Keys kMixture{"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A1F540900000000",
                     "(1.020000) can0 141#9400000000000000", "(1.020300) can0 141#9400000000005226"};
 
-TEST(GuessStarts, AreAFileWhereABusHasSeveralKinds) {
+TEST(GuessStarts, UseAFileForSeveralKinds) {
   Keys lines = kMixture;
   // 2 is MS, by its reply to 0xA0; 3 and 4 are late-legacy, by 24.0 V at [3:4] and 180° at [4:7].
   for (const char* const line :
@@ -314,7 +314,7 @@ TEST(GuessStarts, AreAFileWhereABusHasSeveralKinds) {
   EXPECT_EQ(servos[3].quirks, quirks_of(Generation::kLateLegacy));
 }
 
-TEST(GuessStarts, HaveTheSpanOfTheEncoderFieldAndAnMsMotor) {
+TEST(GuessStarts, IncludeEncoderSpanAndMsMotor) {
   const auto wide = guessed({"can0 141 [8] 94 00 00 00 3F 7E 05 00"});
   EXPECT_EQ(wide[0]["quirks"], (Json{{"encoder_span", "output_turn"}}));
   const auto servo = test::started(wide[1]["commands"][0])[0].servos[0];
@@ -326,7 +326,7 @@ TEST(GuessStarts, HaveTheSpanOfTheEncoderFieldAndAnMsMotor) {
 }
 
 /// Names of interfaces in a log may be hostile, and users copy the command to a shell.
-TEST(GuessStarts, HaveNamesThatAreVirtualFreeAndPlain) {
+TEST(GuessStarts, UseUniqueShellSafeVirtualNames) {
   const std::string reply = " 141 [8] 9A 19 00 F0 00 00 00 00";
   const Json summary = guessed({"can0" + reply, "vcan0" + reply, "vcan$(reboot)" + reply,
                                 "vxcan12" + reply, "vcan2;a" + reply})
@@ -339,7 +339,7 @@ TEST(GuessStarts, HaveNamesThatAreVirtualFreeAndPlain) {
   EXPECT_EQ(names, (std::set<std::string>{"vcan0", "vcan1", "vcan2", "vcan3", "vxcan12"}));
 }
 
-TEST(GuessStarts, SayWhatIsNotSure) {
+TEST(GuessStarts, NameAssumptions) {
   EXPECT_NE(guessed_text({"can0 141 [8] 9C 19 02 00 03 00 21 08"})
                 .find("    nothing in the log tells the generation: legacy is the default\n"),
             std::string::npos);
@@ -348,14 +348,14 @@ TEST(GuessStarts, SayWhatIsNotSure) {
             std::string::npos);
 }
 
-TEST(Guess, AsksAboutAMixtureToo) {
+TEST(Guess, SuggestsQueriesForMixtures) {
   const auto drive = guessed(kMixture)[0];
   EXPECT_EQ(drive["fits"], Json::array());
   const Json brake{{"key", "brake_command"}, {"send", "141#8C10000000000000"}};
   EXPECT_NE(std::ranges::find(drive["ask"], brake), drive["ask"].end());
 }
 
-TEST(Guess, CountsFramesOfTooManyInterfacesByThemselves) {
+TEST(Guess, CountsFramesOfExcessInterfaces) {
   Keys lines;
   for (int n = 0; n < 34; ++n) {
     lines.push_back("can" + std::to_string(n) + " 141 [8] 9C 19 02 00 03 00 21 08");
@@ -367,7 +367,7 @@ TEST(Guess, CountsFramesOfTooManyInterfacesByThemselves) {
 }
 
 /// docs/reference/formats.md shows the output for this log.
-TEST(Guess, IsInTheDocumentsAsItIs) {
+TEST(Guess, MatchesTheDocument) {
   std::ostringstream page;
   page << std::ifstream(LKEMU_SOURCE_DIR "/docs/reference/formats.md").rdbuf();
   // 48.72 V at [2:3], and 180° in 32 bits.
@@ -383,7 +383,7 @@ TEST(Guess, IsInTheDocumentsAsItIs) {
 // --- tables
 
 /// Changing a switch changes the replies to its own commands only.
-TEST(GuessTraits, KnowTheSwitchBehindEveryCommand) {
+TEST(GuessTraits, MapEveryCommandToItsSwitch) {
   struct Case {
     Trait trait;
     bool protocol::Dialect::*member;
@@ -411,7 +411,7 @@ TEST(GuessTraits, KnowTheSwitchBehindEveryCommand) {
 }
 
 /// A command that only some RS-485 presets have distinguishes them.
-TEST(GuessTraits, KnowWhatTellsThePresetsOfRs485Apart) {
+TEST(GuessTraits, DistinguishPresetsOnRs485) {
   for (const auto& row : protocol::serial_commands()) {
     if (!row.answered) continue;  // its silence proves nothing
     std::set<bool> answered;
