@@ -101,7 +101,7 @@ void talk_on_both() {
   two.join();
 }
 
-TEST_F(Record, RunsAgainIdentically) {
+TEST_F(Record, ReplaysIdentically) {
   {
     EmulatorProcess emulator(arguments());
     ASSERT_TRUE(emulator.wait_ready());
@@ -123,7 +123,7 @@ TEST_F(Record, RunsAgainIdentically) {
 }
 
 /// The second run starts from the ROM that the first one wrote.
-TEST_F(Record, RunsAgainFromTheRomOfThen) {
+TEST_F(Record, ReplaysFromTheRecordedRom) {
   {
     EmulatorProcess emulator({"--config", scratch_ + "/robot.toml", "--rom", scratch_ + "/rom"});
     ASSERT_TRUE(emulator.wait_ready());
@@ -141,7 +141,7 @@ TEST_F(Record, RunsAgainFromTheRomOfThen) {
   EXPECT_EQ(again.status, 0) << again.out << again.err;
 }
 
-TEST_F(Record, KilledItIsGoodUpToItsLastLine) {
+TEST_F(Record, IsValidUpToItsLastLineAfterAKill) {
   {
     EmulatorProcess emulator(arguments());
     ASSERT_TRUE(emulator.wait_ready());
@@ -156,7 +156,7 @@ TEST_F(Record, KilledItIsGoodUpToItsLastLine) {
 }
 
 /// A recording that has ended on a blocked disk, and another one after it.
-TEST_F(Record, ADiskThatHangsHoldsUpNothingElse) {
+TEST_F(Record, BlockedDiskDelaysNothingElse) {
   const std::string fifo = scratch_ + "/disk";
   const std::string socket = scratch_ + "/s";
   ASSERT_TRUE(run("mkfifo " + fifo));
@@ -195,7 +195,7 @@ TEST_F(Record, ADiskThatHangsHoldsUpNothingElse) {
   }
 }
 
-TEST_F(Record, WantsADirectoryOfItsOwn) {
+TEST_F(Record, RequiresAnEmptyDirectory) {
   fs::create_directory(directory());
   std::ofstream(directory() + "/mine") << "precious";
   const auto result = EmulatorProcess(arguments()).wait();

@@ -61,7 +61,7 @@ std::string problem_at_start(const BusConfig& config) {
   }
 }
 
-TEST(AnsweredIds, WhoHasAnIdFromRomIsToldHowToBeRidOfIt) {
+TEST(AnsweredIds, SuggestWipingRomForAConflictingId) {
   const Other other(9);
   EXPECT_TRUE(problem_at_start(one_drive(9, 9)).ends_with("; stop it, or give other --ids"))
       << problem_at_start(one_drive(9, 9));
@@ -72,7 +72,7 @@ TEST(AnsweredIds, WhoHasAnIdFromRomIsToldHowToBeRidOfIt) {
   EXPECT_EQ(problem_at_start(one_drive(3, 4)), "");
 }
 
-TEST(AnsweredIds, ThatTwoAnswerIsToldOnceForEachTimeThatItIsSo) {
+TEST(AnsweredIds, LogEachConflictOnce) {
   std::ostringstream log;
   const auto before = spdlog::default_logger();
   spdlog::set_default_logger(std::make_shared<spdlog::logger>(

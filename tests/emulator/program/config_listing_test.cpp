@@ -31,7 +31,7 @@ TEST(Spoken, NamesGenerationAndLayoutOfEachDrive) {
   EXPECT_EQ(protocol_summary(bus)[0].substr(0, 23), "vcan0:1: legacy mixed: ");
 }
 
-TEST(Spoken, NamesThePlacesOfRs485) {
+TEST(Spoken, NamesRs485FieldPositions) {
   BusConfig bus = test::serial_bus(
       {test::serial_drive(Generation::kLegacy, 1), test::serial_drive(Generation::kV235, 2)});
   bus.interface = "rs485:/tmp/arm";
@@ -55,7 +55,7 @@ TEST(ConfigListing, CountsOneDriveInTheSingular) {
 }
 
 /// A hip drive with a speed Kp of 250 rings at 300 Hz against its gear.
-TEST(ConfigListing, SaysWhichLoopsRing) {
+TEST(ConfigListing, NamesOscillatingLoops) {
   BusConfig bus = test::bus_config({1}, 1'000'000);
   ServoConfig& servo = bus.servos[0];
   servo.profile = test::profile("mg6010");
@@ -78,7 +78,7 @@ TEST(ConfigListing, SaysWhichLoopsRing) {
 
 DriveAddress rom_place(const ServoConfig& servo) { return drive_address(servo.rom, servo); }
 
-TEST(PlaceNote, SaysWhichDrivesShareAnId) {
+TEST(PlaceNote, NamesDrivesThatShareAnId) {
   BusConfig bus = test::bus_config({});
   for (const int id : {1, 2, 3}) {
     bus.servos.push_back(test::drive(Generation::kV236b, Series::kMg, id));
@@ -99,7 +99,7 @@ TEST(PlaceNote, SaysWhichDrivesShareAnId) {
 }
 
 /// Rate codes of the tools without 921600: 7 is 1 Mbit/s.
-TEST(PlaceNote, SaysTheRateAsTheDrivesOfThisBusCountThem) {
+TEST(PlaceNote, UsesTheRateCodesOfTheDrives) {
   BusConfig bus = test::bus_config({1});
   bus.serial.emplace();
   ServoConfig& servo = bus.servos[0];

@@ -20,7 +20,7 @@ namespace scenario_activity_test {
 using namespace std::chrono_literals;
 
 /// Reading a long one would block the drives.
-TEST(ScenarioActivity, AClientsScenarioIsShort) {
+TEST(ScenarioActivity, LimitsScenariosOfClients) {
   TestWorld t;
   ScenarioActivity scenario(t.loop, t.world);
   t.api.scenario = scenario.for_clients();
@@ -40,7 +40,7 @@ state = "running"
 }
 
 /// Each line of a scenario may name a log, which is read again each time.
-TEST(ScenarioActivity, WhatAClientsScenarioPlaysIsShortInAll) {
+TEST(ScenarioActivity, LimitsTotalLogSizeOfClients) {
   TestWorld t;
   ScenarioActivity scenario(t.loop, t.world);
   t.api.scenario = scenario.for_clients();
@@ -67,7 +67,7 @@ state = "running"
       << reason(post());
 }
 
-TEST(ScenarioActivity, SaysForWhichRobotItWasWritten) {
+TEST(ScenarioActivity, ReportsTheIntendedRobot) {
   TestWorld t;
   ScenarioActivity scenario(t.loop, t.world);
   t.api.scenario = scenario.for_clients();
@@ -91,7 +91,7 @@ state = "running"
 }
 
 /// A client of the TCP port need not be the owner of these files.
-TEST(ScenarioActivity, OverTcpNoFileIsSpokenOfButShippedOnes) {
+TEST(ScenarioActivity, HidesFilesFromTcpClientsExceptShippedOnes) {
   TestWorld t;
   ScenarioActivity scenario(t.loop, t.world);
   t.api.scenario = scenario.for_clients();
@@ -141,7 +141,7 @@ class Bursting : public test::HandBody {
 };
 
 /// All expectations hold, because the drive notices nothing.
-TEST(ScenarioActivity, ABodyThatExplodesMakesItInvalid) {
+TEST(ScenarioActivity, BodyFailureMakesTheVerdictInvalid) {
   TestWorld t;
   ScenarioActivity scenario(t.loop, t.world);
   t.api.scenario = scenario.for_clients();
@@ -160,7 +160,7 @@ TEST(ScenarioActivity, ABodyThatExplodesMakesItInvalid) {
   EXPECT_EQ(second["invalid"], Json({"the body at 0.3 s: it has burst"}));
 }
 
-TEST(ScenarioActivity, AScenarioThatFindsNoRoomLeavesTheLastVerdict) {
+TEST(ScenarioActivity, RejectedScenarioKeepsTheLastVerdict) {
   TestWorld t;
   ScenarioActivity scenario(t.loop, t.world);
   t.api.scenario = scenario.for_clients();

@@ -83,7 +83,7 @@ TEST(EarlierVersions, RomLoads) {
 }
 
 /// Its replies come from another model version, which the replay reports first.
-TEST(EarlierVersions, ARecordingSaysThatTheModelDiffers) {
+TEST(EarlierVersions, ReplayReportsAnotherModel) {
   const Recording recording = read_recording(kEarlier / "recording");
   EXPECT_EQ(recording.info.version, "0.1.0");
   Replay replay(recording.buses);

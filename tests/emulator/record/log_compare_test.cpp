@@ -55,7 +55,7 @@ const ComparedCommand* find(const LogComparison& comparison, int command) {
 
 // --- pairing
 
-TEST(LogPairing, TheDirectionsOfTheLogAreFoundWithoutThem) {
+TEST(LogPairing, InfersDirections) {
   const auto bus = test::bus_config({1});
   const PairedLog told = pair_log(golden(true), bus);
   const PairedLog found = pair_log(golden(false), bus);
@@ -78,7 +78,7 @@ TEST(LogPairing, TheDirectionsOfTheLogAreFoundWithoutThem) {
   EXPECT_GT(equal, 0U);
 }
 
-TEST(LogPairing, AReplyThatWasLostDoesNotShiftTheOthers) {
+TEST(LogPairing, LostReplyDoesNotShiftOthers) {
   const auto bus = test::bus_config({1});
   const std::vector<LoggedFrame> log = {
       logged(milliseconds(0), "141#9C00000000000000"),  // no reply
@@ -96,7 +96,7 @@ TEST(LogPairing, AReplyThatWasLostDoesNotShiftTheOthers) {
 }
 
 // Fifty queries, the eleventh without a reply: 49 exchanges, each with the latency of the log.
-TEST(LogPairing, ALostReplyDoesNotShiftTheOthersWhereTheDirectionsAreKnown) {
+TEST(LogPairing, LostReplyDoesNotShiftOthersWithDirections) {
   const auto bus = test::bus_config({1});
   for (const char* reply : {"141#9C19000000000008", "241#9C19000000000008"}) {
     std::vector<LoggedFrame> log;
@@ -118,7 +118,7 @@ TEST(LogPairing, ALostReplyDoesNotShiftTheOthersWhereTheDirectionsAreKnown) {
 }
 
 /// With the reply identifiers of the newest manual, with and without directions in the log.
-TEST(LogPairing, RepliesOnTheirOwnIdentifierFindTheirQueries) {
+TEST(LogPairing, PairsRepliesWithOwnIdentifiers) {
   auto bus = test::bus_config({1});
   bus.servos[0].quirks.dialect.reply_id_base = 0x180;
   for (const bool told : {true, false}) {
@@ -139,7 +139,7 @@ TEST(LogPairing, RepliesOnTheirOwnIdentifierFindTheirQueries) {
   }
 }
 
-TEST(LogPairing, ABatchOfSeveralCommandsKeepsItsOrderWhereTheDirectionsAreKnown) {
+TEST(LogPairing, KeepsOrderOfABatchWithDirections) {
   const auto bus = test::bus_config({1});
   const std::vector<LoggedFrame> log = {
       logged(microseconds(0), "141#A100000064000000", true),
@@ -156,7 +156,7 @@ TEST(LogPairing, ABatchOfSeveralCommandsKeepsItsOrderWhereTheDirectionsAreKnown)
   for (std::size_t n = 0; n < 4; ++n) EXPECT_EQ(paired.exchanges[n].reply, log[4 + n].timed) << n;
 }
 
-TEST(LogPairing, RepliesInABatchBelongToTheirQueriesInOrder) {
+TEST(LogPairing, PairsRepliesInABatchInOrder) {
   const auto bus = test::bus_config({1});
   const std::vector<LoggedFrame> log = {
       logged(microseconds(0), "141#A100000064000000"),
@@ -170,7 +170,7 @@ TEST(LogPairing, RepliesInABatchBelongToTheirQueriesInOrder) {
   EXPECT_EQ(paired.exchanges[1].reply, log[3].timed);
 }
 
-TEST(LogPairing, IdentifiersOfTheirOwnTellRepliesForSure) {
+TEST(LogPairing, OwnIdentifiersMarkReplies) {
   const auto bus = test::bus_config({1});
   const std::vector<LoggedFrame> log = {
       logged(microseconds(0), "141#8100000000000000"),
@@ -188,7 +188,7 @@ TEST(LogPairing, IdentifiersOfTheirOwnTellRepliesForSure) {
   EXPECT_EQ(paired.exchanges[2].reply, log[5].timed);
 }
 
-TEST(LogPairing, ALogThatBeginsWithAReplySaysSo) {
+TEST(LogPairing, ReportsALogThatBeginsWithAReply) {
   const auto bus = test::bus_config({1});
   const PairedLog paired = pair_log({logged(milliseconds(0), "141#9C19000000000008"),
                                      logged(milliseconds(1), "141#9C00000000000000"),
@@ -200,7 +200,7 @@ TEST(LogPairing, ALogThatBeginsWithAReplySaysSo) {
   EXPECT_TRUE(paired.exchanges[0].reply);
 }
 
-TEST(LogPairing, OneFrameForSeveralDrivesIsAQueryToEachThatListens) {
+TEST(LogPairing, PairsMultiDriveQueries) {
   auto bus = test::bus_config({1, 2, 3});
   for (const std::size_t n : {0U, 2U}) bus.servos[n].rom.broadcast_mode = true;
   const std::vector<LoggedFrame> log = {
@@ -215,7 +215,7 @@ TEST(LogPairing, OneFrameForSeveralDrivesIsAQueryToEachThatListens) {
   EXPECT_EQ(paired.exchanges[1].reply, log[2].timed);
 }
 
-TEST(LogPairing, DrivesThatTheRobotDoesNotHaveAreLeftOut) {
+TEST(LogPairing, OmitsUnknownDrives) {
   const PairedLog paired =
       pair_log({logged(milliseconds(0), "145#9C00000000000000"),
                 logged(milliseconds(1), "145#9C19000000000008"), logged(milliseconds(2), "7FF#00")},
@@ -226,7 +226,7 @@ TEST(LogPairing, DrivesThatTheRobotDoesNotHaveAreLeftOut) {
 
 // --- comparison
 
-TEST(LogComparison, TheGoldenLogIsWhatTheEmulatorSays) {
+TEST(LogComparison, EmulatorMatchesTheGoldenLog) {
   auto bus = test::bus_config({1});
   bus.servos[0].quirks.off_needs_run = true;  // as the drive of the log
   const auto comparison = compare_log(golden(false), bus);
@@ -263,7 +263,7 @@ std::vector<LoggedFrame> emulated_log(const BusConfig& config, const char* query
   return log;
 }
 
-TEST(LogComparison, AnEmulatedLogIsEqualInTimeAsWell) {
+TEST(LogComparison, EmulatedLogIsEqualInTime) {
   const auto bus = test::bus_config({1}, 1'000'000);
   const auto comparison = compare_log(emulated_log(bus, "141#A200000010270000"), bus);
   const auto* command = find(comparison, 0xA2);
@@ -275,7 +275,7 @@ TEST(LogComparison, AnEmulatedLogIsEqualInTimeAsWell) {
   for (const ComparedValue& value : comparison.values) EXPECT_EQ(value.equal, 50U) << value.name;
 }
 
-TEST(LogComparison, AShiftIsSeenInItsQuantityAlone) {
+TEST(LogComparison, ShiftAppearsInOneQuantityOnly) {
   const auto bus = test::bus_config({1});
   auto log = emulated_log(bus, "141#9C00000000000000");
   std::size_t shifted = 0;
@@ -301,7 +301,7 @@ TEST(LogComparison, AShiftIsSeenInItsQuantityAlone) {
 }
 
 // The drive is at 2048 of 16384 counts; 16380 is 2052 counts back, not 14332 ahead.
-TEST(LogComparison, TheEncoderBeginsAnew) {
+TEST(LogComparison, HandlesEncoderWrap) {
   const auto bus = test::bus_config({1});
   const auto comparison = compare_log({logged(milliseconds(0), "141#9C00000000000000"),
                                        logged(milliseconds(1), "141#9C1900000000FC3F")},
@@ -311,7 +311,7 @@ TEST(LogComparison, TheEncoderBeginsAnew) {
   EXPECT_DOUBLE_EQ(encoder->most, 2052);
 }
 
-TEST(LogComparison, RepliesThatOneOfThemDoesNotGiveAreCounted) {
+TEST(LogComparison, CountsRepliesMissingOnOneSide) {
   const auto bus = test::bus_config({1});
   const auto comparison = compare_log({logged(milliseconds(0), "141#9A00000000000000"),
                                        logged(milliseconds(1), "141#9C00000000000000"),
@@ -324,7 +324,7 @@ TEST(LogComparison, RepliesThatOneOfThemDoesNotGiveAreCounted) {
 }
 
 /// 0x42 of docs/reference/rs485.md differs from 0x42 on CAN.
-TEST(LogComparison, CommandsHaveTheirNamesOnRs485) {
+TEST(LogComparison, NamesRs485Commands) {
   const auto bus = test::serial_bus({test::serial_drive(Generation::kV235)});
   const LoggedFrame query{
       {std::chrono::milliseconds(100), test::packet("3E 42 01 07 88 97 32 00 14 00 00 00 DD")},

@@ -17,7 +17,7 @@
 namespace lk::emulator {
 namespace log_writer_test {
 
-TEST(LogWriter, SaysOnceThatTheDiskIsFullAndWritesNothingMore) {
+TEST(LogWriter, StopsOnAFullDiskAndReportsItOnce) {
   std::array files = {Descriptor(::open("/dev/full", O_WRONLY)),
                       Descriptor(::open("/dev/full", O_WRONLY))};
   std::vector<std::string> said;
@@ -48,7 +48,7 @@ TEST(LogWriter, NeverWaitsForASlowDisk) {
   EXPECT_EQ(said, std::vector<std::string>{"the disk is too slow"});
 }
 
-TEST(LogWriter, WhoGetsNoThreadForItHearsSignalsAsBefore) {
+TEST(LogWriter, RestoresTheSignalMaskIfThreadCreationFails) {
   const test::NoThreads none;
   std::array files = {Descriptor(::open("/dev/null", O_WRONLY)),
                       Descriptor(::open("/dev/null", O_WRONLY))};

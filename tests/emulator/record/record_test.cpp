@@ -219,7 +219,7 @@ std::string text(const Again& again) {
   return difference_text(*difference, *bus, again.recording.info);
 }
 
-TEST_F(Record, RunsAgainIdentically) {
+TEST_F(Record, ReplaysIdentically) {
   const std::uint64_t replies = make();
   ASSERT_GT(replies, 700U);
   const Again again(directory());
@@ -230,7 +230,7 @@ TEST_F(Record, RunsAgainIdentically) {
 }
 
 // The recording contains the initial ROM of the drives.
-TEST_F(Record, KeepsTheRomThatTheDrivesStartWith) {
+TEST_F(Record, ContainsTheInitialRom) {
   std::vector<BusConfig> buses = robot();
   ServoConfig& servo = buses[0].servos[0];
   servo.rom.gains = {1, 2, 3, 4, 5, 6};
@@ -272,7 +272,7 @@ std::size_t middle_reply(const std::vector<std::string>& lines) {
   return place;
 }
 
-TEST_F(Record, AChangedReplyIsNamed) {
+TEST_F(Record, DetectsAChangedReply) {
   make();
   auto lines = frames();
   std::string& line = lines[middle_reply(lines)];
@@ -294,7 +294,7 @@ TEST_F(Record, AChangedReplyIsNamed) {
   EXPECT_NE(text(again).find("first difference on " + is.interface), std::string::npos);
 }
 
-TEST_F(Record, AReplyAMicrosecondLateIsNamed) {
+TEST_F(Record, DetectsAReplyAMicrosecondLate) {
   make();
   auto lines = frames();
   std::string& line = lines[middle_reply(lines)];
@@ -306,7 +306,7 @@ TEST_F(Record, AReplyAMicrosecondLateIsNamed) {
   EXPECT_EQ(again.replay.difference()->recorded->at, is.at + microseconds(1));
 }
 
-TEST_F(Record, AReplyTooFewOrTooManyIsNamed) {
+TEST_F(Record, DetectsMissingAndExtraReplies) {
   make();
   const auto lines = frames();
   const std::size_t place = middle_reply(lines);
@@ -325,7 +325,7 @@ TEST_F(Record, AReplyTooFewOrTooManyIsNamed) {
   EXPECT_EQ(twice.replay.difference()->recorded->frame, is.frame);
 }
 
-TEST_F(Record, AnotherOrderIsNamed) {
+TEST_F(Record, DetectsSwappedReplies) {
   make();
   auto lines = frames();
   // Two adjacent replies of one bus with different data.
@@ -342,7 +342,7 @@ TEST_F(Record, AnotherOrderIsNamed) {
   EXPECT_EQ(again.replay.difference()->replayed->frame, first.frame);
 }
 
-TEST_F(Record, AChangedQueryIsFoundByItsReply) {
+TEST_F(Record, DetectsAChangedQueryByItsReply) {
   make();
   auto lines = frames();
   auto line = std::ranges::find_if(lines, [](const std::string& one) {
@@ -356,7 +356,7 @@ TEST_F(Record, AChangedQueryIsFoundByItsReply) {
 
 // --- truncated recordings
 
-TEST_F(Record, KilledAnywhereItIsGoodUpToItsLastLine) {
+TEST_F(Record, TruncatedIsValidUpToItsLastLine) {
   make(false);
   const std::string all = text_of(directory() / kFramesFile);
   for (std::size_t part = 1; part < 40; ++part) {
@@ -393,14 +393,14 @@ TEST_F(Record, RefusesWhatItCannotRead) {
   EXPECT_NE(problem().find(kInputsFile), std::string::npos) << problem();
 }
 
-TEST_F(Record, WantsADirectoryOfItsOwn) {
+TEST_F(Record, RequiresAnEmptyDirectory) {
   fs::create_directories(directory());
   std::ofstream(directory() / "mine") << "precious";
   EXPECT_THROW(Live(directory(), robot()), StartError);
   EXPECT_EQ(text_of(directory() / "mine"), "precious");
 }
 
-TEST_F(Record, TellsHowToMakeAnMcapFile) {
+TEST_F(Record, SuggestsHowToMakeAnMcapFile) {
   const fs::path file = directory().parent_path() / "run.mcap";
   try {
     const Live live(file, robot());

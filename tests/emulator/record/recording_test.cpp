@@ -29,14 +29,14 @@ std::string rom(const std::string& writes) {
          writes + ",0,0,0,0,0,0,0,0,0]}}";
 }
 
-TEST(RecordedInput, IsReadAsItIsWritten) {
+TEST(RecordedInput, RoundTrips) {
   const std::string line = input(R"({"id":1,"when":{"signal":"iq_A","above":2},"power":"off"})");
   EXPECT_EQ(print_input(parse_input(line, "x", 1)), line);
   const auto most = parse_input(rom("4294967295"), "x", 1);
   EXPECT_EQ(std::get<RecordedInput::RestoredRom>(most.what).wear[0], 4294967295U);
 }
 
-TEST(RecordedInput, ARestoredRomThatIsAsWiredIsSo) {
+TEST(RecordedInput, RestoresIdAndBusSettingsOfRom) {
   ServoConfig servo;
   servo.id = 3;
   servo.profile.name = "test";
@@ -69,7 +69,7 @@ TEST(RecordedInput, IsRefusedWithItsLine) {
 }
 
 /// The next start would refuse a directory with an incomplete beginning.
-TEST(Recording, ABeginningThatFailsLeavesNothing) {
+TEST(Recording, FailedStartLeavesNoFiles) {
   const test::TempDirectory scratch;
   const std::filesystem::path directory = scratch.path() / "recording";
   ConfigTexts texts{"a configuration",
@@ -127,7 +127,7 @@ motor = ")" + kMotors +
 }
 
 /// A recording from a third party may contain anything.
-TEST(Recording, AFileThatIsNoneIsRefusedAndNotWaitedFor) {
+TEST(Recording, RejectsFilesThatAreNotRegular) {
   const test::TempDirectory scratch;
   const std::filesystem::path directory = scratch.path() / "recording";
   ConfigTexts texts;
@@ -157,7 +157,7 @@ TEST(Recording, AFileThatIsNoneIsRefusedAndNotWaitedFor) {
   }
 }
 
-TEST(Recording, WhatIsWrongWithACopyIsToldOfTheCopy) {
+TEST(Recording, ErrorsNameTheCopiedFile) {
   const test::TempDirectory scratch;
   const std::filesystem::path directory = scratch.path() / "recording";
   scratch.put("my.toml", "extends = \"" + kMotors + "mf7015.toml\"\n");
@@ -183,7 +183,7 @@ TEST(Recording, WhatIsWrongWithACopyIsToldOfTheCopy) {
 }
 
 /// They determine the meaning of the recorded bytes.
-TEST(Recording, KeepsTheFirmwareAndTheBootAngleThatTheCommandLineAskedFor) {
+TEST(Recording, KeepsFirmwareAndBootAngleOfTheCommandLine) {
   const test::TempDirectory scratch;
   RecordingInfo info;
   info.overrides.motor = kMotors + "mg4010.toml";

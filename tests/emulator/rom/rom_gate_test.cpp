@@ -48,7 +48,7 @@ struct Gate {
 
 using Marks = std::vector<int>;
 
-TEST(RomGate, AWrongIdentifierWaitsForItsOwnDriveAndErrorFramesForNone) {
+TEST(RomGate, HoldsWrongIdentifiersButNotErrorFrames) {
   Gate g;
   g.gate.begin(rom_write(1, 1));
   TimedFrame wrong = reply(2, 1, 1);
@@ -70,7 +70,7 @@ TEST(RomGate, AWrongIdentifierWaitsForItsOwnDriveAndErrorFramesForNone) {
   EXPECT_EQ(g.left(), (Marks{1, 2}));
 }
 
-TEST(RomGate, OneDriveWaitsAndTheOthersDoNot) {
+TEST(RomGate, HoldsRepliesOfTheWritingDriveOnly) {
   Gate g;
   g.gate.begin(rom_write(1, 1));
   g.pass(reply(1, 1));
@@ -85,7 +85,7 @@ TEST(RomGate, OneDriveWaitsAndTheOthersDoNot) {
   EXPECT_TRUE(g.gate.idle());
 }
 
-TEST(RomGate, ADiskFasterThanTheWireHoldsNobody) {
+TEST(RomGate, HoldsNothingAfterTheWriteIsDone) {
   Gate g;
   g.gate.begin(rom_write(1, 1));
   g.settle(1, 1);
@@ -108,7 +108,7 @@ TEST(RomGate, EachReplyWaitsForItsOwnWrite) {
   EXPECT_EQ(g.left(), Marks{4});
 }
 
-TEST(RomGate, AFailedWriteIsNotAcknowledgedAndTheNextRepliesFlow) {
+TEST(RomGate, DropsOnlyTheReplyOfAFailedWrite) {
   Gate g;
   g.gate.begin(rom_write(1, 1));
   g.pass(reply(1, 1, 1));
@@ -130,7 +130,7 @@ TEST(RomGate, AFailedWriteIsNotAcknowledgedAndTheNextRepliesFlow) {
   EXPECT_EQ(kept->rom.encoder_offset, 2) << "the last that is durable";
 }
 
-TEST(RomGate, AReplyThatComesAfterTheFailureIsNotSentEither) {
+TEST(RomGate, DropsALateReplyOfAFailedWrite) {
   Gate g;
   g.gate.begin(rom_write(1, 1));
   g.gate.begin(rom_write(1, 2));
@@ -141,7 +141,7 @@ TEST(RomGate, AReplyThatComesAfterTheFailureIsNotSentEither) {
   EXPECT_EQ(g.left(), Marks{2});
 }
 
-TEST(RomGate, FailuresOneAfterTheOtherTakeOnlyTheirOwnReplies) {
+TEST(RomGate, DropsOnlyRepliesOfTheFailedWrites) {
   Gate g;
   for (std::uint64_t n = 1; n <= 6; ++n) g.gate.begin(rom_write(1, n));
   for (std::uint64_t n = 1; n <= 6; ++n) g.settle(1, n, n == 1 || n == 4);
@@ -151,7 +151,7 @@ TEST(RomGate, FailuresOneAfterTheOtherTakeOnlyTheirOwnReplies) {
   EXPECT_EQ(g.gate.lost_replies(), 4U);
 }
 
-TEST(RomGate, ALaterWriteOnItsWayBringsWhatTheFailedOneBrought) {
+TEST(RomGate, PendingWriteIncludesTheFailedOne) {
   Gate g;
   g.gate.begin(rom_write(1, 1));
   g.gate.begin(rom_write(1, 2));
@@ -159,7 +159,7 @@ TEST(RomGate, ALaterWriteOnItsWayBringsWhatTheFailedOneBrought) {
   EXPECT_EQ(g.settle(1, 2), nullptr);
 }
 
-TEST(RomGate, HoldsSoManyAndNoMore) {
+TEST(RomGate, LimitsHeldReplies) {
   Gate g;
   g.gate.begin(rom_write(1, 1));
   g.pass(reply(1, 1, 1));
@@ -242,7 +242,7 @@ class BlockedDisk : public testing::Test {
 
 constexpr protocol::PidGains kNewGains = {11, 22, 33, 44, 55, 66};
 
-TEST_F(BlockedDisk, NobodyElseWaits) {
+TEST_F(BlockedDisk, DelaysOnlyTheWritingDrive) {
   EXPECT_TRUE(talk(1, protocol::WritePidToRom{kNewGains}).empty()) << "not durable yet";
   for (int i = 0; i < 100; ++i) {
     for (const int id : {2, 3}) {
@@ -260,7 +260,7 @@ TEST_F(BlockedDisk, NobodyElseWaits) {
   EXPECT_EQ(talk(1, protocol::ReadPid{}).size(), 1U);
 }
 
-TEST_F(BlockedDisk, AFullOneLeavesRomAsItWasAndRamAsCommanded) {
+TEST_F(BlockedDisk, FullDiskRevertsRomButNotRam) {
   const Registers before = bus_.servo(1).rom;
   EXPECT_TRUE(talk(1, protocol::WritePidToRom{kNewGains}).empty());
   EXPECT_NE(bus_.servo(1).rom, before);
@@ -331,7 +331,7 @@ class LaterWrite : public testing::Test {
   std::vector<Frame> sent_;
 };
 
-TEST_F(LaterWrite, BringsTheFailedOneAndStaysWhenTheNextIsMade) {
+TEST_F(LaterWrite, IncludesTheFailedOneAndIsKept) {
   settle(false);
   wait(kFlash);
   settle(true);
@@ -344,21 +344,21 @@ TEST_F(LaterWrite, BringsTheFailedOneAndStaysWhenTheNextIsMade) {
   EXPECT_EQ(writes_.back().wear[0], 2U);
 }
 
-TEST_F(LaterWrite, CutShortLeavesWhatIsDurable) {
+TEST_F(LaterWrite, PowerCutKeepsDurableValues) {
   settle(false);
   cut_power();
   expect_rom(1, 0);
   EXPECT_EQ(writes_.size(), 2U);
 }
 
-TEST_F(LaterWrite, CutShortBeforeTheFailureIsKnownLeavesWhatIsDurable) {
+TEST_F(LaterWrite, PowerCutBeforeTheFailureKeepsDurableValues) {
   cut_power();
   expect_rom(1, 111);
   settle(false);
   expect_rom(1, 0);
 }
 
-TEST_F(LaterWrite, ThatNobodyHasTakenYetIsNotUndone) {
+TEST_F(LaterWrite, IsKeptBeforeItIsCollected) {
   bus_.advance_to(bus_.time() + kFlash);
   settle(false);
   wait(SimTime{1});
@@ -368,7 +368,7 @@ TEST_F(LaterWrite, ThatNobodyHasTakenYetIsNotUndone) {
 
 // --- messages
 
-TEST(RefusedRom, IsSaidOnceForEachDriveUntilItIsWrittenAgain) {
+TEST(RefusedRom, IsLoggedOncePerDriveUntilTheNextSuccess) {
   std::ostringstream log;
   const auto before = spdlog::default_logger();
   const auto mine = std::make_shared<spdlog::logger>(

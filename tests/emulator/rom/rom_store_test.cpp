@@ -58,7 +58,7 @@ TEST(RomStore, MakesItsDirectoryForThisUserAlone) {
   EXPECT_EQ(buses[0].servos[0].wear, RomWear{});
 }
 
-TEST(RomStore, PutsTheFilesOverTheConfiguration) {
+TEST(RomStore, FilesOverrideTheConfiguration) {
   const test::TempDirectory directory;
   keep(directory, 7);
   auto buses = one_drive();
@@ -69,7 +69,7 @@ TEST(RomStore, PutsTheFilesOverTheConfiguration) {
   EXPECT_EQ(store.place(0, 1).name, "vcan0-1.toml");
 }
 
-TEST(RomStore, WhatAKilledProcessLeftIsNeverRead) {
+TEST(RomStore, IgnoresUnfinishedFiles) {
   const test::TempDirectory directory;
   keep(directory, 7);
   directory.put("vcan0-1.toml.new", "half of");
@@ -79,7 +79,7 @@ TEST(RomStore, WhatAKilledProcessLeftIsNeverRead) {
   EXPECT_EQ(directory.names(), (std::set<std::string>{"lock", "vcan0-1.toml"}));
 }
 
-TEST(RomStore, DamageIsSaidAndLeftAlone) {
+TEST(RomStore, RejectsAndKeepsDamagedFiles) {
   const test::TempDirectory directory;
   directory.put("vcan0-1.toml", "format = 1\nbus = \"vcan1\"\nid = 1\nmotor = \"m\"\n");
   const std::string file = (directory.path() / "vcan0-1.toml").string();
@@ -93,7 +93,7 @@ TEST(RomStore, DamageIsSaidAndLeftAlone) {
   EXPECT_EQ(refusal(in(directory.path())), file + ": is a directory");
 }
 
-TEST(RomStore, WipingRemovesTheFilesOfTheseDrivesDamagedOrNot) {
+TEST(RomStore, WipeRemovesFilesOfItsDrivesOnly) {
   const test::TempDirectory directory;
   directory.put("vcan0-1.toml", "damaged");
   directory.put("vcan0-2.toml", "of a drive that does not run");
@@ -106,7 +106,7 @@ TEST(RomStore, WipingRemovesTheFilesOfTheseDrivesDamagedOrNot) {
   EXPECT_EQ(directory.names(), (std::set<std::string>{"lock", "vcan0-2.toml"}));
 }
 
-TEST(RomStore, ADirectoryHasOneHolder) {
+TEST(RomStore, LocksItsDirectory) {
   const test::TempDirectory directory;
   auto buses = one_drive();
   std::optional<RomStore> store(std::in_place, in(directory.path()), buses);
@@ -118,7 +118,7 @@ TEST(RomStore, ADirectoryHasOneHolder) {
 }
 
 /// A directory from a third party's archive may contain its own lock.
-TEST(RomStore, ALockThatIsAnythingElseIsLeftAlone) {
+TEST(RomStore, RejectsAndKeepsForeignLockFiles) {
   const test::TempDirectory directory;
   const std::string other = directory.put("other", "precious");
   const std::string lock = directory.path("lock");
@@ -133,7 +133,7 @@ TEST(RomStore, ALockThatIsAnythingElseIsLeftAlone) {
   EXPECT_EQ(directory.text_of("other"), "precious");
 }
 
-TEST(RomStore, ADirectoryThatOthersHaveAHandInIsRefused) {
+TEST(RomStore, RejectsDirectoriesWritableByOthers) {
   const test::TempDirectory directory;
   const std::string name = directory.path().string();
   for (const mode_t mode : {0720U, 0702U}) {
@@ -144,7 +144,7 @@ TEST(RomStore, ADirectoryThatOthersHaveAHandInIsRefused) {
   EXPECT_EQ(refusal(in(name)), "accepted");
 }
 
-TEST(RomStore, AFileThatIsNoneOrNeverEndsIsRefused) {
+TEST(RomStore, RejectsPipesAndEndlessFiles) {
   const test::TempDirectory directory;
   const std::string file = directory.path("vcan0-1.toml");
   ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
@@ -157,14 +157,14 @@ TEST(RomStore, AFileThatIsNoneOrNeverEndsIsRefused) {
   EXPECT_EQ(refusal(in(directory.path())), file + ": is longer than 65536 bytes");
 }
 
-TEST(RomStore, SaysWhyADirectoryCannotBeUsed) {
+TEST(RomStore, ReportsUnusableDirectories) {
   EXPECT_EQ(refusal(in("/dev/null")), "cannot keep ROM in /dev/null: Not a directory");
   EXPECT_EQ(refusal(in("/proc/none/x")),
             "cannot keep ROM in /proc/none/x: No such file or directory");
 }
 
 /// Permissions do not stop root.
-TEST(RomStore, AUsedDirectoryThatMayNotBeWrittenAnyMoreIsRefused) {
+TEST(RomStore, RejectsAUsedDirectoryWithoutWriteAccess) {
   const test::TempDirectory directory;
   const bool root = ::geteuid() == 0;
   constexpr uid_t kNobody = 65534;

@@ -47,7 +47,7 @@ TEST(WriteDurably, ReplacesAllOrNothing) {
   EXPECT_EQ(directory.names(), std::set<std::string>{"a.toml"}) << "half a file is no use";
 }
 
-TEST(WriteDurably, AReaderNeverSeesHalfAFile) {
+TEST(WriteDurably, ReadersSeeCompleteFiles) {
   const test::TempDirectory directory;
   const Descriptor fd(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
   const std::string a(100'000, 'a');
@@ -63,7 +63,7 @@ TEST(WriteDurably, AReaderNeverSeesHalfAFile) {
   writer.join();
 }
 
-TEST(WriteDurably, WhatWasCutShortBeforeIsNoHindrance) {
+TEST(WriteDurably, ReplacesUnfinishedFiles) {
   const test::TempDirectory directory;
   const Descriptor fd(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
   directory.put(unfinished("a"), "a much longer text than the one that follows");
@@ -73,7 +73,7 @@ TEST(WriteDurably, WhatWasCutShortBeforeIsNoHindrance) {
 }
 
 /// An attacker with files next to it must neither choose the overwritten file nor block the writer.
-TEST(WriteDurably, WritesNothingThatItHasNotMade) {
+TEST(WriteDurably, DoesNotWriteToForeignFiles) {
   const test::TempDirectory directory;
   const Descriptor fd(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
   const std::string fresh = directory.path(unfinished("a"));
@@ -89,7 +89,7 @@ TEST(WriteDurably, WritesNothingThatItHasNotMade) {
   EXPECT_EQ(directory.names(), (std::set<std::string>{"a", "other"}));
 }
 
-TEST(WriteDurably, SaysWhyItCannot) {
+TEST(WriteDurably, ReturnsErrors) {
   EXPECT_EQ(write_durably(-1, "a", "text"), EBADF);
   const Descriptor gone = [] {
     const test::TempDirectory directory;
@@ -122,7 +122,7 @@ struct Done {
   friend bool operator==(const Done&, const Done&) = default;
 };
 
-TEST(RomWriter, WritesThatPileUpBecomeTheLast) {
+TEST(RomWriter, MergesQueuedWritesIntoTheLast) {
   const RomFile one{-1, "one", 0, {"vcan0", 1, "m"}};
   const RomFile two{-1, "two", 0, {"vcan0", 2, "m"}};
   SlowDisk disk;
@@ -149,7 +149,7 @@ TEST(RomWriter, WritesThatPileUpBecomeTheLast) {
   EXPECT_NE(disk.texts[2].find("encoder_offset = 3\n"), std::string::npos) << disk.texts[2];
 }
 
-TEST(RomWriter, EndsWithTheWriteThatIsOnItsWay) {
+TEST(RomWriter, FinishesTheCurrentWriteBeforeItEnds) {
   const RomFile one{-1, "one", 0, {"vcan0", 1, "m"}};
   const RomFile two{-1, "two", 0, {"vcan0", 2, "m"}};
   SlowDisk disk;
@@ -170,7 +170,7 @@ TEST(RomWriter, EndsWithTheWriteThatIsOnItsWay) {
   EXPECT_EQ(done.front(), (Done{1, 1, ENOSPC}));
 }
 
-TEST(RomWriter, WithoutAThreadEachWriteIsRefusedUntilThereIsOne) {
+TEST(RomWriter, FailsWritesUntilAThreadStarts) {
   const RomFile one{-1, "one", 0, {"vcan0", 1, "m"}};
   std::vector<Done> done;
   {
@@ -193,7 +193,7 @@ TEST(RomWriter, WithoutAThreadEachWriteIsRefusedUntilThereIsOne) {
   EXPECT_EQ(done, (std::vector<Done>{{1, 1, EAGAIN}, {1, 2, EAGAIN}, {1, 3, 0}}));
 }
 
-TEST(RomWriter, ManyWritesOfManyDrivesAllEndInTheirFiles) {
+TEST(RomWriter, StoresManyWritesOfManyDrives) {
   const test::TempDirectory directory;
   const Descriptor fd(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
   std::vector<RomFile> places;

@@ -39,7 +39,7 @@ class Live : public testing::Test {
   int overs_ = 0;
 };
 
-TEST_F(Live, HearsAHostAndItsOwnFrames) {
+TEST_F(Live, ReceivesFramesOfTheHostAndItsOwn) {
   Scenario plan = scenario();
   plan.sends = {{0, 200ms, test::frame("141#9C00000000000000"), 100ms, 2}};
   plan.expectations = {answered(3)};
@@ -61,7 +61,7 @@ TEST_F(Live, HearsAHostAndItsOwnFrames) {
 }
 
 /// The account tells whether two runs received equal frames at equal times.
-TEST_F(Live, GivesAccountOfWhatDrivesHaveSaid) {
+TEST_F(Live, ReportsAHashOfTheReplies) {
   Scenario plan = scenario();
   plan.expectations = {answered(0)};
   const auto account_of = [&](const char* query, SimTime delay) {
@@ -87,7 +87,7 @@ TEST_F(Live, GivesAccountOfWhatDrivesHaveSaid) {
   EXPECT_EQ(account_of("145#9A00000000000000", 100ms).replies, 0U);
 }
 
-TEST_F(Live, TimesCountFromItsBeginningAndItsFaultsEndWithIt) {
+TEST_F(Live, UsesRelativeTimesAndClearsItsFaults) {
   Fault hang;
   hang.row = find_fault("hang");
   hang.ids = {1};
@@ -108,7 +108,7 @@ TEST_F(Live, TimesCountFromItsBeginningAndItsFaultsEndWithIt) {
 }
 
 /// The verdict is invalid if data for it is missing.
-TEST_F(Live, FaultsThatMadeRoomForOthersMakeItSayNothing) {
+TEST_F(Live, IsInvalidIfFaultsWereEvicted) {
   LiveScenario live(
       scenario(), {&line_}, [] {}, well);
   for (std::size_t n = 0; n < Bus::kMaxFaults + 2; ++n) {
@@ -125,7 +125,7 @@ TEST_F(Live, FaultsThatMadeRoomForOthersMakeItSayNothing) {
                                     "room; their effect is unknown");
 }
 
-TEST_F(Live, AFaultThatFoundNoRoomMakesItSayNothing) {
+TEST_F(Live, IsInvalidIfAFaultWasRejected) {
   Scenario plan = scenario();
   plan.robot[0].events = {
       {500ms, {kWholeBus, SetFault{make_fault("hang", {}, {1})}}, std::nullopt}};
@@ -145,7 +145,7 @@ TEST_F(Live, AFaultThatFoundNoRoomMakesItSayNothing) {
                                         "clear faults or conditions before it");
 }
 
-TEST_F(Live, FaultsThatWereThereBeforeAreNotIts) {
+TEST_F(Live, IgnoresEarlierFaults) {
   Fault hang;
   hang.row = find_fault("hang");
   hang.ids = {2};
@@ -161,7 +161,7 @@ TEST_F(Live, FaultsThatWereThereBeforeAreNotIts) {
   EXPECT_EQ(line_.bus().faults().at(0).evidence.state, FaultEvidence::State::kActive);
 }
 
-TEST_F(Live, CutShortItHasNotPassed) {
+TEST_F(Live, IsInvalidIfItEndsEarly) {
   Fault hang;
   hang.row = find_fault("hang");
   hang.ids = {1};
@@ -179,7 +179,7 @@ TEST_F(Live, CutShortItHasNotPassed) {
   EXPECT_EQ(verdict.invalid.size(), 2U);  // the time, and the fault that never began
 }
 
-TEST_F(Live, ItsVerdictIsThatOfItsLastInstant) {
+TEST_F(Live, IgnoresEventsAfterItsEnd) {
   Fault hang;
   hang.row = find_fault("hang");
   hang.ids = {1};
@@ -195,7 +195,7 @@ TEST_F(Live, ItsVerdictIsThatOfItsLastInstant) {
   EXPECT_EQ(line_.bus().faults().at(0).evidence.effects, 0U);
 }
 
-TEST_F(Live, WhatItHadPlannedIsNotDoneOnceItIsStopped) {
+TEST_F(Live, CancelsPlannedEventsWhenStopped) {
   Scenario plan = scenario();
   plan.robot[0].events = {{500ms, {1, TurnShaft{90}}, std::nullopt}};
   plan.expectations = {answered(0)};

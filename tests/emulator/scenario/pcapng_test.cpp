@@ -52,7 +52,7 @@ TEST(Pcapng, BeginsWithItsInterfaces) {
             "0900 0100 09000000 0000 0000 58000000"));
 }
 
-TEST(Pcapng, HasFramesAsSocketCanHasThem) {
+TEST(Pcapng, EncodesFramesAsSocketCan) {
   // 5 s are 0x1_2A05F200 ns; outbound.
   EXPECT_EQ(pcapng_frame(0, std::chrono::seconds(5), test::frame("141#9C0102030405 0607"), true),
             bytes("06000000 3C000000 00000000 01000000 00F2052A 10000000 10000000"
@@ -63,7 +63,7 @@ TEST(Pcapng, HasFramesAsSocketCanHasThem) {
                   "00000181 03 00 0000 9C010200 0200 0400 01000000 0000 0000 38000000"));
 }
 
-TEST(Pcapng, HasTheBytesOfRs485AsTheyAreOnTheWire) {
+TEST(Pcapng, StoresRs485BytesUnchanged) {
   const std::array buses{bus_of("rs485:/a")};
   // LINKTYPE_USER0, 147 = 0x93.
   EXPECT_EQ(pcapng_begin(buses).substr(28, 12), bytes("01000000 58000000 9300 0000"));
@@ -71,7 +71,7 @@ TEST(Pcapng, HasTheBytesOfRs485AsTheyAreOnTheWire) {
             bytes("05000000 05000000 3E9A0100D9 000000"));
 }
 
-TEST(Pcapng, SaysWhatKindOfFrameItIs) {
+TEST(Pcapng, EncodesTheKindOfFrame) {
   const auto packet = [](const protocol::Frame& frame) {
     return pcapng_frame(0, SimTime{0}, frame, true).substr(28, 8);
   };

@@ -30,7 +30,7 @@ RunReport run(const std::string& timeout_s, const std::string& more = "") {
   return run_scenario(parse_scenario(scenario, "early.toml", std::nullopt, files), {});
 }
 
-TEST(ScenarioRunner, WarnsOfAProtectionThatTripsBeforeTheFirstFrame) {
+TEST(ScenarioRunner, WarnsOfProtectionTrippedBeforeTheFirstFrame) {
   const RunReport report = run("0.1");
   ASSERT_EQ(report.warnings.size(), 1U);
   EXPECT_TRUE(report.warnings[0].starts_with("vcan0 drive 1: lost_input trips at 0.1"))
@@ -43,7 +43,7 @@ TEST(ScenarioRunner, WarnsOfAProtectionThatTripsBeforeTheFirstFrame) {
   EXPECT_NE(report_text(report, false).find(", 1 drive, "), std::string::npos);
 }
 
-TEST(ScenarioRunner, WarnsOfNoProtectionThatTripsLaterOrOnPurpose) {
+TEST(ScenarioRunner, IgnoresLateAndIntendedProtectionTrips) {
   EXPECT_TRUE(run("1").warnings.empty());
   EXPECT_TRUE(run("0.1", "[[event]]\nat_s = 0.01\nid = 1\nsupply_V = 20\n").warnings.empty());
 }

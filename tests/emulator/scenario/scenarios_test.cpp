@@ -119,7 +119,7 @@ TEST_P(Delivered, IsInvalidWhenItsFaultsHaveNoEffect) {
 
 /// An estimator with its pole at −1.5 (1/(1 + x) at x = −5/3), which no file can configure: the
 /// loops' speed oscillates without bounds.
-TEST(Verdict, IsInvalidWhenTheLoopsRunOutOfAllBounds) {
+TEST(Verdict, IsInvalidWhenTheLoopsDiverge) {
   Scenario scenario;
   scenario.robot = parse_config("[[bus]]\ninterface = \"a\"\n[[bus.drive]]\nid = 1\n", "a.toml", {},
                                 test::profile);
@@ -138,7 +138,7 @@ TEST(Verdict, IsInvalidWhenTheLoopsRunOutOfAllBounds) {
 }
 
 /// Inverts each expectation so that no value can meet it.
-TEST_P(Delivered, FailsWhenWhatItExpectsIsTurnedRound) {
+TEST_P(Delivered, FailsWithInvertedExpectations) {
   const Scenario scenario = load(GetParam());
   Scenario turned = scenario;
   for (Expectation& expectation : turned.expectations) {
@@ -176,11 +176,11 @@ TEST_P(Delivered, FailsWhenWhatItExpectsIsTurnedRound) {
 INSTANTIATE_TEST_SUITE_P(Scenarios, Delivered, testing::ValuesIn(names()),
                          [](const auto& name) { return name.param; });
 
-TEST(Scenarios, ThereAreSome) { EXPECT_GE(names().size(), 12U); }
+TEST(Scenarios, AreAtLeastTwelve) { EXPECT_GE(names().size(), 12U); }
 
 /// The example of docs/guides/scenarios.md, except for its first line, which contains the
 /// wall-clock time.
-TEST(Scenarios, TheDocumentsShowWhatIsPrinted) {
+TEST(Scenarios, OutputMatchesTheDocument) {
   const Scenario scenario = load("jammed_joint");
   RunReport report;
   report.verdict = run(scenario);

@@ -24,7 +24,7 @@ void take(ShaftBody& body, const lk_shafts_state& state) { body.take({&state, 1}
 
 void advance(ShaftBody& body, const JointTorque& torque) { body.advance({&torque, 1}); }
 
-TEST(ShaftBody, RefusesWhatIsNoNumberOrNoJoints) {
+TEST(ShaftBody, RejectsInvalidNumbersAndJoints) {
   const ShaftBody body = body_of(LK_SHAFTS_SIMULATOR);
   EXPECT_EQ(problem(body, {1, 2, 0.1, 3}), "");
   EXPECT_EQ(problem(body, {1, 2, 0, 0}), "") << "not known";
@@ -38,7 +38,7 @@ TEST(ShaftBody, RefusesWhatIsNoNumberOrNoJoints) {
             "vcan0:1: inertia_kg_m2 is 0; must be above 0, as the drive has no armature");
 }
 
-TEST(ShaftBody, OfADrivesJointAngleAndSpeedMeanNothing) {
+TEST(ShaftBody, IgnoresAngleAndSpeedOfDriveOwnedJoints) {
   ShaftBody body = body_of(LK_SHAFTS_DRIVE);
   EXPECT_EQ(problem(body, {kNan, kNan, 0.2, 3}), "");
   take(body, {kNan, kNan, 0.2, 3});
@@ -48,7 +48,7 @@ TEST(ShaftBody, OfADrivesJointAngleAndSpeedMeanNothing) {
   EXPECT_EQ(body.joint(0).body_torque_Nm, 3.0);
 }
 
-TEST(ShaftBody, FindsOutWhatActsBesideTheDrive) {
+TEST(ShaftBody, InfersTheExternalTorque) {
   // 0.04 kg·m² with 2 Nm from the drive and −3 Nm from gravity: −25 rad/s².
   ShaftBody body = body_of(LK_SHAFTS_SIMULATOR, LK_SHAFTS_TORQUE_UNTOLD);
   take(body, {0.5, 2.0, 0.04, kNan});
@@ -58,7 +58,7 @@ TEST(ShaftBody, FindsOutWhatActsBesideTheDrive) {
   EXPECT_NEAR(body.joint(0).body_torque_Nm, -3.0, 1e-12);
 }
 
-TEST(ShaftBody, WithoutInertiaTakesTheArmatureForIt) {
+TEST(ShaftBody, UsesTheArmatureAsDefaultInertia) {
   ShaftBody body = body_of(LK_SHAFTS_SIMULATOR);
   take(body, {0.5, 2.0, 0, 0});
   EXPECT_EQ(body.joint(0).inertia_kg_m2, 0.01);
@@ -67,7 +67,7 @@ TEST(ShaftBody, WithoutInertiaTakesTheArmatureForIt) {
   EXPECT_EQ(body.joint(0).body_torque_Nm, -2.0) << "it holds still, so something holds it";
 }
 
-TEST(ShaftBody, GivesMeansOfStepsWithoutAnswer) {
+TEST(ShaftBody, AveragesOverUnansweredSteps) {
   ShaftBody body = body_of(LK_SHAFTS_SIMULATOR);
   take(body, {0.5, 2.0, 0.04, 0});
   advance(body, {1.0, 0, 0.502, 2.1});
@@ -79,7 +79,7 @@ TEST(ShaftBody, GivesMeansOfStepsWithoutAnswer) {
   EXPECT_EQ(body.torques()[0].speed_rad_s, 2.2);
 }
 
-TEST(ShaftBody, AnArmatureThatChangesIsNotInWhatWasSaidBefore) {
+TEST(ShaftBody, UpdatesInertiaWhenTheArmatureChanges) {
   ShaftBody body = body_of(LK_SHAFTS_SIMULATOR);
   take(body, {0.5, 2.0, 0.04, 0});
   body.set_armature(0, 0.001);  // the coupling breaks

@@ -32,7 +32,7 @@ ShaftBytes states_of_two() {
   return bytes;
 }
 
-TEST(ShaftMessages, TorquesAreLaidOutAsThePageSays) {
+TEST(ShaftMessages, TorquesHaveTheDocumentedLayout) {
   const lk_shafts_torque torque{1.0, 2.0, 3.0, 4.0, 5.0};
   ShaftBytes expected = head(4, 32 + 40, 1, 3, 812);
   for (const double value : {1.0, 2.0, 3.0, 4.0, 5.0}) {
@@ -44,7 +44,7 @@ TEST(ShaftMessages, TorquesAreLaidOutAsThePageSays) {
   EXPECT_EQ(expected[39], 0x3F);
 }
 
-TEST(ShaftMessages, AnOfferNamesItsJoints) {
+TEST(ShaftMessages, OfferNamesItsJoints) {
   const lk_shafts_offer offer{"vcan0:1", 0.5, 0.25};
   const ShaftBytes bytes = offer_message({&offer, 1}, 1'000'000);
   ASSERT_EQ(bytes.size(), 32U + 80U);
@@ -56,7 +56,7 @@ TEST(ShaftMessages, AnOfferNamesItsJoints) {
   EXPECT_EQ(read.angle_rad, 0.25);
 }
 
-TEST(ShaftMessages, AnEndIsAWholeNumberOfEightBytes) {
+TEST(ShaftMessages, EndIsPaddedToEightBytes) {
   const ShaftBytes bytes = end_message("no");
   ASSERT_EQ(bytes.size(), 40U);
   EXPECT_TRUE(std::ranges::equal(std::span(bytes).first(32), head(5, 40, 0, 2, 0)));
@@ -65,7 +65,7 @@ TEST(ShaftMessages, AnEndIsAWholeNumberOfEightBytes) {
   EXPECT_EQ(lk_shafts_get_head(bytes.data(), &read), nullptr);
 }
 
-TEST(ShaftMessages, StatesComeInAnySlices) {
+TEST(ShaftMessages, ReadStatesInAnyChunks) {
   const ShaftBytes bytes = states_of_two();
   for (std::size_t slice = 1; slice <= bytes.size(); ++slice) {
     ShaftReader reader(2);
@@ -88,7 +88,7 @@ TEST(ShaftMessages, StatesComeInAnySlices) {
   }
 }
 
-TEST(ShaftMessages, WhatIsNoneIsSaidSo) {
+TEST(ShaftMessages, RejectMalformedMessages) {
   struct Case {
     const char* what;
     ShaftBytes bytes;

@@ -89,7 +89,7 @@ double growth_of_braked(double I, double told, std::uint32_t flags) {
 }
 
 /// Each step multiplies the speed by (1 − told/I).
-TEST(ShaftStability, AnInertiaThatIsToldMayBeLessThanTwiceTheRealOne) {
+TEST(ShaftStability, SentInertiaIsStableBelowTwiceTheRealOne) {
   const double I = 10 * armature();
   EXPECT_LT(growth_of_braked(I, I, 0), 1e-3);
   EXPECT_LT(growth_of_braked(I, armature(), 0), 1e-3);
@@ -98,7 +98,7 @@ TEST(ShaftStability, AnInertiaThatIsToldMayBeLessThanTwiceTheRealOne) {
 }
 
 /// ω' = (1−r)·(ω + Δ), Δ' = (1−r)·Δ − r·ω with r = told/I: the limit is 4/3.
-TEST(ShaftStability, WithTheTorqueFoundOutFourThirds) {
+TEST(ShaftStability, LimitIsFourThirdsWithInferredTorque) {
   const double I = 10 * armature();
   EXPECT_LT(growth_of_braked(I, I, LK_SHAFTS_TORQUE_UNTOLD), 1e-3);
   EXPECT_LT(growth_of_braked(I, 1.25 * I, LK_SHAFTS_TORQUE_UNTOLD), 0.1);
@@ -106,7 +106,7 @@ TEST(ShaftStability, WithTheTorqueFoundOutFourThirds) {
 }
 
 /// Without a sent inertia the armature is used, which never exceeds the real one.
-TEST(ShaftStability, AnInertiaThatIsNotKnownIsStableForAnyJoint) {
+TEST(ShaftStability, DefaultInertiaIsStableForAnyJoint) {
   for (const double share : {1.0, 1.1, 3.0, 30.0, 1000.0}) {
     EXPECT_LT(growth_of_braked(share * armature(), 0, 0), 1.0) << share;
   }
@@ -159,7 +159,7 @@ double bound_Nm(const model::DriveParams& drive) {
 }
 
 /// A simulator's step must be a whole number of periods of 32 kHz.
-TEST(ShaftStability, NothingToldIsStableOnEveryGearAtEveryStep) {
+TEST(ShaftStability, DefaultsAreStableForEveryGearAndStep) {
   for (const char* const motor : {"mg4010", "mg5010", "mg8016", "mg6012-i36"}) {
     const model::DriveParams drive = test::profile(motor).drive;
     for (const double step_us : {62.5, 125.0, 250.0, 1000.0, 10'000.0}) {
@@ -174,7 +174,7 @@ TEST(ShaftStability, NothingToldIsStableOnEveryGearAtEveryStep) {
 
 /// If the gear is so soft that the step resolves a bare output, the simulator owns the output
 /// alone. With a slightly stiffer gear it does not.
-TEST(ShaftStability, NothingToldIsStableOnBothSidesOfAStiffGear) {
+TEST(ShaftStability, DefaultsAreStableAroundTheGearStiffnessLimit) {
   model::DriveParams drive = test::profile("mg5010").drive;
   const SimTime step = std::chrono::milliseconds(1);
   for (const double omega_h : {0.49, 0.55}) {
@@ -191,7 +191,7 @@ TEST(ShaftStability, NothingToldIsStableOnBothSidesOfAStiffGear) {
 }
 
 /// A simulator that omits the armature: its joint is lighter than the drive assumes.
-TEST(ShaftStability, AJointWithoutItsArmatureIsNotWhenItIsLight) {
+TEST(ShaftStability, LightJointWithoutArmatureIsUnstable) {
   const double I = 0.4 * armature();
   EXPECT_GT(growth_of_braked(I, 0, 0), 10);
 }
@@ -206,7 +206,7 @@ double growth_on_spring(double J, double k, double c) {
 
 /// [1 − h²k/2J, h − h²c/2J; −hk/J, 1 − hc/J] has a determinant of 1 − hc/J + h²k/2J, and −1 as an
 /// eigenvalue at c = 2J/h.
-TEST(ShaftStability, ADrivesJointOnASpringWantsADamper) {
+TEST(ShaftStability, DriveOwnedJointOnASpringNeedsADamper) {
   const double J_load = 0.1;
   const double J = J_load + armature();
   const double k = 4000;
@@ -218,7 +218,7 @@ TEST(ShaftStability, ADrivesJointOnASpringWantsADamper) {
 
 /// Speed equals torque times time over the sum of both inertias, for either owner: the armature is
 /// reflected exactly once.
-TEST(ShaftStability, TheArmatureCountsOnce) {
+TEST(ShaftStability, ArmatureCountsOnce) {
   const double I = 5 * armature();
   double angle = 0;
   double speed = 0;

@@ -234,7 +234,7 @@ TEST(DecodeSerial, UsesRs485StateLayouts) {
 }
 
 /// ID 65 would be 0x181 as an identifier, which CAN drives may use for replies.
-TEST(DecodeSerial, IgnoresReplyIdentifiersAbove32) {
+TEST(DecodeSerial, DoesNotTakeIdsAbove32ForReplyIdentifiers) {
   const auto out =
       decode({"(1.0) a rs485#3E9A0100D9", "(1.0003) a rs485#3E9A410720240813000000003F",
               "(1.0004) a rs485#3E9A0107E0240813000000003F"},
