@@ -34,7 +34,7 @@ class Advice : public testing::Test {
   const test::TempDirectory own_;
 };
 
-TEST_F(Advice, IsToldWhereverSomebodyLooks) {
+TEST_F(Advice, AppearsInLogApiAndSummary) {
   EmulatorProcess emulator(arguments({"--lang", "en"}));
   ASSERT_TRUE(emulator.wait_ready());
   Host host(own_bus());
@@ -58,7 +58,7 @@ TEST_F(Advice, IsToldWhereverSomebodyLooks) {
       << end.err;
 }
 
-TEST_F(Advice, IsAFailureWhereThatIsWanted) {
+TEST_F(Advice, FailsTheRunWithStrict) {
   EmulatorProcess emulator(arguments({"--strict", "--lang", "zh"}));
   ASSERT_TRUE(emulator.wait_ready());
   Host host(own_bus());
@@ -69,7 +69,7 @@ TEST_F(Advice, IsAFailureWhereThatIsWanted) {
   EXPECT_NE(end.err.find("对主机的建议"), std::string::npos) << end.err;
 }
 
-TEST_F(Advice, IsNotGivenToAHostThatWaitsForReplies) {
+TEST_F(Advice, IgnoresHostThatWaitsForReplies) {
   EmulatorProcess emulator(arguments({"--strict"}));
   ASSERT_TRUE(emulator.wait_ready());
   Host host(own_bus());

@@ -172,7 +172,7 @@ class BadClients : public MachineTest {
   }
 };
 
-TEST_F(BadClients, LeaveBusAndMemoryAlone) {
+TEST_F(BadClients, AffectNeitherBusNorMemory) {
   EmulatorProcess emulator(with_tcp());
   ASSERT_TRUE(emulator.wait_ready());
   const Doors doors = doors_of(emulator);

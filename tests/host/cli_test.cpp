@@ -221,7 +221,7 @@ TEST(Cli, CheckRefusesWhatARunRefuses) {
   EXPECT_EQ(result.err, "lk-emu: " + file + ":4: bus.drive.id: 0 is out of range (1 to 32)\n");
 }
 
-TEST(Cli, CheckPrintsWhatWouldRunAndStartsNothing) {
+TEST(Cli, CheckPrintsTheConfigurationOnly) {
   const test::TempDirectory own;
   const std::string file = own.put("robot.toml", R"(bitrate = 500000
 [[bus]]
@@ -288,7 +288,7 @@ std::string checked_drive(const std::vector<std::string>& more) {
   return drive == std::string::npos ? result.out : result.out.substr(drive + 7, 12);
 }
 
-TEST(Cli, AMotorIsWhatItIsSoldAsOrAFile) {
+TEST(Cli, AcceptsMotorNamesAndFiles) {
   EXPECT_EQ(checked_drive({"--motor", "MF7015-10T"}), "mf7015  MF  ");
   EXPECT_EQ(checked_drive({"--motor", "MG4005"}), "mg4005  MG  ");
   EXPECT_EQ(checked_drive({"--motor", "mg4005-i10"}), "mg4005  MG  ");
@@ -302,7 +302,7 @@ TEST(Cli, AMotorIsWhatItIsSoldAsOrAFile) {
   EXPECT_NE(shown.out.find("150 g cm2"), std::string::npos) << shown.out;
 }
 
-TEST(Cli, AMistakeOfAMotorFileIsItsOwn) {
+TEST(Cli, ErrorsOfAMotorFileNameThatFile) {
   const test::TempDirectory own;
   const std::string motor = own.put("my.toml", "extends = \"mf7015\"\n[motor]\npole_pairs = 0\n");
   const std::string robot = own.put("robot.toml",
@@ -313,7 +313,7 @@ TEST(Cli, AMistakeOfAMotorFileIsItsOwn) {
 }
 
 /// Names select shipped files, but a local file of that name has priority.
-TEST(Cli, ConfigurationsAndScenariosHaveNames) {
+TEST(Cli, FindsShippedFilesByName) {
   const auto robot = EmulatorProcess({"--check", "--config", "quadruped"}).wait();
   EXPECT_EQ(robot.status, 0) << robot.err;
   EXPECT_NE(robot.out.find("mg8016"), std::string::npos) << robot.out;
@@ -333,7 +333,7 @@ TEST(Cli, ConfigurationsAndScenariosHaveNames) {
   EXPECT_EQ(here.err, "lk-emu: quadruped:1: bus.interface: missing\n");
 }
 
-TEST(Cli, CheckTakesLocalhost) {
+TEST(Cli, CheckAcceptsLocalhost) {
   const auto result =
       EmulatorProcess({"--check", "--bus", "nowhere0", "--ids", "1", "--http", "localhost:8474"})
           .wait();
@@ -346,7 +346,7 @@ TEST(Cli, CheckNeedsNoFile) {
   EXPECT_EQ(result.out.rfind("nowhere0: 1 Mbit/s, 12 drives, 0 events, seed 1\n", 0), 0U);
 }
 
-TEST(Cli, GenerationAndQuirksBelongToTheBusBeforeThem) {
+TEST(Cli, GenerationAndQuirksApplyToThePrecedingBus) {
   const auto result = EmulatorProcess({"--check", "--motor", "mg4010", "--generation", "seen",
                                        "--bus", "a", "--ids", "1", "--bus", "b", "--ids", "2",
                                        "--generation", "v236", "--quirk", "pid_commands=true"})
@@ -360,7 +360,7 @@ TEST(Cli, GenerationAndQuirksBelongToTheBusBeforeThem) {
   EXPECT_EQ(result.out.find("unlike late-legacy"), std::string::npos) << result.out;
 }
 
-TEST(Cli, MotorsTellWhatTheyWereSeenToSpeak) {
+TEST(Cli, MotorsListsObservedGenerations) {
   const std::string list = EmulatorProcess({"motors"}).wait().out;
   const auto line_of = [&list](const std::string& motor) {
     const std::size_t begin = list.find('\n' + motor + ' ') + 1;
@@ -374,7 +374,7 @@ TEST(Cli, MotorsTellWhatTheyWereSeenToSpeak) {
   EXPECT_TRUE(says("ms3506", "-")) << list;
 }
 
-TEST(Cli, SaysThatTheRobotOfAScenarioIsNotUsedOnARunningBus) {
+TEST(Cli, WarnsThatTheScenarioRobotIsUnused) {
   const std::string scenarios = LKEMU_SOURCE_DIR "/configs/scenarios/";
   const auto result =
       EmulatorProcess({"--check", "--bus", "nowhere0", "--config", scenarios + "robots/joint.toml",
@@ -425,7 +425,7 @@ TEST(Motors, AreFoundAfterAnUpgrade) {
 }
 
 /// A robot without a battery-backed clock starts in 1970; 56 years take long to emulate.
-TEST(Log, WhoseClockWasSetIsRefusedWithItsLine) {
+TEST(Log, RejectsClockJumpsWithTheirLine) {
   const test::TempDirectory own;
   const std::string log = own.put("robot.log",
                                   "(0012.000000) can0 141#9C00000000000000\n"
@@ -441,7 +441,7 @@ TEST(Log, WhoseClockWasSetIsRefusedWithItsLine) {
                             "be longer than an hour: if the clock was set, cut the log there\n");
 }
 
-TEST(EndWithStdin, NeedsAPipe) {
+TEST(EndWithStdin, RequiresAPipe) {
   const auto result =
       EmulatorProcess({"--bus", own_bus(), "--ids", "1", "--rom", ":memory:", "--end-with-stdin"},
                       {"sh", "-c", "exec \"$@\" </dev/null", "sh"})

@@ -47,7 +47,7 @@ class WithControl : public testing::Test {
   const std::string directory_ = own_.path().string();
 };
 
-TEST_F(WithControl, SteppedAnswersWhenTimeMovesAndInOrder) {
+TEST_F(WithControl, SteppedAnswersInOrderOnAdvance) {
   EmulatorProcess emulator(arguments("stepped", "1000000"));
   ASSERT_TRUE(emulator.wait_ready());
   Host host(own_bus());
@@ -66,7 +66,7 @@ TEST_F(WithControl, SteppedAnswersWhenTimeMovesAndInOrder) {
   EXPECT_EQ(emulator.stop().status, 0);
 }
 
-TEST_F(WithControl, SteppedWithoutAWireStandsStillToo) {
+TEST_F(WithControl, SteppedAnswersOnAdvanceWithoutABitRate) {
   EmulatorProcess emulator(arguments("stepped", "0"));
   ASSERT_TRUE(emulator.wait_ready());
   Host host(own_bus());
@@ -79,7 +79,7 @@ TEST_F(WithControl, SteppedWithoutAWireStandsStillToo) {
 
 /// More frames than the wire model's queue and the default receive buffer hold: the host reads
 /// meanwhile.
-TEST_F(WithControl, NoFrameIsLostWhileTimeStandsStill) {
+TEST_F(WithControl, SteppedLosesNoFrames) {
   EmulatorProcess emulator(arguments("stepped", "1000000"));
   ASSERT_TRUE(emulator.wait_ready());
   Host host(own_bus());
@@ -102,7 +102,7 @@ TEST_F(WithControl, NoFrameIsLostWhileTimeStandsStill) {
   EXPECT_EQ(replies, kFrames);
 }
 
-TEST_F(WithControl, TenTimesAsFastIsTenTimesAsFast) {
+TEST_F(WithControl, RunsTenTimesAsFast) {
   EmulatorProcess emulator(arguments("x10", "1000000"));
   ASSERT_TRUE(emulator.wait_ready());
   const double simulated = number("clock", "time_s");
@@ -116,7 +116,7 @@ TEST_F(WithControl, TenTimesAsFastIsTenTimesAsFast) {
   EXPECT_GT(passed_s + slipped_s, 10 * 0.4);
 }
 
-TEST_F(WithControl, TheClockChangesWithoutAJump) {
+TEST_F(WithControl, SwitchesClockModeWithoutAJump) {
   EmulatorProcess emulator(arguments("stepped", "1000000"));
   ASSERT_TRUE(emulator.wait_ready());
   EXPECT_EQ(ctl({"advance", "2s"}).status, 0);
@@ -131,7 +131,7 @@ TEST_F(WithControl, TheClockChangesWithoutAJump) {
   EXPECT_TRUE(host.query(1, kReadState2));
 }
 
-TEST_F(WithControl, CtlActsAndSaysWhatWasRefused) {
+TEST_F(WithControl, CtlSendsDirectivesAndPrintsErrors) {
   EmulatorProcess emulator(arguments("stepped", "1000000"));
   ASSERT_TRUE(emulator.wait_ready());
   struct stat found {};
@@ -163,7 +163,7 @@ TEST_F(WithControl, CtlActsAndSaysWhatWasRefused) {
   EXPECT_EQ(ctl({"status"}).status, 2);
 }
 
-TEST_F(WithControl, CtlFindsTheOnlyOneByItself) {
+TEST_F(WithControl, CtlFindsTheOnlyProgram) {
   ::setenv("XDG_RUNTIME_DIR", directory_.c_str(), 1);
   std::vector<std::string> words = {"--rom", ":memory:", "--bus", own_bus(), "--ids", "1"};
   EmulatorProcess first(words);

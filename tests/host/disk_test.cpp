@@ -18,7 +18,7 @@ std::vector<std::string> no_file_longer_than(const std::string& bytes) {
   return {"prlimit", "--fsize=" + bytes};
 }
 
-TEST_F(Disk, ALimitOfTheFileSizeIsNoCrash) {
+TEST_F(Disk, ReportsFileSizeLimit) {
   for (const std::string option : {"--csv", "--candump", "--junit"}) {
     const std::string file = path("disk") + "/out";
     const auto result =
@@ -30,11 +30,11 @@ TEST_F(Disk, ALimitOfTheFileSizeIsNoCrash) {
   }
 }
 
-TEST_F(Disk, ALimitOfTheFileSizeEndsARecordingAndNothingElse) {
+TEST_F(Disk, FileSizeLimitEndsOnlyTheRecording) {
   expect_recording_to_end(path("recording"), "File too large", no_file_longer_than("20000"));
 }
 
-TEST_F(Disk, ASignalLeavesNothingHalf) {
+TEST_F(Disk, SignalLeavesNoPartialFiles) {
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
     EmulatorProcess emulator({"run", scenario("100000"), "--csv", path("disk") + "/out.csv",
                               "--candump", path("disk") + "/out.log", "--junit",
@@ -52,7 +52,7 @@ TEST_F(Disk, ASignalLeavesNothingHalf) {
   }
 }
 
-TEST_F(Disk, ALogThatCannotBeWrittenIsMissed) {
+TEST_F(Disk, ServesDrivesWithAnUnwritableLog) {
   EmulatorProcess emulator(arguments({"--log-level", "trace"}),
                            {"sh", "-c", "exec \"$@\" 2>/dev/full", "sh"});
   ASSERT_TRUE(emulator.wait_ready());
@@ -65,7 +65,7 @@ TEST_F(Disk, ALogThatCannotBeWrittenIsMissed) {
 
 // --- remains
 
-TEST_F(Disk, AStartThatFailsLeavesNothing) {
+TEST_F(Disk, FailedStartLeavesNoFiles) {
   for (const std::vector<std::string>& wrong :
        {std::vector<std::string>{"--http", "127.0.0.1x:0"},
         {"--http", "192.0.2.1:80"},  // reserved for documentation (RFC 5737)
@@ -80,7 +80,7 @@ TEST_F(Disk, AStartThatFailsLeavesNothing) {
   }
 }
 
-TEST_F(Disk, WhatAKilledProgramLeftIsClearedAway) {
+TEST_F(Disk, RemovesSocketsOfKilledPrograms) {
   const std::vector<std::string> environment = {"env", "XDG_RUNTIME_DIR=" + directory_};
   const std::vector<std::string> plain = {"--rom", ":memory:", "--bus", bus_, "--ids", "1"};
   const auto sockets = [this] {

@@ -161,7 +161,7 @@ class KillEverything : public MachineTest {
   int acknowledgements_ = 0;
 };
 
-TEST_F(KillEverything, LosesNothingThatWasAcknowledged) {
+TEST_F(KillEverything, LosesNoAcknowledgedWrite) {
   std::mt19937 random(21);
   std::uint64_t heard = 0;
   std::uint64_t missing = 0;

@@ -27,7 +27,7 @@ std::vector<std::string> arguments(const std::string& scenario) {
           own_bus(), "--ids",    "1-2",       "--scenario", scenario};
 }
 
-TEST_F(LiveScenario, JudgesWhatARealHostSaysAndHears) {
+TEST_F(LiveScenario, EvaluatesTrafficOfARealHost) {
   // The host's second command triggers the hang, and is itself not answered.
   const std::string file = put(R"(
 robot = "somewhere_else"
@@ -86,7 +86,7 @@ TEST_F(LiveScenario, FailsWithStatus1) {
   EXPECT_EQ(EmulatorProcess(arguments(file)).wait().status, 1);
 }
 
-TEST_F(LiveScenario, IsInvalidWhenItIsCutShort) {
+TEST_F(LiveScenario, IsInvalidIfItEndsEarly) {
   const std::string file = put("duration_s = 600\n[[expect]]\nid = 1\nstate = \"running\"\n");
   EmulatorProcess emulator(arguments(file));
   ASSERT_TRUE(emulator.wait_ready());
@@ -96,7 +96,7 @@ TEST_F(LiveScenario, IsInvalidWhenItIsCutShort) {
       << result.out;
 }
 
-TEST_F(LiveScenario, OneWithMoreFaultsThanABusKeepsIsRefused) {
+TEST_F(LiveScenario, RejectsTooManyFaults) {
   const auto faults = [](const std::string& table) {
     std::string text;
     for (int n = 0; n < 600; ++n) {

@@ -17,7 +17,7 @@ std::vector<std::string> with_output(const std::string& redirection) {
   return {"sh", "-c", redirection, "sh"};
 }
 
-TEST(Output, ThatCannotBeWrittenIsNoSuccess) {
+TEST(Output, FailsOnAFullDevice) {
   for (const std::vector<std::string>& command : {std::vector<std::string>{"motors"},
                                                   {"motors", "mf7015"},
                                                   {"faults"},
@@ -31,7 +31,7 @@ TEST(Output, ThatCannotBeWrittenIsNoSuccess) {
   }
 }
 
-TEST(Output, ThatNobodyWantsIsNotMissed) {
+TEST(Output, IgnoresAClosedReader) {
   const test::TempDirectory own;
   const std::string fifo = own.path("fifo");
   // The reader has exited before any output.
@@ -46,7 +46,7 @@ TEST(Output, ThatNobodyWantsIsNotMissed) {
   }
 }
 
-TEST(Output, ThatIsClosedIsNoOtherFile) {
+TEST(Output, ClosedDescriptorsAreNotReused) {
   const test::TempDirectory own;
   const std::string junit = own.path("junit.xml");
   const auto result =

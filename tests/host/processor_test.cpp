@@ -12,7 +12,7 @@ using Processor = MachineTest;
 
 /// On a busy machine time may slip again later: this is reported as another episode, after the end
 /// of the first.
-TEST_F(Processor, StoppedForSecondsItSlipsSaysSoAndAnswersWhatCame) {
+TEST_F(Processor, SlipsAndAnswersQueuedFramesAfterAStop) {
   EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
   Host host(bus_);

@@ -45,7 +45,7 @@ std::string text_of(const std::string& file) {
   return text.str();
 }
 
-TEST_F(Rom, GainsWrittenToItSurviveAndThoseInRamDoNot) {
+TEST_F(Rom, KeepsRomGainsButNotRamGains) {
   {
     EmulatorProcess emulator(arguments());
     ASSERT_TRUE(emulator.wait_ready());
@@ -65,7 +65,7 @@ TEST_F(Rom, GainsWrittenToItSurviveAndThoseInRamDoNot) {
   EXPECT_EQ(host.query(2, kReadPid), kFactoryPid);
 }
 
-TEST_F(Rom, TheZeroIsInForceAfterTheRestart) {
+TEST_F(Rom, AppliesTheZeroAfterRestart) {
   Payload written{};
   {
     EmulatorProcess emulator(arguments());
@@ -91,7 +91,7 @@ TEST_F(Rom, TheZeroIsInForceAfterTheRestart) {
   EXPECT_LT(std::min(encoder, 16384 - encoder), 20) << encoder;
 }
 
-TEST_F(Rom, WipedItIsAsConfigured) {
+TEST_F(Rom, WipeRestoresTheConfiguration) {
   {
     EmulatorProcess emulator(arguments());
     ASSERT_TRUE(emulator.wait_ready());
@@ -106,7 +106,7 @@ TEST_F(Rom, WipedItIsAsConfigured) {
   EXPECT_FALSE(fs::exists(file(1)));
 }
 
-TEST_F(Rom, IsNotWipedByAStartThatIsRefused) {
+TEST_F(Rom, IsNotWipedByAFailedStart) {
   {
     EmulatorProcess emulator(arguments());
     ASSERT_TRUE(emulator.wait_ready());
@@ -127,7 +127,7 @@ TEST_F(Rom, IsNotWipedByAStartThatIsRefused) {
   }
 }
 
-TEST_F(Rom, ADamagedFileIsRefusedAndLeftAlone) {
+TEST_F(Rom, RejectsAndKeepsDamagedFiles) {
   std::ofstream(file(2)) << "format = 1\nbus = \"" + own_bus() + "\"\nid = 2\nmotor = 7\n";
   const std::string before = text_of(file(2));
   const auto result = EmulatorProcess(arguments()).wait();
@@ -139,7 +139,7 @@ TEST_F(Rom, ADamagedFileIsRefusedAndLeftAlone) {
   EXPECT_EQ(text_of(file(2)), before);
 }
 
-TEST_F(Rom, ASecondProgramIsToldWhoHasTheDirectory) {
+TEST_F(Rom, NamesTheHolderOfTheDirectory) {
   EmulatorProcess first(arguments());
   ASSERT_TRUE(first.wait_ready());
   const auto second =
@@ -154,7 +154,7 @@ TEST_F(Rom, ASecondProgramIsToldWhoHasTheDirectory) {
   EXPECT_TRUE(third.wait_ready()) << "a killed program holds nothing";
 }
 
-TEST_F(Rom, ByDefaultItIsTheUsersStateByBus) {
+TEST_F(Rom, DefaultsToTheStateDirectoryPerBus) {
   const std::vector<std::string> state = {"env", "XDG_STATE_HOME=" + directory_};
   EmulatorProcess first({"--bus", own_bus(), "--ids", "1"}, state);
   EmulatorProcess second({"--bus", own_bus(1), "--ids", "1"}, state);
@@ -168,7 +168,7 @@ TEST_F(Rom, ByDefaultItIsTheUsersStateByBus) {
       << third.err;
 }
 
-TEST_F(Rom, WithoutADefaultItSaysWhatToDo) {
+TEST_F(Rom, RequiresAnOptionWithoutADefaultDirectory) {
   const auto result = EmulatorProcess({"--bus", own_bus(), "--ids", "1"},
                                       {"env", "-u", "HOME", "-u", "XDG_STATE_HOME"})
                           .wait();
@@ -178,7 +178,7 @@ TEST_F(Rom, WithoutADefaultItSaysWhatToDo) {
             "or --rom :memory:\n");
 }
 
-TEST_F(Rom, InMemoryItLeavesNoTrace) {
+TEST_F(Rom, InMemoryLeavesNoFiles) {
   const std::vector<std::string> arguments = {"--bus", own_bus(), "--ids",
                                               "1",     "--rom",   ":memory:"};
   const std::vector<std::string> state = {"env", "-C", directory_, "HOME=" + directory_,
@@ -208,7 +208,7 @@ class SlowDisk : public Rom {
   std::string fifo_;
 };
 
-TEST_F(SlowDisk, OnlyTheDriveThatWroteWaitsForIt) {
+TEST_F(SlowDisk, DelaysOnlyTheWritingDrive) {
   EmulatorProcess emulator(arguments(), launcher());
   ASSERT_TRUE(emulator.wait_ready());
   Host host(own_bus());
@@ -227,7 +227,7 @@ TEST_F(SlowDisk, OnlyTheDriveThatWroteWaitsForIt) {
   EXPECT_EQ(emulator.stop().status, 0);
 }
 
-TEST_F(SlowDisk, StoppingWaitsForItAndAcknowledges) {
+TEST_F(SlowDisk, StopWaitsAndAcknowledges) {
   EmulatorProcess emulator(arguments(), launcher());
   ASSERT_TRUE(emulator.wait_ready());
   Host host(own_bus());
@@ -244,7 +244,7 @@ TEST_F(SlowDisk, StoppingWaitsForItAndAcknowledges) {
   EXPECT_NE(text_of(file(1)).find("gains = 1\n"), std::string::npos);
 }
 
-TEST_F(SlowDisk, StoppingDoesNotWaitForOneThatHangs) {
+TEST_F(SlowDisk, StopDoesNotWaitForABlockedDisk) {
   EmulatorProcess emulator(arguments(), launcher());
   ASSERT_TRUE(emulator.wait_ready());
   Host host(own_bus());
@@ -261,7 +261,7 @@ TEST_F(SlowDisk, StoppingDoesNotWaitForOneThatHangs) {
   EXPECT_EQ(Host(own_bus()).query(1, kReadPid), kFactoryPid);
 }
 
-TEST_F(SlowDisk, AVerdictThatCannotBeWrittenDoesNotWaitForOneThatHangs) {
+TEST_F(SlowDisk, VerdictDoesNotWaitForABlockedDisk) {
   const std::string scenario = directory_ + "/scenario.toml";
   std::ofstream(scenario) << "robot = \"somewhere_else\"\nduration_s = 0.2\n"
                              "[[send]]\nat_s = 0\nframe = \"141#3200010203040506\"\n"
@@ -277,7 +277,7 @@ TEST_F(SlowDisk, AVerdictThatCannotBeWrittenDoesNotWaitForOneThatHangs) {
       << result.err;
 }
 
-TEST_F(SlowDisk, ASecondSignalEndsItAtOnce) {
+TEST_F(SlowDisk, SecondSignalEndsTheWait) {
   EmulatorProcess emulator(arguments(), launcher());
   ASSERT_TRUE(emulator.wait_ready());
   Host(own_bus()).send(0x141, kPidToRom);

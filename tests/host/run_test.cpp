@@ -61,14 +61,14 @@ class Run : public testing::Test {
   const test::TempDirectory own_;
 };
 
-TEST_F(Run, StatusSaysWhatCameOfIt) {
+TEST_F(Run, StatusReflectsTheVerdict) {
   EXPECT_EQ(run({passing()}).status, 0);
   EXPECT_EQ(run({failing()}).status, 1);
   EXPECT_EQ(run({invalid()}).status, 3);
   EXPECT_EQ(run({path("nowhere.toml")}).status, 2);
 }
 
-TEST_F(Run, TheWorstOfSeveralCounts) {
+TEST_F(Run, StatusIsThatOfTheWorstVerdict) {
   EXPECT_EQ(run({passing(), invalid()}).status, 3);
   EXPECT_EQ(run({invalid(), failing(), passing()}).status, 1);
   const auto unusable = run({failing(), path("nowhere.toml")});
@@ -76,7 +76,7 @@ TEST_F(Run, TheWorstOfSeveralCounts) {
   EXPECT_EQ(unusable.out, "") << "nothing is run when one file is of no use";
 }
 
-TEST_F(Run, TellsWhatWasExpectedAndMeasured) {
+TEST_F(Run, PrintsExpectedAndMeasuredValues) {
   const auto failed = run({failing()});
   EXPECT_EQ(failed.err, "");
   EXPECT_NE(failed.out.find("failing: failed"), std::string::npos) << failed.out;
@@ -91,7 +91,7 @@ TEST_F(Run, TellsWhatWasExpectedAndMeasured) {
   EXPECT_NE(run({failing(), "--quiet"}).out, "");
 }
 
-TEST_F(Run, NamesAreSafeInReportsWhateverTheyAre) {
+TEST_F(Run, EscapesNamesInReports) {
   const std::string junit = path("report.xml");
   for (const std::string& name : {std::string("\x1b[31m"), std::string("\u202E"),
                                   std::string("\xFF"), std::string("\uFFFE")}) {
@@ -104,7 +104,7 @@ TEST_F(Run, NamesAreSafeInReportsWhateverTheyAre) {
   }
 }
 
-TEST_F(Run, SaysFileLineAndKeyOfAMistake) {
+TEST_F(Run, ErrorsNameFileLineAndKey) {
   const std::string file = scenario("bad.toml", "[[expect]]\nid = 7\nstate = \"off\"\n");
   EXPECT_EQ(run({file}).err, "lk-emu: " + file + ":4: expect.id: no drive 7 on this bus\n");
   const std::string robot = put("no_robot.toml", "robot = \"gimball\"\nduration_s = 1\n");
@@ -115,7 +115,7 @@ TEST_F(Run, SaysFileLineAndKeyOfAMistake) {
             0U);
 }
 
-TEST_F(Run, RefusesWhatItCannotDoBeforeItRuns) {
+TEST_F(Run, RejectsBadOptionsBeforeItRuns) {
   struct {
     std::vector<std::string> arguments;
     std::string message;
@@ -158,7 +158,7 @@ TEST_F(Run, TwoRunsWriteTheSameBytes) {
   EXPECT_NE(text_of(path("1.csv")), text_of(path("5.csv")));
 }
 
-TEST_F(Run, CsvHasOneRowAStepAndTheTimesAreExact) {
+TEST_F(Run, CsvHasOneRowPerStepWithExactTimes) {
   ASSERT_EQ(run({passing(), "--csv", path("x.csv"), "--rate", "3", "--ids", "2", "--signals",
                  "alive,bridge_on"})
                 .status,
@@ -168,7 +168,7 @@ TEST_F(Run, CsvHasOneRowAStepAndTheTimesAreExact) {
       "time_s,2.alive,2.bridge_on\n0,1,1\n0.333333333,1,1\n0.666666666,1,1\n0.999999999,1,1\n");
 }
 
-TEST_F(Run, AFileMayFollowTheSignals) {
+TEST_F(Run, AcceptsAFileAfterTheSignals) {
   ASSERT_EQ(run({"--csv", path("x.csv"), "--rate", "3", "--ids", "2", "--signals",
                  "alive,bridge_on", passing()})
                 .status,
@@ -176,7 +176,7 @@ TEST_F(Run, AFileMayFollowTheSignals) {
   EXPECT_TRUE(text_of(path("x.csv")).starts_with("time_s,2.alive,2.bridge_on\n"));
 }
 
-TEST_F(Run, CandumpHasWhatTheHostSaidAndWhatItWasAnswered) {
+TEST_F(Run, CandumpContainsQueriesAndReplies) {
   ASSERT_EQ(run({passing(), "--candump", path("x.log"), "--marks"}).status, 0);
   std::istringstream log(text_of(path("x.log")));
   std::string line;
@@ -196,7 +196,7 @@ TEST_F(Run, CandumpHasWhatTheHostSaidAndWhatItWasAnswered) {
   EXPECT_EQ(replies, 100);  // the last query is still on the wire
 }
 
-TEST_F(Run, ALogOfARunPlaysAsItsHost) {
+TEST_F(Run, PlaysItsOwnCandumpLog) {
   ASSERT_EQ(run({passing(), "--candump", path("x.log"), "--marks"}).status, 0);
   const std::string again =
       scenario("again.toml",
@@ -206,7 +206,7 @@ TEST_F(Run, ALogOfARunPlaysAsItsHost) {
   EXPECT_EQ(text_of(path("x.log")), text_of(path("y.log")));
 }
 
-TEST_F(Run, CandumpHasNoMarksUnlessTheyAreWanted) {
+TEST_F(Run, CandumpHasMarksOnlyOnRequest) {
   ASSERT_EQ(run({passing(), "--candump", path("x.log")}).status, 0);
   std::istringstream log(text_of(path("x.log")));
   std::string line;
@@ -228,7 +228,7 @@ TEST_F(Run, WiresharkReadsTheCapture) {
   EXPECT_EQ(count, 201);
 }
 
-TEST_F(Run, SeveralScenariosEndWithACount) {
+TEST_F(Run, PrintsACountForSeveralScenarios) {
   const auto three = run({passing(), failing(), invalid()});
   EXPECT_TRUE(three.out.ends_with("\n3 scenarios: 1 passed, 1 failed, 1 invalid\n")) << three.out;
   EXPECT_EQ(run({passing(), passing(), "--quiet"}).out, "");
@@ -257,7 +257,7 @@ TEST_F(Run, JunitIsWellFormedAndCountsRight) {
   EXPECT_TRUE(lk::host::run(check)) << text_of(path("x.xml"));
 }
 
-TEST_F(Run, AdviceFailsWhereThatIsWanted) {
+TEST_F(Run, AdviceFailsTheRunWithStrict) {
   const std::string errs = scenario(
       "errs.toml", std::string(kAlive) + "[[send]]\nat_s = 0.1\nid = 1\ncommand = \"off\"\n" +
                        "[[send]]\nat_s = 0.2\nid = 1\ncommand = \"torque\"\niq_A = 1\n" +
@@ -286,7 +286,7 @@ TEST_F(Run, AdviceFailsWhereThatIsWanted) {
   EXPECT_TRUE(lk::host::run(check)) << text_of(path("told.xml")) << text_of(path("failed.xml"));
 }
 
-TEST_F(Run, RomIsKeptOnlyWhereItIsAskedFor) {
+TEST_F(Run, KeepsRomOnlyOnRequest) {
   const std::string writes = scenario(
       "writes.toml", "[[send]]\nat_s = 0.1\nid = 1\ncommand = \"write_offset\"\noffset = 77\n" +
                          std::string(kAlive));

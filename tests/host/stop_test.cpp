@@ -28,7 +28,7 @@ TEST(Stop, SignalsEndTheProgramWithASummary) {
   }
 }
 
-TEST(Privileges, NoneIsLeftWhoeverStartsTheProgram) {
+TEST(Privileges, AreDroppedForEveryUser) {
   EmulatorProcess emulator({"--rom", ":memory:", "--bus", own_bus(), "--ids", "1"});
   ASSERT_TRUE(emulator.wait_ready());
   auto status = process_status(emulator.pid());
@@ -39,7 +39,7 @@ TEST(Privileges, NoneIsLeftWhoeverStartsTheProgram) {
 }
 
 /// Removing a link or socket needs permissions in its directory.
-TEST(Privileges, RootRemovesItsLinksAndSocketsFromAnothersDirectory) {
+TEST(Privileges, RootRemovesItsFilesFromDirectoriesOfOthers) {
   if (::geteuid() != 0) GTEST_SKIP() << "only root can give a directory to another user";
   const test::TempDirectory directory;
   const std::filesystem::path own = directory.path() / "own";

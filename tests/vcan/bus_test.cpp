@@ -97,7 +97,7 @@ TEST(BadFrames, AreCountedByCauseAndNotAnswered) {
   EXPECT_EQ(count("no such drive"), 1) << result.out;
 }
 
-TEST(BadFrames, WithoutAWireTheKernelKeepsForeignFramesOut) {
+TEST(BadFrames, KernelFiltersForeignFramesWithoutABitRate) {
   EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1", "--bitrate", "0"});
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vcan0");
@@ -109,7 +109,7 @@ TEST(BadFrames, WithoutAWireTheKernelKeepsForeignFramesOut) {
   EXPECT_NE(result.out.find(" 2 frames, 1 queries, 1 replies"), std::string::npos) << result.out;
 }
 
-TEST(Buses, TwoAtOnceAndThirtyTwoIds) {
+TEST(Buses, TwoRunAtOnceWithThirtyTwoIds) {
   EmulatorProcess emulator(
       {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-32", "--bus", "vcan1", "--ids", "5,7-9"});
   ASSERT_TRUE(emulator.wait_ready());
@@ -124,7 +124,7 @@ TEST(Buses, TwoAtOnceAndThirtyTwoIds) {
   EXPECT_EQ(result.out.rfind("lk-emu ready vcan0:1-32 vcan1:5,7-9\n", 0), 0U) << result.out;
 }
 
-TEST(Buses, ManyQueriesAtOnceAreAllAnsweredOnce) {
+TEST(Buses, BurstOfQueriesIsAnsweredOnce) {
   EmulatorProcess emulator(
       {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-32", "--bitrate", "0"});
   ASSERT_TRUE(emulator.wait_ready());
@@ -147,7 +147,7 @@ TEST(Buses, ManyQueriesAtOnceAreAllAnsweredOnce) {
 }
 
 // As root. The receive buffer needs a capability, which the program drops after its start.
-TEST(Buses, ABurstWaitsInTheReceiveBufferWhileTheProgramIsHeldUp) {
+TEST(Buses, ReceiveBufferHoldsABurstDuringAStop) {
   EmulatorProcess emulator(
       {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-2", "--bitrate", "0"});
   ASSERT_TRUE(emulator.wait_ready());
@@ -182,7 +182,7 @@ TEST(Buses, TwoHostsSeeEachOthersQueriesAndAllReplies) {
   EXPECT_TRUE(other.query(2, kReadState2));
 }
 
-TEST(Buses, TheDeliveredRobotsAnswer) {
+TEST(Buses, ShippedRobotsAnswer) {
   const test::TempDirectory own;
   const std::filesystem::path robots = std::filesystem::path(LKEMU_SOURCE_DIR) / "configs/buses";
   for (const char* robot : {"gimbal", "turntable", "bench"}) {
@@ -231,7 +231,7 @@ std::vector<Exchange> ask_in_turns(const std::vector<int>& ids, int rounds) {
   return all;
 }
 
-TEST(Buses, EightHostsAtOnceAreAllAnsweredAndNeverEarly) {
+TEST(Buses, EightHostsGetAllRepliesNeverEarly) {
   constexpr int kHosts = 8;
   constexpr int kRounds = 10;
   EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-32"});
@@ -258,14 +258,14 @@ TEST(Buses, EightHostsAtOnceAreAllAnsweredAndNeverEarly) {
       << result.out;
 }
 
-TEST(Buses, ADrivenPairOfVxcanNeedsNoLoopback) {
+TEST(Buses, VxcanPairNeedsNoLoopback) {
   EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vxcan1", "--ids", "1"});
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vxcan0", Host::Loopback::kOff);
   EXPECT_TRUE(host.query(1, kReadState2));
 }
 
-TEST(Interface, GoesDownAndUp) {
+TEST(Interface, RecoversAfterDownAndUp) {
   const OwnInterface bus("vcandown");
   EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcandown", "--ids", "1"});
   ASSERT_TRUE(emulator.wait_ready());
@@ -280,7 +280,7 @@ TEST(Interface, GoesDownAndUp) {
   EXPECT_EQ(emulator.stop().status, 0);
 }
 
-TEST(Interface, IsDeletedAndMadeAgain) {
+TEST(Interface, RecoversAfterDeletion) {
   const OwnInterface bus("vcangone");
   EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcangone", "--ids", "1"});
   ASSERT_TRUE(emulator.wait_ready());
@@ -294,7 +294,7 @@ TEST(Interface, IsDeletedAndMadeAgain) {
   EXPECT_EQ(result.status, 0);
 }
 
-TEST(Interface, DownAtTheStartIsWaitedFor) {
+TEST(Interface, IsAwaitedIfDownAtStart) {
   const OwnInterface bus("vcanlate");
   bus.down();
   EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcanlate", "--ids", "1"});
@@ -305,7 +305,7 @@ TEST(Interface, DownAtTheStartIsWaitedFor) {
   EXPECT_TRUE(host.query(1, kReadState2));
 }
 
-TEST(Interface, ReportsAnInterfaceDownAtTheStartToTheServiceManager) {
+TEST(Interface, ReportsDownAtStartToTheServiceManager) {
   const OwnInterface bus("vcanlate");
   bus.down();
   const test::TempDirectory own;
@@ -336,7 +336,7 @@ TEST(Interface, ReportsAnInterfaceDownAtTheStartToTheServiceManager) {
   ::close(manager);
 }
 
-TEST(Interface, AScenarioThatNeverStartsIsInvalid) {
+TEST(Interface, ScenarioThatNeverStartsIsInvalid) {
   const test::TempDirectory own;
   const std::string file =
       own.put("live.toml", "duration_s = 1\n[[expect]]\nid = 1\nstate = \"running\"\n");
@@ -355,7 +355,7 @@ TEST(Interface, AScenarioThatNeverStartsIsInvalid) {
   EXPECT_NE(xml.find(why), std::string::npos) << xml;
 }
 
-TEST(Interface, MissingOnesAreRefusedWithTheCommandsThatMakeThem) {
+TEST(Interface, MissingErrorListsTheCommandsToCreateIt) {
   const auto result =
       EmulatorProcess({"--rom", ":memory:", "--bus", "vcanno", "--ids", "1"}).wait();
   EXPECT_EQ(result.status, 2);
@@ -364,13 +364,13 @@ TEST(Interface, MissingOnesAreRefusedWithTheCommandsThatMakeThem) {
             "vcan && sudo ip link set vcanno up (or start with --create-bus)\n");
 }
 
-TEST(Interface, OthersThanCanAreRefused) {
+TEST(Interface, RejectsOtherKindsThanCan) {
   const auto result = EmulatorProcess({"--rom", ":memory:", "--bus", "lo", "--ids", "1"}).wait();
   EXPECT_EQ(result.status, 2);
   EXPECT_EQ(result.err, "lk-emu: lo is not a CAN interface\n");
 }
 
-TEST(CreateBus, MakesTheInterfaceAndBringsItUp) {
+TEST(CreateBus, CreatesTheInterfaceAndBringsItUp) {
   run("ip link del vcanmade 2>/dev/null");
   EmulatorProcess emulator(
       {"--rom", ":memory:", "--bus", "vcanmade", "--ids", "1", "--create-bus"});
@@ -384,7 +384,7 @@ TEST(CreateBus, MakesTheInterfaceAndBringsItUp) {
 }
 
 /// A vulnerability then gives an attacker no capabilities.
-TEST(CreateBus, KeepsNoCapabilityOnceTheBusIsThere) {
+TEST(CreateBus, DropsCapabilitiesAfterCreation) {
   EmulatorProcess emulator({"--rom", ":memory:", "--control", "none", "--bus", "vcanmade", "--ids",
                             "1", "--create-bus"});
   ASSERT_TRUE(emulator.wait_ready());
@@ -399,7 +399,7 @@ TEST(CreateBus, KeepsNoCapabilityOnceTheBusIsThere) {
   EXPECT_TRUE(run("ip link del vcanmade"));
 }
 
-TEST(CreateBus, BringsUpWhatIsDown) {
+TEST(CreateBus, BringsUpAnExistingInterface) {
   const OwnInterface bus("vcandead");
   bus.down();
   EmulatorProcess emulator(
@@ -407,7 +407,7 @@ TEST(CreateBus, BringsUpWhatIsDown) {
   EXPECT_TRUE(emulator.wait_ready());
 }
 
-TEST(CreateBus, WithoutPermissionSaysWhichIsMissing) {
+TEST(CreateBus, NamesTheMissingPermission) {
   const auto result = EmulatorProcess({"--rom", ":memory:", "--control", "none", "--bus",
                                        "vcanperm", "--ids", "1", "--create-bus"},
                                       as_another_user())

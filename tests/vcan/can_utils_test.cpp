@@ -13,7 +13,7 @@ namespace can_utils_test {
 
 int candumps() { return count_of(text_of("/proc/net/can/rcvlist_all"), "vcan0"); }
 
-TEST(CanUtils, CansendAsksAndCandumpsLinesAreDecoded) {
+TEST(CanUtils, CansendQueriesAndCandumpOutputDecodes) {
   EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-2"});
   ASSERT_TRUE(emulator.wait_ready());
   const int before = candumps();
@@ -51,7 +51,7 @@ TEST(CanUtils, CansendAsksAndCandumpsLinesAreDecoded) {
   EXPECT_EQ(emulator.stop().status, 0);
 }
 
-TEST(CanUtils, SlcandMakesAnInterfaceOfATerminal) {
+TEST(CanUtils, SlcandCreatesAnInterfaceFromAPty) {
   if (!run("insmod /usr/lib/uml/modules/$(uname -r)/kernel/drivers/net/can/slcan/slcan.ko "
            "2>/dev/null || modprobe slcan 2>/dev/null || test -d /sys/module/slcan")) {
     GTEST_SKIP() << "no slcan in this kernel";

@@ -30,7 +30,7 @@ class Disk : public DiskTest {
 
 // --- lk-emu run
 
-TEST_F(Disk, AFullOneIsSaidOnceByARunAndLeavesNothingHalf) {
+TEST_F(Disk, FullDiskIsReportedOnceAndLeavesNoPartialFiles) {
   disk("size=32k");
   fill();
   for (const std::string option : {"--csv", "--candump", "--junit"}) {
@@ -45,12 +45,12 @@ TEST_F(Disk, AFullOneIsSaidOnceByARunAndLeavesNothingHalf) {
 
 // --- the running program
 
-TEST_F(Disk, AFullOneEndsARecordingAndNothingElse) {
+TEST_F(Disk, FullDiskEndsOnlyTheRecording) {
   disk("size=256k");
   expect_recording_to_end(path("disk") + "/recording", "No space left on device");
 }
 
-TEST_F(Disk, AVerdictThatCannotBeWrittenIsSaidAndPrintedAllTheSame) {
+TEST_F(Disk, PrintsTheVerdictDespiteAFailedReport) {
   disk("size=32k");
   fill();
   const auto result = EmulatorProcess(arguments({"--scenario", scenario("0.2"), "--junit",
@@ -65,7 +65,7 @@ TEST_F(Disk, AVerdictThatCannotBeWrittenIsSaidAndPrintedAllTheSame) {
   EXPECT_EQ(names_on_disk(), std::vector<std::string>{});
 }
 
-TEST_F(Disk, RomThatMayNotBeWrittenAnyMoreIsNotAcknowledged) {
+TEST_F(Disk, LostWriteAccessToRomPreventsAcknowledgement) {
   disk("size=1m,mode=777");
   fs::permissions(path(""), fs::perms(0755));
   // Permissions do not stop root.
@@ -87,7 +87,7 @@ TEST_F(Disk, RomThatMayNotBeWrittenAnyMoreIsNotAcknowledged) {
   EXPECT_EQ(host.query(2, kReadPid), kPid);
 }
 
-TEST_F(Disk, AFullOneAcknowledgesNoWriteToRomAndTheDriveGoesOn) {
+TEST_F(Disk, FullDiskPreventsOnlyRomAcknowledgements) {
   disk("size=64k");
   {
     EmulatorProcess emulator(with_rom());
@@ -113,7 +113,7 @@ TEST_F(Disk, AFullOneAcknowledgesNoWriteToRomAndTheDriveGoesOn) {
 }
 
 // A remount is not possible while the program keeps its lock file open for writing.
-TEST_F(Disk, UnderARunningOneTheDiskCannotBeMadeReadOnly) {
+TEST_F(Disk, RunningProgramPreventsAReadOnlyRemount) {
   disk("size=1m");
   EmulatorProcess emulator(
       {"--rom", path("disk"), "--control", "none", "--bus", "vcan0", "--ids", "1"});
@@ -125,7 +125,7 @@ TEST_F(Disk, UnderARunningOneTheDiskCannotBeMadeReadOnly) {
   EXPECT_TRUE(run("mount -o remount,ro " + path("disk"))) << "as soon as it has ended";
 }
 
-TEST_F(Disk, AReadOnlyDirectoryForRomIsRefusedAtTheStart) {
+TEST_F(Disk, RejectsAReadOnlyRomDirectory) {
   disk("ro");
   const auto result =
       EmulatorProcess({"--rom", path("disk"), "--control", "none", "--bus", "vcan0", "--ids", "1"})

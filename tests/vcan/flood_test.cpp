@@ -268,9 +268,9 @@ void Flooded::flood(const std::string& bitrate) {
   EXPECT_EQ(emulator.stop().status, 0);
 }
 
-TEST_F(Flooded, OnAWireEveryFrameIsAccountedFor) { flood("1000000"); }
+TEST_F(Flooded, CountsEveryFrameAtABitRate) { flood("1000000"); }
 
-TEST_F(Flooded, WithoutAWireEveryQueryIsAccountedFor) { flood("0"); }
+TEST_F(Flooded, CountsEveryQueryWithoutABitRate) { flood("0"); }
 
 }  // namespace flood_test
 }  // namespace lk::host

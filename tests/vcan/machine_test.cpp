@@ -49,7 +49,7 @@ class WatchedInterface : public MachineTest {
   }
 };
 
-TEST_F(WatchedInterface, RenamedItIsAnotherOne) {
+TEST_F(WatchedInterface, IsLostWhenRenamed) {
   make("vcanold");
   EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
@@ -67,7 +67,7 @@ TEST_F(WatchedInterface, RenamedItIsAnotherOne) {
   EXPECT_EQ(emulator.stop().status, 0);
 }
 
-TEST_F(WatchedInterface, RenamedBackItGoesOn) {
+TEST_F(WatchedInterface, RecoversWhenRenamedBack) {
   make("vcanold");
   EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
@@ -80,7 +80,7 @@ TEST_F(WatchedInterface, RenamedBackItGoesOn) {
 }
 
 /// No event reports a free descriptor, so the program must poll.
-TEST_F(WatchedInterface, IsOpenedAsSoonAsThereIsADescriptorForIt) {
+TEST_F(WatchedInterface, OpensOnceADescriptorIsFree) {
   make("vcanold");
   EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
@@ -99,7 +99,7 @@ TEST_F(WatchedInterface, IsOpenedAsSoonAsThereIsADescriptorForIt) {
   EXPECT_EQ(count_of(result.err, "cannot open"), 1) << result.err;
 }
 
-TEST_F(WatchedInterface, IsOpenedAsSoonAsTheKernelWatchesItsSocket) {
+TEST_F(WatchedInterface, OpensOnceEpollAcceptsItsSocket) {
   if (!in_user_mode_linux()) GTEST_SKIP() << "would keep all of this machine from waiting";
   make("vcanold");
   EmulatorProcess emulator(arguments());
@@ -120,7 +120,7 @@ TEST_F(WatchedInterface, IsOpenedAsSoonAsTheKernelWatchesItsSocket) {
 }
 
 /// While stopped it cannot answer before the interface is down; its socket keeps earlier frames.
-TEST_F(WatchedInterface, WhatItLosesWhileItIsDownIsCounted) {
+TEST_F(WatchedInterface, CountsFramesLostWhileDown) {
   make("vcanold");
   EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
@@ -147,7 +147,7 @@ TEST_F(WatchedInterface, WhatItLosesWhileItIsDownIsCounted) {
 }
 
 /// The balance holds for any lost frames.
-TEST_F(WatchedInterface, GoingDownInTheMidstOfRepliesItStaysBalanced) {
+TEST_F(WatchedInterface, CountersBalanceAfterGoingDownDuringReplies) {
   make("vcanold");
   EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
@@ -196,7 +196,7 @@ class Clocks : public MachineTest {
   Clocks() : MachineTest("vcan0") {}
 };
 
-TEST_F(Clocks, AWallClockThatIsSetMovesNothing) {
+TEST_F(Clocks, SettingTheWallClockHasNoEffect) {
   if (!in_user_mode_linux()) GTEST_SKIP() << "would set the clock of this machine";
   const WallClock wall;
   EmulatorProcess emulator(arguments());
@@ -239,7 +239,7 @@ void hog_processor(std::chrono::milliseconds span) {
   ASSERT_EQ(status, 0);
 }
 
-TEST_F(Processor, TakenAwayTimeSlipsAndNothingIsLost) {
+TEST_F(Processor, StarvationSlipsTimeWithoutLoss) {
   if (!in_user_mode_linux()) GTEST_SKIP() << "would stop this machine";
   ASSERT_TRUE(run("echo -1 >/proc/sys/kernel/sched_rt_runtime_us"));
   EmulatorProcess emulator(arguments());
@@ -263,7 +263,7 @@ TEST_F(Processor, TakenAwayTimeSlipsAndNothingIsLost) {
   run("echo 950000 >/proc/sys/kernel/sched_rt_runtime_us");
 }
 
-TEST_F(Processor, SharedWithManyThatGoFirstItStaysConsistent) {
+TEST_F(Processor, StaysConsistentUnderHighPriorityLoad) {
   EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
   constexpr int kPriority = -5;  // each gets three times the emulator's share

@@ -45,7 +45,7 @@ class OneAnswer : public MachineTest {
   }
 };
 
-TEST_F(OneAnswer, ASecondProgramIsRefusedUntilTheFirstIsKilled) {
+TEST_F(OneAnswer, RejectsASecondProgramUntilTheFirstIsKilled) {
   EmulatorProcess first(on("vcan0", "1-3"));
   ASSERT_TRUE(first.wait_ready());
   std::vector<std::string> second = on("vcan0", "3-4");
@@ -61,7 +61,7 @@ TEST_F(OneAnswer, ASecondProgramIsRefusedUntilTheFirstIsKilled) {
   EXPECT_TRUE(next.wait_ready());
 }
 
-TEST_F(OneAnswer, AnotherUsersProgramCountsAsWell) {
+TEST_F(OneAnswer, CoversProgramsOfOtherUsers) {
   EmulatorProcess first(on("vcan0", "3"));
   ASSERT_TRUE(first.wait_ready());
   expect_refused(on("vcan0", "3"), refusal("vcan0", 3, first), as_another_user());
@@ -71,7 +71,7 @@ TEST_F(OneAnswer, AnotherUsersProgramCountsAsWell) {
 }
 
 /// Each would store the writes that the other's replies resemble.
-TEST_F(OneAnswer, RomOfItsOwnMakesNoOtherDrive) {
+TEST_F(OneAnswer, SeparateRomDoesNotAvoidTheConflict) {
   std::vector<std::string> arguments = on("vcan0", "3");
   arguments[1] = path("rom");
   EmulatorProcess first(arguments);
@@ -81,7 +81,7 @@ TEST_F(OneAnswer, RomOfItsOwnMakesNoOtherDrive) {
   EXPECT_FALSE(std::filesystem::exists(path("other")));
 }
 
-TEST_F(OneAnswer, TheTwoEndsOfAVxcanPairAreOneBus) {
+TEST_F(OneAnswer, TreatsAVxcanPairAsOneBus) {
   EmulatorProcess first(on("vxcan0", "3"));
   ASSERT_TRUE(first.wait_ready());
   expect_refused(on("vxcan1", "2-3"), refusal("vxcan1", 3, first));
@@ -95,7 +95,7 @@ TEST_F(OneAnswer, TheTwoEndsOfAVxcanPairAreOneBus) {
                  "this vxcan pair, or the same interface by another name\n");
 }
 
-TEST_F(OneAnswer, AnInterfaceHasOneNameAmongAll) {
+TEST_F(OneAnswer, ResolvesAlternativeInterfaceNames) {
   if (!run("ip link property add dev vcan1 altname thesecondbus 2>/dev/null")) GTEST_SKIP();
   EmulatorProcess first(on("vcan1", "3"));
   ASSERT_TRUE(first.wait_ready());
@@ -104,7 +104,7 @@ TEST_F(OneAnswer, AnInterfaceHasOneNameAmongAll) {
 }
 
 /// A program follows its interface by name, and keeps its ID locks while it waits.
-TEST_F(OneAnswer, ThePlaceIsKeptForTheName) {
+TEST_F(OneAnswer, KeepsLocksWhileTheInterfaceIsAway) {
   ASSERT_TRUE(run("ip link add onebus type vcan && ip link set onebus up"));
   EmulatorProcess first(on("onebus", "3"));
   ASSERT_TRUE(first.wait_ready());
@@ -118,7 +118,7 @@ TEST_F(OneAnswer, ThePlaceIsKeptForTheName) {
   EXPECT_TRUE(first.wait_for_log("onebus is up: continuing"));
 }
 
-TEST_F(OneAnswer, WhatIsMadeAtTheStartIsTakenToo) {
+TEST_F(OneAnswer, LocksCreatedInterfaces) {
   std::vector<std::string> arguments = on("onebus", "3");
   arguments.emplace_back("--create-bus");
   EmulatorProcess first(arguments);
@@ -127,7 +127,7 @@ TEST_F(OneAnswer, WhatIsMadeAtTheStartIsTakenToo) {
 }
 
 /// A common way to lose a motor, and how to find it again.
-TEST_F(OneAnswer, AnIdWrittenOverTheBusIsWhereTheDriveIsUntilRomIsWiped) {
+TEST_F(OneAnswer, KeepsAnIdWrittenOverTheBusUntilRomIsWiped) {
   const std::string robot = own_.put("robot.toml",
                                      "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\n"
                                      "generation = \"v236b\"\n");
@@ -171,7 +171,7 @@ TEST_F(OneAnswer, AnIdWrittenOverTheBusIsWhereTheDriveIsUntilRomIsWiped) {
 }
 
 /// Locks do not reach this bus, and every query gets a second answer.
-TEST_F(OneAnswer, AnotherDriveElsewhereIsToldByAdvice) {
+TEST_F(OneAnswer, AdviceReportsADriveInAnotherNamespace) {
   ASSERT_TRUE(run("ip link add enda type vxcan peer name endb && ip link set enda up"));
   const std::string move_in =
       "nsenter --net=/proc/" + std::to_string(::getpid()) +
@@ -227,7 +227,7 @@ class RealBus : public OneAnswer {
   int line_ = -1;
 };
 
-TEST_F(RealBus, IsRefusedUnlessItIsMeant) {
+TEST_F(RealBus, RequiresRealBusOption) {
   const std::string message =
       "lk-emu: slcan0 is not virtual (vcan, vxcan): real drives may be on it, and one with the "
       "same ID would answer too; if no drive on it has these IDs, start with --real-bus\n";
@@ -237,7 +237,7 @@ TEST_F(RealBus, IsRefusedUnlessItIsMeant) {
   expect_refused(create, message);
 }
 
-TEST_F(RealBus, IsAnsweredOnWhereItIsMeant) {
+TEST_F(RealBus, AnswersWithRealBusOption) {
   std::vector<std::string> arguments = on("slcan0", "3");
   arguments.emplace_back("--real-bus");
   EmulatorProcess emulator(arguments);
@@ -247,7 +247,7 @@ TEST_F(RealBus, IsAnsweredOnWhereItIsMeant) {
   EXPECT_EQ(adapter_reads(), query);
 }
 
-TEST_F(RealBus, InThePlaceOfAVirtualOneItIsLeftAlone) {
+TEST_F(RealBus, IsNotUsedInPlaceOfAVirtualOne) {
   ASSERT_TRUE(run("ip link add onebus type vcan && ip link set onebus up"));
   EmulatorProcess emulator(on("onebus", "3"));
   ASSERT_TRUE(emulator.wait_ready());
