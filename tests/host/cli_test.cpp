@@ -22,7 +22,7 @@ struct BadInput {
 
 class Refused : public testing::TestWithParam<BadInput> {};
 
-TEST_P(Refused, WithOneLineAndStatus2) {
+TEST_P(Refused, PrintsOneLineAndExitsWithStatus2) {
   const auto result = EmulatorProcess(GetParam().arguments).wait();
   EXPECT_EQ(result.status, 2);
   EXPECT_EQ(result.out, "");
@@ -211,7 +211,7 @@ TEST(Cli, ConfigErrorsNameFileLineKeyAndReason) {
             "lk-emu: " + file + ":5: bus.drive.moter: unknown key, did you mean motor?\n");
 }
 
-TEST(Cli, CheckRefusesWhatARunRefuses) {
+TEST(Cli, CheckRejectsWhatARunRejects) {
   const test::TempDirectory own;
   const std::string file =
       own.put("robot.toml", "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 0\n");
@@ -393,7 +393,7 @@ TEST(Cli, WarnsThatTheScenarioRobotIsUnused) {
       << other.err;
 }
 
-TEST(Cli, VersionAndHelp) {
+TEST(Cli, PrintsVersionAndHelp) {
   const auto version = EmulatorProcess({"--version"}).wait();
   EXPECT_EQ(version.status, 0);
   EXPECT_EQ(version.out, "lk-emu " LKEMU_VERSION "\n");

@@ -161,7 +161,7 @@ TEST(AdviceUnknown, ReportsEachCommandAtOnce) {
 
 /// Queries of hosts for MyActuator drives from V3 on (protocol V4.2), which LK-TECH drives lack.
 /// There 0x42 reads one of four accelerations; here it has the tables 05, A0, A4 and A8.
-TEST(AdviceUnknown, RecognisesAHostOfMyActuatorOnce) {
+TEST(AdviceUnknown, ReportsAMyActuatorHostOnce) {
   for (const Generation generation : {Generation::kLegacy, Generation::kV236, Generation::kV236b}) {
     AdvisedHost host(test::drive(generation));
     int n = 0;
@@ -259,7 +259,7 @@ TEST(AdviceMulti, FollowsModeChangesByOthers) {
 }
 
 /// CANopen uses this identifier too, so a single frame proves nothing.
-TEST(AdviceMulti, IgnoresIdentifiersOfOtherGenerations) {
+TEST(AdviceMulti, ReportsOtherGenerationForUnknownIdentifiers) {
   AdvisedHost host(test::bus_config({1, 2}, 1'000'000));
   receive(host, 1ms, test::frame("281#6400000000000000"));
   receive(host, 2ms, test::frame("282#6400000000000000"));

@@ -50,7 +50,7 @@ TEST(AdviceRefused, WarnsOnMotionWhileSwitchedOff) {
 
 /// For any time of the command between two looks, and any reply time: the command before 0x80 was
 /// executed.
-TEST(AdviceRefused, NamesTheFrameThatWasNotExecuted) {
+TEST(AdviceRefused, NamesTheRefusedFrame) {
   ServoConfig slow = switchable();
   slow.reply_time = 400us;
   for (int part = 0; part < 32; ++part) {

@@ -115,7 +115,7 @@ TEST(CandumpLog, NamesTheLineOfAnError) {
             "(1700000000.123456) vcan0 141#9C00000000000000");
 }
 
-TEST(CandumpLog, WritesWhatItReads) {
+TEST(CandumpLog, RoundTrips) {
   for (const std::string line :
        {"(1700000000.123456) vcan0 141#9C00000000000000", "(0000000000.000007) can1 7FF#",
         "(0000000001.500000) a 00000141#A1", "(0000000001.500000) a 141#R",

@@ -35,7 +35,7 @@ Condition only_condition(const std::string& keys) {
 
 // --- other directives for the whole bus, and settings
 
-TEST(Vocabulary, ClearAndMark) {
+TEST(Vocabulary, ReadsClearAndMark) {
   const auto clear_of = [](const std::string& which) {
     const auto events = events_of(
         "at_s = 3\nclear = \"" + which +
@@ -51,7 +51,7 @@ TEST(Vocabulary, ClearAndMark) {
   EXPECT_EQ(std::get<Mark>(marks[0].directive.what).text, "the door opens");
 }
 
-TEST(Vocabulary, MistakesOfClearAndMark) {
+TEST(Vocabulary, RejectsMalformedClearAndMark) {
   const std::string jam = "[[bus.event]]\nat_s = 0\nfault = \"jam\"";
   const std::map<std::string, std::string> errors = {
       {"clear = \"jam\"", "robot.toml:11: bus.event.clear: no fault has the name or kind \"jam\""},
@@ -106,7 +106,7 @@ TEST(Vocabulary, MakesOneDirectivePerSetting) {
   EXPECT_EQ(std::get<Setting>(ms[0].directive.what).value.max_power_permille, 300);
 }
 
-TEST(Vocabulary, MistakesOfSettings) {
+TEST(Vocabulary, RejectsMalformedSettings) {
   const std::string place = "robot.toml:12: bus.event.settings";
   const std::map<std::string, std::string> errors = {
       {"settings = {}", place + ": empty; give at least one setting"},
@@ -130,7 +130,7 @@ TEST(Vocabulary, MistakesOfSettings) {
 
 // --- conditions
 
-TEST(Vocabulary, EveryCondition) {
+TEST(Vocabulary, ReadsEveryCondition) {
   for (const Signal& signal : signals()) {
     const auto when = only_condition("when = { id = 2, signal = \"" + std::string(signal.name) +
                                      "\", above = 1.5 }");
@@ -177,7 +177,7 @@ TEST(Vocabulary, ConditionDefaultsToTheDriveOfItsEvent) {
   EXPECT_EQ(other[0].at, 2s);
 }
 
-TEST(Vocabulary, MistakesOfConditions) {
+TEST(Vocabulary, RejectsMalformedConditions) {
   const std::string place = "robot.toml:10: bus.event.when";
   const std::map<std::string, std::string> errors = {
       {"error = \"stall\"", place + ": needs the id of a drive"},
@@ -266,7 +266,7 @@ TEST(Vocabulary, ReadsTablesInMemory) {
   EXPECT_EQ(read(toml::table{{"turn_deg", 3}}, Timing::kOptional).size(), 3U);
 }
 
-TEST(Vocabulary, MistakesOfATableInMemoryHaveNoLine) {
+TEST(Vocabulary, ErrorsOfTablesInMemoryHaveNoLine) {
   const auto error = [](const toml::table& table, Timing timing) {
     return config_error([&] { read(table, timing); });
   };

@@ -31,7 +31,7 @@ What only(const std::string& action) {
   return std::get<What>(events[0].directive.what);
 }
 
-TEST(ConfigEvents, EveryAction) {
+TEST(ConfigEvents, ReadEveryAction) {
   only<PowerOn>("power = \"on\"");
   only<PowerOff>("power = \"off\"");
   EXPECT_EQ(only<PowerCycle>("power = \"cycle\"").off_for, PowerCycle{}.off_for);
@@ -119,7 +119,7 @@ TEST(ConfigEvents, OverrunNeedsAnAdapter) {
   EXPECT_EQ(error("", overrun + batch), "accepted");
 }
 
-TEST(ConfigEvents, MistakesNameFileLineKeyAndReason) {
+TEST(ConfigEvents, ErrorsNameFileLineKeyAndReason) {
   const std::map<std::string, std::string> errors = {
       {"ambient_C = 1", "robot.toml:6: bus.event.at_s: missing"},
       {"at_s = -1\nambient_C = 1",

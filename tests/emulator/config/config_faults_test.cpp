@@ -207,7 +207,7 @@ TEST(FaultVocabulary, AcceptsTheKindAsName) {
   EXPECT_EQ(only_fault("fault = { kind = \"jam\", name = \"jam\" }").name, "jam");
 }
 
-TEST(FaultVocabulary, MistakesOfFaults) {
+TEST(FaultVocabulary, RejectsMalformedFaults) {
   const std::string wrong = "robot.toml:11: bus.event.fault";
   const std::map<std::string, std::string> errors = {
       {"fault = \"jamm\"", wrong + ": \"jamm\" is unknown, did you mean jam?"},

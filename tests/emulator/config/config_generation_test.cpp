@@ -287,7 +287,7 @@ TEST(ConfigGeneration, BrakeRequiresTheBrakeCommand) {
   EXPECT_EQ(drive_of("motor = \"braked\"\nquirks.brake_command = true").profile.drive.brake.tau, 1);
 }
 
-TEST(ConfigGeneration, MistakesNameFileLineKeyAndReason) {
+TEST(ConfigGeneration, ErrorsNameFileLineKeyAndReason) {
   const std::map<std::string, std::string> errors = {
       {"generation = \"v300\"",
        "robot.toml:5: bus.drive.generation: \"v300\" is not one of legacy, late-legacy, v235, "

@@ -123,7 +123,7 @@ TEST_P(ShippedMotor, SupplyFitsItsSeriesAndItsProtections) {
   EXPECT_LT(logic.v_reset + logic.v_reset_hysteresis, under.threshold);
 }
 
-TEST_P(ShippedMotor, ProtectionsAreWithinWhatItsSensorsSee) {
+TEST_P(ShippedMotor, ProtectionsAreWithinSensorRange) {
   const Profile profile = shipped(GetParam());
   const auto& all = profile.factory.protections;
   const auto of = [&](model::Error kind) { return all[static_cast<std::size_t>(kind)]; };
@@ -141,7 +141,7 @@ INSTANTIATE_TEST_SUITE_P(Config, ShippedMotor, testing::ValuesIn(shipped_names()
                            return std::regex_replace(motor.param, std::regex("-"), "_");
                          });
 
-TEST(ConfigProfile, UnitsAreConverted) {
+TEST(ConfigProfile, ConvertsUnits) {
   const Profile profile = shipped("mg4005");
   EXPECT_EQ(profile.series, Series::kMg);
   EXPECT_EQ(profile.encoder_span, EncoderSpan::kOutputTurn);
@@ -155,7 +155,7 @@ TEST(ConfigProfile, UnitsAreConverted) {
   EXPECT_DOUBLE_EQ(under_voltage.threshold, 7.0);
 }
 
-TEST(ConfigProfile, FrictionOfTheMg4005IsTheOneMeasured) {
+TEST(ConfigProfile, Mg4005FrictionMatchesTheMeasurement) {
   const Profile profile = shipped("mg4005");
   const double k_t = 1.5 * profile.drive.motor.pole_pairs * profile.drive.motor.psi_f;
   const double lsb_A = profile.drive.mechanics.tau_coulomb / k_t * 4096 / 66;
@@ -163,7 +163,7 @@ TEST(ConfigProfile, FrictionOfTheMg4005IsTheOneMeasured) {
 }
 
 /// A motor file copied from version 0.1.0 keeps its values.
-TEST(ConfigProfile, MotorFilesOfEarlierVersionsAreRead) {
+TEST(ConfigProfile, ReadsMotorFilesOfEarlierVersions) {
   const Profile old = parse_profile(
       text_of(LKEMU_SOURCE_DIR "/tests/emulator/fixtures/0.1.0/recording/motors/mg4005.toml"),
       "m.toml", "m");
@@ -175,7 +175,7 @@ TEST(ConfigProfile, MotorFilesOfEarlierVersionsAreRead) {
   EXPECT_EQ(old.drive.mechanics.eddy_share, 0);
 }
 
-TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {
+TEST(ConfigProfile, ErrorsNameFileLineKeyAndReason) {
   const std::string good = text_of(kMotors / "mf7015.toml");
   const auto spoilt = [&](const std::string& from, const std::string& to) {
     std::string text = good;

@@ -35,7 +35,7 @@ TEST(ScenarioFile, RejectsBusTablesInAScenario) {
   }
 }
 
-TEST(ScenarioFile, MistakesOfTheHead) {
+TEST(ScenarioFile, RejectsMalformedHead) {
   const auto head = [](const std::string& text) {
     return config_error([&] { parse_scenario(text + kExpect, "k.toml", std::nullopt, kFiles); });
   };
@@ -51,7 +51,7 @@ TEST(ScenarioFile, MistakesOfTheHead) {
             "k.toml:1: expect: missing");
 }
 
-TEST(ScenarioFile, MistakesOfEvents) {
+TEST(ScenarioFile, RejectsMalformedEvents) {
   EXPECT_EQ(mistake("[[event]]\nat_s = 11\nid = 1\npower = \"off\"\n"),
             "dir/kick.toml:4: event.at_s: is after the end of the scenario, 10 s");
   EXPECT_EQ(mistake("[[event]]\nat_s = 1\nid = 1\nfault = \"jem\"\n").substr(0, 30),
@@ -73,7 +73,7 @@ TEST(ScenarioFile, ClearAppliesToFaultsOfItsBus) {
             "dir/kick.toml:6: event.clear: must be a string");
 }
 
-TEST(ScenarioFile, MistakesOfSends) {
+TEST(ScenarioFile, RejectsMalformedSends) {
   const auto send = [](const std::string& text) { return mistake("[[send]]\n" + text); };
   EXPECT_EQ(send("id = 1\ncommand = \"off\"\n"), "dir/kick.toml:3: send.at_s: missing");
   EXPECT_EQ(send("at_s = 1\nid = 1\n"), "dir/kick.toml:3: send.command: missing");
@@ -106,7 +106,7 @@ TEST(ScenarioFile, MistakesOfSends) {
   EXPECT_EQ(send("at_s = 1\nframe = 141\n"), "dir/kick.toml:5: send.frame: must be a string");
 }
 
-TEST(ScenarioFile, MistakesOfCommandsInWords) {
+TEST(ScenarioFile, RejectsMalformedCommandsInWords) {
   const auto command = [](const std::string& text) {
     return mistake("[[send]]\nat_s = 1\nid = 1\ncommand = " + text);
   };
@@ -155,7 +155,7 @@ TEST(ScenarioFile, RejectsBareBytesOfCommandsWithPayload) {
   }
 }
 
-TEST(ScenarioFile, MistakesOfExpectations) {
+TEST(ScenarioFile, RejectsMalformedExpectations) {
   EXPECT_EQ(expect_mistake("signal = \"alive\"\nmin = 1"), "k.toml:3: expect.id: missing");
   EXPECT_EQ(expect_mistake("id = 1"),
             "k.toml:4: expect.id: missing expectation: give signal, error, state, reply, no_reply "

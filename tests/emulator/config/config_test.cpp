@@ -134,7 +134,7 @@ TEST(Config, ReadsAdapterNamesOfTheTable) {
   EXPECT_EQ(parse(bus + "adapter = \"ch348\"\n" + drive)[0].adapter, find_adapter("ch348"));
 }
 
-TEST(Config, MistakesNameFileLineKeyAndReason) {
+TEST(Config, ErrorsNameFileLineKeyAndReason) {
   const std::string bus = "[[bus]]\ninterface = \"vcan0\"\n";
   const std::map<std::string, std::string> errors = {
       {"bus = 1", "robot.toml:1: bus: must be an array of tables, [[bus]]"},
@@ -319,7 +319,7 @@ TEST(Overrides, RejectBitRateWithoutAMatchingBus) {
   }
 }
 
-TEST(Overrides, WithoutAFile) {
+TEST(Overrides, MakeAConfigurationWithoutAFile) {
   auto overrides = with_bus("vcan0", std::vector{1, 2});
   overrides.buses.push_back({"vcan1", std::vector{1}});
   const auto buses = default_config(overrides, find_test_profile);

@@ -138,7 +138,7 @@ TEST(RomFile, RejectsMissingLines) {
   }
 }
 
-TEST(RomFile, MistakesNameFileLineKeyAndReason) {
+TEST(RomFile, ErrorsNameFileLineKeyAndReason) {
   const std::string head = "format = 1\nbus = \"vcan0\"\nid = 3\nmotor = \"mf7015\"\n";
   const std::map<std::string, std::string> errors = {
       {"", "rom.toml:1: the file is cut off here"},

@@ -50,7 +50,7 @@ TEST(TomlDepth, FindsKeysAfterQuotes) {
 }
 
 /// A megabyte of key parts would need a stack of 100 MB.
-TEST(TomlDepth, IsRefusedBeforeItIsParsed) {
+TEST(TomlDepth, IsCheckedBeforeParsing) {
   for (const std::string& text : {key_of(500'000) + " = 1", "[" + key_of(500'000) + "]"}) {
     try {
       parse_toml(text, "deep.toml");

@@ -93,7 +93,7 @@ TEST(ControlBody, ListsTheDrivesOfItsJoints) {
   EXPECT_EQ(body["poses"], Json::parse("[[1.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]]"));
 }
 
-TEST(ControlBody, HasSignals) {
+TEST(ControlBody, ReportsSignals) {
   TestWorld t(on_a_wheel());
   const Json values = t.get("/body").body["signals"];
   EXPECT_EQ(values["body.wheel.x_m"], 1.5);

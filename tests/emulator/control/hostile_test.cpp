@@ -206,7 +206,7 @@ TEST_F(Hostile, LimitsChunksAndTrailers) {
   expect_others_served();
 }
 
-TEST_F(Hostile, HeadIsAnsweredWithoutABody) {
+TEST_F(Hostile, AnswersHeadWithoutABody) {
   start();
   const Client one = client();
   one.send("HEAD /api/v1/status HTTP/1.1\r\nHost: x\r\n\r\n" + kStatus);
@@ -289,7 +289,7 @@ class Log {
   std::shared_ptr<spdlog::logger> before_ = spdlog::default_logger();
 };
 
-TEST_F(Hostile, EachKindOfRefusalIsLoggedOnce) {
+TEST_F(Hostile, LogsEachKindOfRefusalOnce) {
   const Log log;
   listen_to_tcp();
   options_.token_file = token_file("correct-horse-battery", fs::perms::owner_read);

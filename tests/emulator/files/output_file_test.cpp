@@ -25,7 +25,7 @@ void write(const std::string& path, const std::string& text) {
   file.commit();
 }
 
-TEST(OutputFile, AppearsWhenItIsComplete) {
+TEST(OutputFile, AppearsOnlyWhenComplete) {
   const test::TempDirectory directory;
   directory.put("a.csv", "old");
   {

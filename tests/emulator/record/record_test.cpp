@@ -370,7 +370,7 @@ TEST_F(Record, TruncatedIsValidUpToItsLastLine) {
   }
 }
 
-TEST_F(Record, RefusesWhatItCannotRead) {
+TEST_F(Record, RejectsUnreadableRecordings) {
   EXPECT_NE(problem().find("is not a recording"), std::string::npos) << problem();
   make();
   const fs::path about = directory() / kRecordingFile;

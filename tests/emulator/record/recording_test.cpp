@@ -51,7 +51,7 @@ TEST(RecordedInput, RestoresIdAndBusSettingsOfRom) {
   EXPECT_EQ(restored_rom(record_rom(moved, {}, "vcan0", servo), "vcan0", servo), moved);
 }
 
-TEST(RecordedInput, IsRefusedWithItsLine) {
+TEST(RecordedInput, RejectsMalformedLines) {
   const std::string deep(500'000, '[');
   for (const std::string& line :
        {std::string("{"), std::string("7"), input(R"({"id":1,"id":2})"),
@@ -89,7 +89,7 @@ TEST(Recording, FailedStartLeavesNoFiles) {
 }
 
 /// A recording includes all motor files, also extended ones, under any name.
-TEST(Recording, RunsWithoutTheMotorFilesItWasMadeFrom) {
+TEST(Recording, ReplaysWithoutTheOriginalMotorFiles) {
   const test::TempDirectory scratch;
   const std::filesystem::path directory = scratch.path() / "recording";
   std::filesystem::create_directories(scratch.path() / "left");

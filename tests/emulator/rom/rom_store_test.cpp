@@ -47,7 +47,7 @@ void keep(const test::TempDirectory& directory, std::uint64_t number) {
   directory.put("vcan0-1.toml", print_rom({"vcan0", 1, "m"}, write.rom, write.wear));
 }
 
-TEST(RomStore, MakesItsDirectoryForThisUserAlone) {
+TEST(RomStore, RestrictsItsDirectoryToTheUser) {
   const test::TempDirectory directory;
   const auto path = directory.path() / "a" / "b";
   auto buses = one_drive();

@@ -51,7 +51,7 @@ TEST(Slcan, RejectsMalformedFrames) {
 }
 
 /// python-can 4 does this at start and end. The adapter refuses it; no line is malformed.
-TEST(Slcan, RefusesRepeatedOpenAndClose) {
+TEST(Slcan, RejectsRepeatedOpenAndClose) {
   Slcan slcan(1'000'000);
   const ParsedInput parsed = say(slcan, "C\rS8\rO\rO\rC\r");
   EXPECT_EQ(parsed.response, "\a\r\r\a\r");
@@ -102,7 +102,7 @@ TEST(Slcan, CountsAnOverlongLineOnce) {
   EXPECT_EQ(parsed.malformed, 1U);
 }
 
-TEST(Slcan, RefusesToSendInListenMode) {
+TEST(Slcan, RejectsFramesInListenMode) {
   Slcan slcan(0);
   EXPECT_EQ(say(slcan, "L\r").response, "\r");
   EXPECT_EQ(say(slcan, "t1410\r").response, "\a");

@@ -141,7 +141,7 @@ TEST_F(CaseBatch, LowSupplyIsAnErrorOfEveryDrive) {
   }
 }
 
-TEST_F(CaseBatch, AFaultWithoutEffectMakesTheRunInvalid) {
+TEST_F(CaseBatch, FaultWithoutEffectMakesTheRunInvalid) {
   const Json result = Cases::result(one(1, fault(0.25, {{"kind", "silent"}})));
   ASSERT_EQ(result["invalid"].size(), 1U) << result;
   EXPECT_FALSE(result["fault"].contains("first_effect_at_ns"));

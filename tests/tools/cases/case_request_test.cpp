@@ -66,7 +66,7 @@ TEST(CaseRequest, EmptyListsAndTablesChangeNothing) {
   EXPECT_TRUE(request.settings.load.empty());
 }
 
-TEST(CaseRequest, NumbersAreExactInEveryJsonLibrary) {
+TEST(CaseRequest, RejectsNumbersThatDoublesCannotHold) {
   const auto number = [](const std::string& text) {
     return problem_of(R"({"scenario": "joint_moves", "case": )" + text + "}");
   };
@@ -80,7 +80,7 @@ TEST(CaseRequest, NumbersAreExactInEveryJsonLibrary) {
   }
 }
 
-TEST(CaseRequest, RefusesWrongTypesAndRanges) {
+TEST(CaseRequest, RejectsWrongTypesAndRanges) {
   const struct {
     const char* more;
     const char* problem;

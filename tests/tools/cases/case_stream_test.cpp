@@ -106,7 +106,7 @@ TEST_F(CaseStream, ImpossibleCaseDoesNotStopOthers) {
   }
 }
 
-TEST_F(CaseStream, RefusesInputThatCannotBeRead) {
+TEST_F(CaseStream, RejectsUnreadableInput) {
   EXPECT_EQ(run_file({.file = path("none")}).problem, "--cases: cannot read " + path("none"));
   EXPECT_EQ(run_file({.file = path("")}).problem, "--cases: cannot read " + path(""));
 }

@@ -69,7 +69,7 @@ TEST(Documents, BodySignalsMatchTheTable) {
   EXPECT_EQ(generated(document("reference/events.md"), "body signals"), table);
 }
 
-TEST(Documents, TheExamplesAreAccepted) {
+TEST(Documents, ExamplesAreAccepted) {
   const auto blocks = examples(document("reference/events.md"));
   EXPECT_GT(blocks.size(), 1U);
   for (const std::string& block : blocks) {

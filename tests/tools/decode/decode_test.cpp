@@ -316,7 +316,7 @@ TEST(DecodeText, EveryWordHasATranslation) {
 }
 
 // A field without a label would be printed with its key, "bus_current_A 1".
-TEST(DecodeText, EveryFieldHasAWord) {
+TEST(DecodeText, EveryFieldHasALabel) {
   for (const auto rows : {protocol::commands(), protocol::serial_commands()}) {
     for (const auto& command : rows) {
       for (const auto fields : {command.query, command.reply}) {
