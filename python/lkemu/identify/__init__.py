@@ -1,5 +1,5 @@
-"""Finds a motor's numbers in logs of it: `python3 -m lkemu.identify`, which is `lk-emu identify`."""
+"""Estimates the parameters of a motor from its logs: `python3 -m lkemu.identify`, the command `lk-emu identify`."""
 
 import os
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small, and threads only wait for each other
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # threads only slow down small matrices

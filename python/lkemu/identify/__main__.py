@@ -1,4 +1,4 @@
-"""`python3 -m lkemu.identify`, the command `lk-emu identify`."""
+"""Command line of `lk-emu identify` (`python3 -m lkemu.identify`)."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def same_file(a: Optional[str], b: Optional[str]) -> bool:
 
 
 def write_motor(path: str, text: str) -> None:
-    """Writes a file that loads, or says why the log gives none."""
+    """Writes `text` if it is a valid motor file. Raises Unusable otherwise."""
     with tempfile.TemporaryDirectory() as folder:
         tried = os.path.join(folder, "motor.toml")
         write_text(tried, "--output", text)

@@ -1,5 +1,7 @@
-"""What the balance of torques tells of a drive's mechanics, with intervals. All in amperes of torque current: k_t does not
-show in a log."""
+"""Torque balance of a drive: inertia, friction, cogging and gravity, with 95 % confidence intervals.
+
+All values are in amperes of torque current, because a log does not show k_t.
+"""
 
 from __future__ import annotations
 
@@ -18,16 +20,18 @@ from .track import TORQUE, Track
 from .windows import COULOMB, FIXED_TERMS, GEAR_LOSS, GRAVITY_COS, GRAVITY_SIN, INERTIA, VISCOUS, WINDOW_S, Balance
 
 LAG_SHARE = 0.2
-PATH_SHARE = 0.03  # of an amplitude, for the path between samples (assumed)
-AMBIGUOUS_SHARE, ROUGH_S = 0.2, 2.5e-3  # more than that is refused (assumed)
-NEGATIVE_S = 0.5e-3  # a drive cannot act before it is told; so much may be the stamps (assumed)
-# Largest share of the inertial current that a gear without play leaves unexplained, its increase per second of stamp error,
-# and the part of the excess that widens the interval. A load behind play leaves 0.06 to 0.5 (measured on planted motors).
+PATH_SHARE = 0.03  # Error of a cogging amplitude from interpolating the angle between samples (assumed).
+AMBIGUOUS_SHARE, ROUGH_S = 0.2, 2.5e-3  # Upper limits of ambiguous replies and stamp error (assumed).
+NEGATIVE_S = 0.5e-3  # Largest negative delay that stamp errors may cause (assumed).
+# UNEXPLAINED: largest residual share of the inertial current for a gear without backlash.
+# UNEXPLAINED_PER_S: its increase per second of stamp error.
+# PLAY_SHARE: part of the excess that widens the interval.
+# A load behind backlash leaves 0.06 to 0.5 (measured on simulated motors).
 UNEXPLAINED, UNEXPLAINED_PER_S, PLAY_SHARE = 0.05, 200.0, 0.5
 
 
 class TooRough(Exception):
-    """Why the stamps do not tell what acted when."""
+    """Raised if time stamps or encoder settings do not allow a torque balance; the text is the reason."""
 
 
 @dataclass
@@ -42,20 +46,20 @@ class BalanceFit:
     inertia: Estimate  # J/k_t, A·s²/rad
     coulomb: Estimate  # A
     viscous: Estimate  # B/k_t, A·s/rad
-    gravity: Optional[Estimate]  # None: the output did not turn far enough
+    gravity: Optional[Estimate]  # None: the output turned too little
     gear_loss: Optional[Estimate]  # (1/η − η)/2 over (1/η + η)/2
     gravity_phase: float
-    cogging: List[Cogging]  # the strongest first
-    one_speed: List[int]  # orders that show at one speed alone
-    delay_s: float  # from the stamp of a command until it acts, seen from the reported speed
+    cogging: List[Cogging]  # strongest first
+    one_speed: List[int]  # orders found at one speed only
+    delay_s: float  # from the stamp of a command to its effect on the reported speed
     lag_s: float
-    lag: Optional[Estimate]  # of the current behind the command, s
-    commanded: int
-    weak_pulses: int  # torques that were commanded, where they hardly moved the shaft
+    lag: Optional[Estimate]  # time constant of the current loop, s
+    commanded: int  # windows with a commanded torque
+    weak_pulses: int  # torque commands that hardly moved the shaft
     rms_A: float
     held_out_ratio: float
     autocorrelation: float
-    time: np.ndarray  # of the windows, for pictures
+    time: np.ndarray  # s, middle of each window; for pictures
     given: np.ndarray
     terms: np.ndarray
     coefficients: np.ndarray
@@ -78,7 +82,7 @@ def whitened(regression: Regression) -> np.ndarray:
 
 
 def held_out_ratio(fit: Fit, looked: Looked, given: np.ndarray) -> float:
-    """Each half of the log is fitted and tried on the other: what is left there, over what is left where it was fitted."""
+    """Two-fold cross-validation: residuals of the held-out half over those of the fitted half; 1 if too few windows."""
     half = (fit.windows.time / RUN_S).astype(int) % 2
     fitted = held = 0.0
     for n in (0, 1):
@@ -92,7 +96,7 @@ def held_out_ratio(fit: Fit, looked: Looked, given: np.ndarray) -> float:
 
 
 def autocorrelation(fit: Fit, regression: Regression) -> float:
-    """Of what is left in windows that follow each other and share no sample."""
+    """Lag-1 autocorrelation of the weighted residuals, over adjacent windows without common samples."""
     left, first, last = whitened(regression), fit.windows.first, fit.windows.last
     after = np.searchsorted(first, last + 1)
     inside = after < len(first)
@@ -103,11 +107,13 @@ def autocorrelation(fit: Fit, regression: Regression) -> float:
 
 
 def widened_inertia(fit: Fit, inertia: Estimate, shorter: Optional[Estimate]) -> Estimate:
-    """And of what windows do not see. Where torques were commanded: the current rises along a curve (1 %, assumed). Where
-    they were not, a current may have come and gone between two samples (a half, assumed). A current that lags need not lag in
-    first order (a fifth of the lag, assumed). Within the play of a gear, and in
-    short pulses, the flange of the output hangs on the rotor or does not. A load behind the play of a gear shows as another
-    inertia in shorter windows: three times by how much more than their interval (assumed)."""
+    """Widens the interval for effects inside windows. All shares are assumed.
+
+    Commanded torque adds 1 %, because the current rises along a curve. Measured current adds 50 %, because current may
+    flow between two samples. The lag adds a fifth of lag over window, because it need not be of first order. A gear adds
+    half of the output flange, which may not follow the rotor within the backlash and in short pulses. A load behind
+    backlash changes the inertia in shorter windows. The interval grows by three times the change beyond the interval
+    of `shorter`."""
     motor = fit.track.motor
     flange = motor.J_out / (motor.N**2 * motor.J + motor.J_out) if motor.N > 1 else 0.0
     unseen = (0.01 if fit.experiment else 0.5, flange / 2, LAG_SHARE * fit.lag_s / WINDOW_S)
@@ -118,8 +124,10 @@ def widened_inertia(fit: Fit, inertia: Estimate, shorter: Optional[Estimate]) ->
 
 
 def widened_cogging(fit: Fit, order: int, at: int, amplitude: Estimate, weights: np.ndarray) -> Estimate:
-    """Currents at the samples miss of a ripple what is too fast for them, and half of that may have gone to the inertia
-    unseen (assumed). Windows count by what they tell of the ripple."""
+    """Widens the interval for ripple that is too fast for the samples.
+
+    Measured currents miss that ripple, and half of it may bias the inertia (assumed). Windows are weighted by their
+    information on the ripple."""
     w = fit.windows
     tells = np.sum(fit.terms[:, at : at + 2] ** 2, axis=1) * weights
     x = order * np.abs(w.speed) * w.length / 4
@@ -130,8 +138,9 @@ def widened_cogging(fit: Fit, order: int, at: int, amplitude: Estimate, weights:
 
 
 def unexplained(fit: Fit, regression: Regression) -> float:
-    """The unexplained share of the inertial current beyond that of a gear without play, where torques are commanded. Within
-    the play the load does not move with the rotor: one inertia cannot explain both."""
+    """Residual share of the inertial current beyond that of a gear without backlash, over commanded torques.
+
+    Within the backlash the load does not move with the rotor, so one inertia cannot explain both states."""
     commanded = fit.windows.commanded
     if fit.track.motor.N == 1 or not fit.experiment:
         return 0.0
@@ -178,7 +187,7 @@ def check_delay(fit: Fit) -> None:
 
 
 def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
-    """None where the drive hardly turned. Raises TooRough."""
+    """Returns None if the drive hardly turned. Raises TooRough."""
     check_stamps(track, timing)
     fit = Fit(Balance(track, timing))
     if not fit.possible():
@@ -190,7 +199,7 @@ def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
     fit.find_orders(looked, fit.given(fit.response()))
     phase = 0.0
     if looked.gravity:
-        # Where there is none, what a gear takes of it looks like friction.
+        # Without gravity, the gear loss cannot be separated from friction.
         regression = fit.fit(looked)
         looked.gravity = estimate(gravity_of, regression.coefficients, regression.jackknife()).letter != "U"
         looked.gear_loss = looked.gravity and track.motor.N > 1
@@ -209,9 +218,9 @@ def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
     coulomb = of(coefficient(COULOMB))
     if not looked.constant:
         coulomb.half_width = abs(coulomb.value)
-    if not looked.viscous:  # what of it grows with the speed is in it: a tenth, assumed
+    if not looked.viscous:  # it includes viscous friction: a tenth (assumed)
         coulomb.half_width = math.hypot(coulomb.half_width, 0.1 * coulomb.value)
-    # The shape of friction over speed is the motor file's, right to 1 % (assumed).
+    # The curve of friction over speed is that of the motor file, accurate to 1 % (assumed).
     viscous = of(coefficient(VISCOUS))
     viscous.half_width = math.hypot(viscous.half_width, 0.01 * coulomb.value / float(np.percentile(np.abs(fit.windows.speed), 90)))
     cogging = []
@@ -236,7 +245,7 @@ def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
         )
     response = fit.response()
     if np.any(response):
-        # Half of what the mean response changes may be wrong (assumed).
+        # Half of the correction by the mean response may be wrong (assumed).
         plain = fit.regression(looked, fit.given(np.zeros_like(response))).coefficients[INERTIA]
         inertia.half_width += abs(plain - c[INERTIA]) / 2
     given = fit.given(response)

@@ -1,4 +1,4 @@
-"""Orders of cogging: their averages over windows, and the search for orders in the residuals."""
+"""Cogging orders: their averages over windows, and the search for them in the residuals."""
 
 from __future__ import annotations
 
@@ -12,23 +12,29 @@ from .regression import Regression
 from .windows import FIXED_TERMS, MOST_ORDERS, SHARES, Balance
 
 HIGHEST_ORDER = 200
-# By how many variances a new order must lower the sum of squares: with 200 to choose from, noise does it once in 10⁷ logs.
+# Least decrease of the sum of squares for a new order, in variances. With 200 candidates, noise reaches it once in
+# 10⁷ logs.
 ORDER_GAIN = 43.0
-SEEN_GAIN, OTHER_SPEED = 9.0, 1.4  # and at other speeds than where it shows best, so many times apart (assumed)
-MISSED = 0.02  # windows of measured currents that miss more of a ripple tell nothing of it (assumed)
-SEARCH_RUN = 300  # windows that follow each other
-SEARCHED = 6_000  # windows that are enough to find an order by
-MOST_EXACT = 8  # orders that are integrated exactly
-PARTS = 8  # of the time between two samples, for an integral
-BLOCK, BLOCK_GAP = 4096, 50  # windows; samples between windows that follow each other, at most
+# Least decrease at other speeds, in variances. Other speeds differ at least by this factor from the speed with the
+# largest decrease (assumed).
+SEEN_GAIN, OTHER_SPEED = 9.0, 1.4
+# Windows of measured currents that miss a larger share of a ripple are not used for it (assumed).
+MISSED = 0.02
+SEARCH_RUN = 300  # Consecutive windows in the search.
+SEARCHED = 6_000  # Windows used by the search, about.
+MOST_EXACT = 8  # Orders integrated exactly.
+PARTS = 8  # Integration steps between two samples.
+BLOCK, BLOCK_GAP = 4096, 50  # Windows; largest gap inside a block, in samples.
 
 
 def averages(balance: Balance, orders: List[int]) -> np.ndarray:
-    """⟨e^(jnθ)⟩ of each window and order n: along a cubic through both angles with both speeds where torque was
-    commanded, at the samples where currents were measured: what is too fast for these is missed on both sides."""
+    """⟨e^(jnθ)⟩ of each window and order n.
+
+    With commanded torque, the angle follows a cubic through both angles and speeds. With measured currents, the mean
+    uses the samples only: ripple too fast for them is then missing from both sides of the equation."""
     w = balance.windows
     made = np.empty((len(w), len(orders)), np.complex64 if len(orders) > MOST_EXACT else complex)
-    # A block of windows at a time, for memory; windows that do not follow each other are in different ones.
+    # Blocks limit the memory. A gap between windows begins a new block.
     blocks = np.flatnonzero(np.diff(w.first) > BLOCK_GAP) + 1
     for block in np.split(np.arange(len(w)), blocks):
         for part in np.array_split(block, len(block) // BLOCK + 1):
@@ -44,14 +50,14 @@ def of_block(balance: Balance, orders: List[int], part: np.ndarray) -> np.ndarra
     first, last, commanded = w.first[part] - low, w.last[part] - low, w.commanded[part]
     steps = np.diff(time)
     a, b = angle[:-1], angle[1:]
-    # Of stamps that are off the mean speed between them is not that of the ends: the path keeps to the angles.
+    # With wrong stamps the reported speeds contradict the angles. Clipping keeps the cubic monotone between the angles.
     va = np.clip(speed[:-1] * steps, -np.abs(3 * (b - a)), np.abs(3 * (b - a)))
     vb = np.clip(speed[1:] * steps, -np.abs(3 * (b - a)), np.abs(3 * (b - a)))
     u = (np.arange(PARTS) + 0.5) / PARTS
     v = 1 - u
     path = np.outer(a, v * v * (1 + 2 * u)) + np.outer(b, u * u * (1 + 2 * v)) + u * v * (np.outer(va, v) - np.outer(vb, u))
     fine_time = np.append((time[:-1, None] + steps[:, None] * np.arange(PARTS) / PARTS).ravel(), time[-1])
-    search = len(orders) > MOST_EXACT  # then the orders are 1, 2, …, and a mean over each step is enough
+    search = len(orders) > MOST_EXACT  # the orders are then 1, 2, …, and a mean over each step is accurate enough
     once, once_at = np.exp(1j * path), np.exp(1j * angle)
     power, power_at = np.ones_like(once), np.ones_like(once_at)
     made = np.empty((len(part), len(orders)), complex)
@@ -73,13 +79,13 @@ def of_block(balance: Balance, orders: List[int], part: np.ndarray) -> np.ndarra
 
 
 def missed(order: int, speed: np.ndarray, step_s: float) -> np.ndarray:
-    """The share of a ripple that a sum over samples misses."""
+    """Share of a ripple that a sum over samples misses."""
     x = np.clip(order * np.abs(speed) * step_s / 2, 1e-6, 1.5)
     return 1 - x / np.tan(x)
 
 
 def set_terms(balance: Balance, orders: List[int], begin: int = 0) -> None:
-    """Those of the orders from this place on."""
+    """Computes the columns of `orders[begin:]` in the terms of the windows."""
     w = balance.windows
     for n, order in enumerate(orders[begin:], begin):
         average = averages(balance, [order])[:, 0]
@@ -89,16 +95,16 @@ def set_terms(balance: Balance, orders: List[int], begin: int = 0) -> None:
 
 @dataclass
 class Residuals:
-    """Of some windows: what is left to explain, and how orders could."""
+    """Residuals of some windows, and the averages of all orders for a test of each."""
 
-    averages: np.ndarray  # a column an order
+    averages: np.ndarray  # one column per order
     weight: np.ndarray
     left: np.ndarray
     speed: np.ndarray
-    overlap: float  # of windows, so many tell as much as one
+    overlap: float  # overlapping windows that count as one independent window
 
     def gain(self, order: int, some: "np.ndarray | slice" = slice(None)) -> float:
-        """By how many variances the order lowers the sum of squares."""
+        """Decrease of the sum of squares by this order, in variances."""
         average = self.averages[some, order - 1]
         rows = np.column_stack((average.real, average.imag))
         weighed = rows * self.weight[some, None]
@@ -106,7 +112,7 @@ class Residuals:
         return float(right @ np.linalg.lstsq(weighed.T @ rows, right, rcond=1e-9)[0]) / self.overlap
 
     def at_several_speeds(self, order: int) -> bool:
-        """Whatever goes on in time looks like cogging while the shaft turns at one speed, and at another it does not."""
+        """False if the ripple appears at one speed only: it may be an oscillation in time instead of cogging."""
         speed, few = self.speed, 3 * self.overlap
         label = np.floor(np.log(np.abs(speed) + 1e-9) / math.log(1.2)) + 1000 * (speed > 0)
         best, most = 0.0, 0.0
@@ -120,7 +126,7 @@ class Residuals:
 
 
 def next_order(residuals: Residuals, orders: List[int], one_speed: List[int]) -> int:
-    """The order that explains most of what is left at two speeds at least; 0: none explains enough."""
+    """Order with the largest decrease of the residuals at two or more speeds; 0 if none is significant."""
     gains = np.array([residuals.gain(order + 1) for order in range(HIGHEST_ORDER)])
     for order in [*orders, *one_speed]:
         gains[order - 1] = 0
@@ -135,8 +141,8 @@ def next_order(residuals: Residuals, orders: List[int], one_speed: List[int]) ->
 
 
 def find_orders(balance: Balance, regress: Callable[[], Regression], orders: List[int], one_speed: List[int]) -> None:
-    """Appends to `orders`, which `regress` uses, and to `one_speed` those that show at one speed alone."""
-    # Runs of windows from all over the log.
+    """Appends to `orders`, which `regress` uses. Orders found at one speed only go to `one_speed`."""
+    # Sample runs of windows evenly over the log.
     w, rows = balance.windows, np.arange(len(balance.windows))
     rows = rows[rows // SEARCH_RUN % (len(rows) // SEARCHED + 1) == 0]
     made = averages(balance.some(rows), list(range(1, HIGHEST_ORDER + 1)))

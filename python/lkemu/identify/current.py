@@ -1,5 +1,8 @@
-"""The torque current over time: what was commanded, through the delay and the lag of the drive's current loop, as the
-measured currents show them; between commands of torque the measured currents themselves."""
+"""Torque current over time.
+
+Under torque commands it is the command with the delay and lag of the current loop. At other times it is the measured
+current.
+"""
 
 from __future__ import annotations
 
@@ -8,16 +11,16 @@ import numpy as np
 from .timing import Timing
 from .track import TORQUE, Track
 
-LEAST_LAG_S = 50e-6  # less is none: no log has so many samples
+LEAST_LAG_S = 50e-6  # shorter lags count as 0: no log samples so fast
 
 
 def trapezoids(time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """The integral from the first time to each."""
+    """Cumulative integral by the trapezoidal rule, 0 at the first time."""
     return np.concatenate(([0.0], np.cumsum((values[1:] + values[:-1]) / 2 * np.diff(time))))
 
 
 class Path:
-    """The current that follows commands, at any times."""
+    """Response of the current to commands, a first-order lag in closed form."""
 
     def __init__(self, at: np.ndarray, value: np.ndarray, lag_s: float) -> None:
         self.at, self.value, self.lag = at, value, lag_s if lag_s >= LEAST_LAG_S else 0.0
@@ -28,12 +31,12 @@ class Path:
             for n, (keep, towards) in enumerate(zip(decay, value), 1):
                 i = towards + (i - towards) * keep
                 begin[n] = i
-            self.off = begin - value  # by what the current is beyond each command when that acts
+            self.off = begin - value  # initial difference from each command
             area = area + self.off[:-1] * self.lag * (1 - decay)
         self.area = np.concatenate(([0.0], np.cumsum(area)))
 
     def _place(self, times: np.ndarray) -> "tuple[np.ndarray, np.ndarray]":
-        """The command in force, -1 before the first one, and since when."""
+        """Index of the active command, -1 before the first, and its age in s."""
         place = np.searchsorted(self.at, times, side="right") - 1
         return place, np.where(place >= 0, times - self.at[place], 0.0)
 
@@ -45,7 +48,7 @@ class Path:
         return np.where(place >= 0, current, 0.0)
 
     def integral(self, times: np.ndarray) -> np.ndarray:
-        """Of the current since the first command."""
+        """Integral of the current since the first command, A·s."""
         place, since = self._place(times)
         place = np.maximum(place, 0)
         integral = self.area[place] + self.value[place] * since
@@ -55,7 +58,7 @@ class Path:
 
 
 class Commands:
-    """The commands of torque of a track. Where others are in force, the current is what was measured at their end."""
+    """Torque commands of a track. Other commands are replaced by the current measured at their end."""
 
     def __init__(self, track: Track, timing: Timing) -> None:
         torque = track.orders.what == TORQUE
@@ -65,11 +68,11 @@ class Commands:
         self._others = np.concatenate(([0], np.cumsum(~torque)))
 
     def only_torque(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Whether nothing else was in force from then to then."""
+        """Whether only torque commands were active from `begin` to `end`."""
         first = np.searchsorted(self.time, begin, side="right") - 1
         last = np.searchsorted(self.time, end, side="right")
         return (first >= 0) & (self._others[last] == self._others[np.maximum(first, 0)])
 
     def path(self, delay_s: float, lag_s: float, time: "np.ndarray | None" = None) -> Path:
-        """`time`: of the commands, in place of the best that is known."""
+        """`time`: stamps of the commands to use instead of the best estimate."""
         return Path((self.time if time is None else time) + delay_s + (lag_s if lag_s < LEAST_LAG_S else 0.0), self.value, lag_s)

@@ -1,4 +1,4 @@
-"""A number that a log tells, with the interval that holds the true one in 95 of 100 logs."""
+"""An estimated value with its 95 % confidence interval."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class Estimate:
 
     @property
     def letter(self) -> str:
-        """A within 5 %, B within 15 %, C within 50 %, which is too rough for a motor file; U: the log does not tell it."""
-        if not (self.value > 0 and self.half_width <= 0.5 * self.value):  # nothing that is looked for can be negative
+        """Grade by the half width: A up to 5 %, B up to 15 %, C up to 50 %, U unknown. Motor files use A and B."""
+        if not (self.value > 0 and self.half_width <= 0.5 * self.value):  # all quantities are positive
             return "U"
         return "A" if self.half_width <= 0.05 * self.value else "B" if self.half_width <= 0.15 * self.value else "C"
 

@@ -1,4 +1,4 @@
-"""The fit of the balance of torques: delay and lag of the current, its mean response, orders of cogging, the regression."""
+"""Fit of the torque balance: delay and lag of the current, its mean response, cogging orders, regression."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from .windows import (
 )  # fmt: skip
 
 FEWEST_WINDOWS = 240
-FEWEST_COMMANDED = 100  # with a commanded torque, to count as an experiment (assumed)
-GRAVITY_TRAVEL_RAD = 1.0  # of the output, for gravity to show (assumed)
-# Time since a change of the command, for the mean response of the current; what is later is its end.
+FEWEST_COMMANDED = 100  # Windows with commanded torque that make a log an experiment (assumed).
+GRAVITY_TRAVEL_RAD = 1.0  # Travel of the output needed to estimate gravity (assumed).
+# Bins of the mean response of the current: time since a change of the command.
 AGES_S = np.array([2e-3, 3.5e-3, 5e-3, 7e-3, 9e-3, 12e-3, 15e-3, 20e-3, 27e-3, 36e-3, 50e-3, 70e-3])
-SIGNIFICANT = 4.0  # standard deviations of χ²
-NOT_GIVEN_A, NOT_GIVEN_SHARE = 0.5, 0.2  # a drive that gives less than it was told is at a limit (assumed)
+SIGNIFICANT = 4.0  # Standard deviations of χ².
+NOT_GIVEN_A, NOT_GIVEN_SHARE = 0.5, 0.2  # Deviation from the command that indicates a limit (assumed).
 DELAYS_S = (-6e-3, -4e-3, -3e-3, -2e-3, -1e-3, 0.0, 1e-3, 2e-3, 3e-3, 5e-3, 8e-3, 12e-3, 20e-3)
 LAGS_S = (0.0, 0.5e-3, 2e-3, 5e-3, 12e-3, 30e-3)
-MOST_RESPONSES = 200_000  # samples that are enough for the mean response
-MOST_ROWS = 1500  # windows and samples that are enough to find a delay by
+MOST_RESPONSES = 200_000  # Samples used for the mean response, about.
+MOST_ROWS = 1500  # Windows, and samples, used to fit the delay, about.
 
 
 @dataclass
 class Looked:
-    """Which of the terms are looked for."""
+    """Terms of the regression that the log can determine."""
 
     constant: bool
     viscous: bool
-    pulses: bool  # for their friction apart
+    pulses: bool  # separate friction terms under commanded torque
     gravity: bool
     gear_loss: bool = False
 
@@ -58,7 +58,7 @@ class Fit:
         self.one_speed: List[int] = []
         self.delay_s = self.lag_s = 0.0
         self.lag: Optional[Estimate] = None
-        self.phase = 0.0  # of gravity
+        self.phase = 0.0  # rad, of gravity
 
     @property
     def windows(self) -> Windows:
@@ -71,14 +71,14 @@ class Fit:
     def possible(self) -> bool:
         return len(self.windows) >= FEWEST_WINDOWS
 
-    # --- what can be looked for ---
+    # --- choice of terms ---
 
     def looked(self) -> Looked:
         w, track = self.windows, self.track
         self.experiment = np.count_nonzero(w.commanded) >= FEWEST_COMMANDED
-        # Friction changes its sign with the speed, and an offset does not: a tenth turns the other way (assumed).
+        # Only friction changes its sign with speed. A tenth of each direction separates it from an offset (assumed).
         share = np.mean(w.speed > 0)
-        # Of the windows with little acceleration, the fast ones are so much faster than the slow ones (assumed).
+        # Viscous friction needs a ratio of 2.5 between fast and slow windows with little acceleration (assumed).
         quiet = np.argsort(np.abs(w.terms[:, INERTIA]))[: len(w) // 2]
         low, high = np.percentile(np.abs(w.speed[quiet]), (10, 90))
         known = len(track.first) == 1 or track.span_turns == track.motor.N
@@ -94,13 +94,13 @@ class Fit:
     # --- delay and lag of the current ---
 
     def find_delay(self) -> None:
-        """Those with which the commands explain the accelerations and the measured currents best."""
+        """Fits delay and lag, so that the commands best explain accelerations and measured currents."""
         if not self.experiment:
             return
         w, balance = self.windows, self.balance
         runs = (w.time / RUN_S).astype(int)
         rows = np.flatnonzero(w.commanded)
-        # Whole runs of them, from all over the log.
+        # Whole runs of windows, sampled evenly over the log.
         numbers = np.unique(runs[rows])
         rows = rows[np.isin(runs[rows], numbers[:: len(rows) // MOST_ROWS + 1])]
         own = balance.some(rows)
@@ -119,7 +119,7 @@ class Fit:
             off = balance.beyond(delay_s, max(lag_s, 0.0), followed)
             return len(rows) / overlap * math.log(clipped(left)) + len(followed) * math.log(clipped(off))
 
-        # The sum of both is what the shaft tells; how it is shared, what the measured currents do.
+        # The shaft determines the sum of delay and lag. The measured currents determine the shares.
         sums = [(loss(d, 0.0), d) for d in DELAYS_S]
         whole = min(sums)[1]
         if whole < 0:
@@ -132,19 +132,19 @@ class Fit:
         found = minimize(lambda x: loss(abs(x[0]) / 1e3, abs(x[1]) / 1e3), start, method="Nelder-Mead",
                          options={"initial_simplex": steps, "xatol": 0.02, "fatol": 0.1, "maxfev": 40})  # fmt: skip
         self.delay_s, self.lag_s = np.abs(found.x) / 1e3
-        # As far as the loss rises by what one degree of freedom lets it rise in 95 of 100 logs.
+        # 95 % interval by the likelihood ratio: 3.84 is the quantile of χ² with one degree of freedom.
         step = 0.1e-3
         while step < 0.1 and loss(max(self.delay_s - step, 0.0), self.lag_s + step) < found.fun + 3.84:
             step *= 2
         self.lag = Estimate(self.lag_s, step)
 
-    # --- all of it ---
+    # --- regression ---
 
     def find_orders(self, looked: Looked, given: np.ndarray) -> None:
         find_orders(self.balance, lambda: self.regression(looked, given), self.orders, self.one_speed)
 
     def shorter(self, looked: Looked) -> Regression:
-        """The same over windows of half the length."""
+        """Regression over windows of half the length."""
         half = Fit(self.balance.shortened(WINDOW_S / 2))
         half.experiment, half.orders, half.delay_s, half.lag_s = self.experiment, self.orders, self.delay_s, self.lag_s
         set_terms(half.balance, half.orders)
@@ -153,22 +153,23 @@ class Fit:
         return half.fit(looked)
 
     def response(self) -> np.ndarray:
-        """At the samples, what the measured currents are beyond the model, as a mean over the log: in proportion to the last
-        change of the command, by the time since. 0 where that is not significant."""
+        """Mean deviation of the measured currents from the model, at the samples.
+
+        It is proportional to the last step of the command, and depends on the time since. 0 if not significant."""
         balance, time = self.balance, self.timing.time
         changes = np.flatnonzero(np.diff(balance.commands.value) != 0) + 1
         made = np.zeros(len(time), np.float32)
         if len(changes) < FEWEST_COMMANDED:
             return made
-        steps = np.append(np.diff(balance.commands.value)[changes - 1], 0.0)  # 0: before the first one
+        steps = np.append(np.diff(balance.commands.value)[changes - 1], 0.0)  # 0: before the first step
         acts = np.append(balance.commands.time[changes] + self.delay_s, np.inf)
 
         def last_change(samples: "np.ndarray | slice") -> "tuple[np.ndarray, np.ndarray]":
-            """The age of the last change, as a place in AGES_S, and its size."""
+            """Age of the last step as an index into AGES_S, and its size."""
             latest = np.searchsorted(acts, time[samples], side="right") - 1
             return np.searchsorted(AGES_S, time[samples] - acts[latest]), steps[latest]
 
-        # Near the change itself stamps that are off look like a response.
+        # Close to a step, stamp errors look like a response: skip these bins.
         clear = np.concatenate(([False], AGES_S[:-1] >= AGES_S[0] + 3 * self.timing.sample_s, [False]))
         chosen = np.flatnonzero(balance.follows)
         chosen = chosen[:: len(chosen) // MOST_RESPONSES + 1]
@@ -190,22 +191,23 @@ class Fit:
         return made
 
     def given(self, response: np.ndarray) -> np.ndarray:
-        """The current of each window: what follows the commands, and what the measured ones are beyond that, as far as it
-        is more than their noise."""
+        """Current of each window.
+
+        With commanded torque, it is the modelled current plus the part of the measured deviation that exceeds noise."""
         balance, w = self.balance, self.windows
         if not np.any(w.commanded):
             return balance.taken()
         beyond = balance.beyond(self.delay_s, self.lag_s, slice(None)) - response
         mean = balance.over(beyond)[w.commanded]
         noise = spread(np.diff(beyond[balance.follows])) ** 2 / 2 / (np.median(w.last - w.first) + 1)
-        share = min(1.0, max(0.0, 2 * spread(mean) ** 2 / max(noise, 1e-12) - 2.4))  # noise alone has 1, none from 1.2 on
+        share = min(1.0, max(0.0, 2 * spread(mean) ** 2 / max(noise, 1e-12) - 2.4))  # ratio 1 is pure noise
         made = balance.taken()
         followed = balance.followed(self.delay_s, self.lag_s) + balance.integrated(response)
         made[w.commanded] = followed[w.commanded] + share * mean
         return made
 
     def leave_out_limits(self) -> None:
-        """Windows in which the drive gave less than it was told: it was at a limit, or did not hear."""
+        """Removes windows in which the drive did not follow its command: it was at a limit, or lost the frame."""
         balance = self.balance
         off = np.abs(balance.over(balance.beyond(self.delay_s, self.lag_s, slice(None))))
         told = np.abs(balance.followed(self.delay_s, self.lag_s))
@@ -224,6 +226,6 @@ class Fit:
 
 
 def clipped(values: np.ndarray) -> float:
-    """The mean square, with what is far off taken for as far as is usual."""
+    """Mean square with outliers clipped to a multiple of the median."""
     off = np.abs(values)
     return float(np.mean(np.minimum(off, max(1.5 * OUTLIER * np.median(off), 1e-6)) ** 2))

@@ -1,4 +1,4 @@
-"""Tracks of the drives of a log, through `lk-emu decode --json`, which is read as a stream."""
+"""Reads the tracks of the drives of a log from the output stream of `lk-emu decode --json`."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ from ..program import find_program
 from .motor import DEG, Motor, Unusable, run_program
 from .track import NOTHING, POSITION, SPEED, TORQUE, Orders, Track, joined
 
-FEWEST_SAMPLES = 200  # replies with the second state: ten seconds at 20 Hz (assumed)
-MOST_WAITING = 64  # queries without a reply that are kept
+FEWEST_SAMPLES = 200  # replies with speed and angle: ten seconds at 20 Hz (assumed)
+MOST_WAITING = 64  # pending queries per drive
 STOPS = {"80", "81", "88", "A0", "18", "07"}
-# Which quantity of a motion command is the order, and what it makes the drive follow.
+# Motion command: kind of order, key of its value, and unit.
 MOTION = {"torque": (TORQUE, "iq_A", 1.0), "speed": (SPEED, "speed_dps", DEG)}
 
 
 def monotone(log: str) -> "tuple[IO[bytes], array[float], int]":
-    """The log with stamps that do not go back, for the pairing, which goes by order; the stamps by line where some went
-    back, and how many did."""
+    """Returns the log with monotone stamps, the original stamps by line, and the number of stamps that went back.
+
+    Monotone stamps are needed to pair replies with queries. If no stamp went back, the stamps by line are empty."""
     stamps, back, latest = array("d"), 0, -1.0
     try:
         with open(log, "rb") as file:
@@ -64,7 +65,7 @@ def decoded(log: IO[bytes], name: str, motor: str, generation: str) -> Iterator[
 
 
 class Builder:
-    """One drive of one log, frame by frame."""
+    """Collects samples and orders of one drive from the frames of one log."""
 
     def __init__(self, id: int) -> None:
         self.id = id
@@ -72,8 +73,8 @@ class Builder:
         self.orders = {name: array(code) for name, code in zip(("time", "what", "value", "limit", "absolute"), "dbdfb")}
         self.gains: Optional[Dict[str, int]] = None
         self.volts, self.states, self.queries, self.replies, self.ambiguous = 0.0, 0, 0, 0, 0
-        self.latest: Optional[Tuple[int, float, float]] = None  # order, if it is absolute
-        self.waiting: List[Tuple[float, float]] = []  # time that decode has, and of the log
+        self.latest: Optional[Tuple[int, float, float]] = None  # last order if absolute
+        self.waiting: List[Tuple[float, float]] = []  # pending queries: time of decode, stamp of the log
 
     def query(self, frame: Dict[str, Any], at: float) -> None:
         self.queries += 1
@@ -83,7 +84,7 @@ class Builder:
         values, name = frame.get("values", {}), frame.get("name", "")
         what, key, unit = MOTION.get(name, (NOTHING, "", 1.0))
         if what:
-            value = values.get(key, values.get(str(self.id)))  # of a command for several drives, by ID
+            value = values.get(key, values.get(str(self.id)))  # commands for several drives have values by ID
             if value is not None:
                 self.order(at, what, value * unit)
         elif name.startswith("position"):
@@ -96,7 +97,7 @@ class Builder:
             self.order(at, NOTHING, 0.0)
 
     def asked(self, at: float) -> Optional[float]:
-        """When the query was stamped that decode has at this time; those before it have no reply."""
+        """Takes the query that decode has at this time, and returns its stamp. Drops older queries as unanswered."""
         for n, (decoded_at, stamped) in enumerate(self.waiting):
             if abs(decoded_at - at) < 1.5e-6:
                 del self.waiting[: n + 1]
@@ -104,7 +105,7 @@ class Builder:
         return None
 
     def order(self, at: float, what: int, value: float, limit: float = 0.0, absolute: bool = True) -> None:
-        """An order that is repeated changes nothing, unless it is an increment."""
+        """Adds an order. A repeated order is ignored unless it is an increment."""
         if absolute and (what, value, limit) == self.latest:
             return
         self.latest = (what, value, limit) if absolute else None
@@ -134,7 +135,7 @@ class Builder:
 
 
 def unwrapped(time: np.ndarray, speed: np.ndarray, counts: np.ndarray, span_counts: int, span_turns: float) -> np.ndarray:
-    """Angles that go on over turns of the encoder's span: the way that the reported speed says, or the short one."""
+    """Unwraps the angles of the encoder field. Each step is the closest to the reported speed times the interval."""
     span = 2 * np.pi * span_turns
     within = counts / span_counts * span
     expected = (speed[1:] + speed[:-1]) / 2 * np.diff(time)
@@ -146,7 +147,7 @@ Place = Tuple[str, int]  # interface and ID of a drive
 
 
 def fill(builders: Dict[Place, Builder], log: str, motor: str, generation: str) -> int:
-    """Hands each frame of the log to the drives that it concerns; returns how many stamps went back."""
+    """Passes each frame of the log to its drives; returns the number of stamps that went back."""
     file, stamps, back = monotone(log)
     start = None
     with file:
@@ -167,7 +168,7 @@ def fill(builders: Dict[Place, Builder], log: str, motor: str, generation: str) 
 
 
 def read_log(log: str, motor_name: str, motor: Motor, generation: Optional[str], id: Optional[int]) -> List[Track]:
-    """The drives of a candump log that said enough of their shafts."""
+    """Returns the drives of a candump log that have at least FEWEST_SAMPLES samples."""
     guessed = [json.loads(line) for line in run_guess(log).splitlines()]
     drives = [one for one in guessed if one["type"] == "drive" and one["drive"] and id in (None, one["drive"])]
     by_generation: Dict[str, Dict[Place, Dict[str, Any]]] = defaultdict(dict)
@@ -195,7 +196,7 @@ def read_log(log: str, motor_name: str, motor: Motor, generation: Optional[str],
 
 
 def as_arrays(columns: "Dict[str, array[Any]]") -> Dict[str, np.ndarray]:
-    """The same memory as numpy has it."""
+    """Views of the columns as numpy arrays, without a copy."""
     return {name: np.frombuffer(values, values.typecode) if values else np.zeros(0) for name, values in columns.items()}
 
 

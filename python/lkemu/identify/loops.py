@@ -1,4 +1,4 @@
-"""The loops of a drive: how the speed loop answers to cogging, and what the voltage lets through."""
+"""Speed loop gains from the response to cogging, and winding parameters from the voltage limit."""
 
 from __future__ import annotations
 
@@ -15,18 +15,20 @@ from .timing import Timing
 from .track import SPEED, TORQUE, Track
 from .windows import SLOWEST_RAD_S
 
-SETTLES_S, SHORTEST_S = 0.2, 0.5  # after a new speed, for its step to have died away; what is worth looking at (assumed)
-NYQUIST_SHARE = 0.8  # cogging beyond it is not told from slower one
-LIMIT_SHARE, LIMIT_LESS_A = 0.8, 0.3  # at the limit is what gives so much less than it is told (assumed)
-LIMIT_FEWEST, LIMIT_SPREAD_A = 40, 1.5  # a line needs two ends (assumed)
+SETTLES_S, SHORTEST_S = 0.2, 0.5  # Settling time after a new speed; shortest usable part (assumed).
+NYQUIST_SHARE = 0.8  # Share of the Nyquist frequency up to which ripple is used: beyond it, aliases are possible.
+# Current below this share of the command, and less than it by this difference, indicates the voltage limit (assumed).
+LIMIT_SHARE, LIMIT_LESS_A = 0.8, 0.3
+LIMIT_FEWEST, LIMIT_SPREAD_A = 40, 1.5  # Least number of samples and least range of currents for a fit (assumed).
 PLATEAU_A = 0.3
-PARTS = 20  # of the jackknife
-T_95 = 2.093  # of Student's t with 19 degrees
+PARTS = 20  # groups of the jackknife
+T_95 = 2.093  # 97.5 % quantile of Student's t with 19 degrees of freedom
 
 
 def held(track: Track, what: int) -> Iterator[Tuple[int, int, int]]:
-    """(order, first, last) of samples [first, last) that follow one absolute order of a kind without a gap; an order that is
-    said again is the same."""
+    """Yields (order, first, last) of samples [first, last) without a gap that follow one absolute order of this kind.
+
+    Repetitions of an order count as one order."""
     orders, at = track.orders, track.orders.at(track.time)
     if len(orders.time) == 0:
         return
@@ -44,7 +46,7 @@ def held(track: Track, what: int) -> Iterator[Tuple[int, int, int]]:
 
 
 def ripple(time: np.ndarray, angle: np.ndarray, iq: np.ndarray, orders: List[int]) -> "Optional[Tuple[np.ndarray, ...]]":
-    """Complex amplitudes at the orders of the angle about a parabola and of the current, their deviations, and the speed."""
+    """Complex amplitudes of angle and current at the orders, about a parabola; their deviations; the speed."""
     length = time[-1] - time[0]
     u = (time - time[0]) / length
     columns = [np.ones_like(u), u, u * u]
@@ -58,7 +60,7 @@ def ripple(time: np.ndarray, angle: np.ndarray, iq: np.ndarray, orders: List[int
 
 
 def mean(values: List[Tuple[float, float]]) -> Optional[Estimate]:
-    """Of values with deviations; where they differ by more, so does the mean."""
+    """Weighted mean of (value, deviation). The interval is wider if values scatter more than their deviations."""
     if len(values) < 3:
         return None
     value, deviation = np.array(values).T
@@ -69,7 +71,7 @@ def mean(values: List[Tuple[float, float]]) -> Optional[Estimate]:
 
 
 def fit_speed_loop(track: Track, timing: Timing, balance: BalanceFit) -> "Tuple[Optional[Estimate], Optional[Estimate]]":
-    """Kp (A·s/rad) and Ki (A/rad): of iq = −(Kp + Ki/s)·ω the log has both sides at steady speeds, at each order of cogging."""
+    """Fits Kp (A·s/rad) and Ki (A/rad) in iq = −(Kp + Ki/s)·ω to the ripple of cogging at steady speeds."""
     orders = [one.order for one in balance.cogging if one.amplitude.told]
     kp: List[Tuple[float, float]] = []
     ki: List[Tuple[float, float]] = []
@@ -77,7 +79,7 @@ def fit_speed_loop(track: Track, timing: Timing, balance: BalanceFit) -> "Tuple[
         return None, None
     control = track.motor.data["control"]
     pwm_s, motion_s = 1 / track.motor.number("inverter", "f_pwm_kHz", 1e3), track.motor.motion_period_s
-    # The estimator, a period of the motion loops, the current loop (docs/internals/model.md §10, §11).
+    # Lags of estimator, motion period, PWM and current loop (docs/internals/model.md §10, §11).
     lag_s = 1 / control["estimator_bandwidth_rad_s"] + motion_s + pwm_s + 1 / control["current_bandwidth_rad_s"]
     for order, first, last in held(track, SPEED):
         first = int(np.searchsorted(track.time, track.time[first] + SETTLES_S))
@@ -105,13 +107,13 @@ def fit_speed_loop(track: Track, timing: Timing, balance: BalanceFit) -> "Tuple[
 
 @dataclass
 class VoltageFit:
-    no_load: Estimate  # rad/s, where the voltage is used up
+    no_load: Estimate  # rad/s, speed at the voltage limit without current
     k_t: Optional[Estimate]
     resistance: Optional[Estimate]
 
 
 def limited(track: Track) -> "Tuple[np.ndarray, np.ndarray]":
-    """Speeds and currents in the direction of turning where the drive gives less than it is told."""
+    """Speeds and currents, in the direction of the command, of samples with less current than commanded."""
     orders, now = track.orders, track.orders.at(track.time)
     if len(orders.time) == 0:
         return np.zeros(0), np.zeros(0)
@@ -120,11 +122,11 @@ def limited(track: Track) -> "Tuple[np.ndarray, np.ndarray]":
     sign = np.sign(told)
     iq, speed = sign * track.iq, sign * track.speed
     chosen = (before >= 0) & (orders.what[now] == TORQUE) & (told != 0)
-    # The same order a sample before: the current has come to where it goes.
+    # An equal order at the previous sample: the current has settled.
     chosen &= (orders.value[before] == told) & (orders.what[before] == TORQUE)
     chosen &= (speed > 0) & (iq <= LIMIT_SHARE * np.abs(told)) & (iq <= np.abs(told) - LIMIT_LESS_A)
     speed, iq = speed[chosen], iq[chosen]
-    # A torque limit gives less too, at any speed: where many have the largest current, it is that one (assumed).
+    # A torque limit also reduces the current, at any speed. Many samples at the largest current indicate one (assumed).
     if len(iq):
         high = iq > iq.max() - PLATEAU_A
         if 5 * np.count_nonzero(high) > len(iq):
@@ -133,7 +135,7 @@ def limited(track: Track) -> "Tuple[np.ndarray, np.ndarray]":
 
 
 def fit_voltage(track: Track) -> Optional[VoltageFit]:
-    """√(V² − (ω_e·L_q·iq)²) = R·iq + p·ψ·ω."""
+    """Fits √(V² − (ω_e·L_q·iq)²) = R·iq + p·ψ·ω by least squares."""
     speed, iq = limited(track)
     if len(iq) < LIMIT_FEWEST or np.ptp(iq) < LIMIT_SPREAD_A:
         return None

@@ -1,4 +1,4 @@
-"""Motor files, in SI, as `lk-emu motors` finds them."""
+"""Parameters of motor files in SI units. `lk-emu motors` finds the files."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from typing import Any, Dict, List
 from ..errors import StartError
 from ..program import find_program
 
-WIRE_BITS = 16  # wider encoders show their top 16 bits
+WIRE_BITS = 16  # the field of wider encoders has their top 16 bits
 DEG = math.pi / 180
 
 
 class Unusable(StartError):
-    """Input that nothing can be made of: one line, exit status 2."""
+    """Invalid input: one line of text, exit status 2."""
 
 
 def run_program(*words: str) -> str:
-    """What lk-emu prints; its last line is the reason where it refuses."""
+    """Runs lk-emu and returns its output. Raises Unusable with the last line of its errors."""
     done = subprocess.run([find_program(), *words], stdin=subprocess.DEVNULL, capture_output=True, text=True)
     if done.returncode != 0:
         said = done.stderr.strip().splitlines() or [f"status {done.returncode}"]
@@ -36,7 +36,7 @@ def is_path(name: str) -> bool:
 
 
 def merged(paths: List[str]) -> Dict[str, Any]:
-    """The tables of a motor file that `lk-emu motors` has found to be right, over those that it extends: they follow it."""
+    """Merges a valid motor file with the files that it extends. `paths` begins with the motor file itself."""
     data: Dict[str, Any] = {}
 
     def over(below: Dict[str, Any], above: Dict[str, Any]) -> None:
@@ -54,7 +54,7 @@ def merged(paths: List[str]) -> Dict[str, Any]:
 
 @dataclass
 class Motor:
-    """What is known beforehand. Torques in Nm, inertias in kg·m², angles in rad, at the rotor unless it says out."""
+    """Known parameters: Nm, kg·m², rad. Values are at the rotor; names with `out` are at the output."""
 
     name: str
     path: str
@@ -73,7 +73,7 @@ class Motor:
 
     @property
     def reports_current(self) -> bool:
-        """An MS drive reports a share of the voltage in its place."""
+        """False for MS drives, which report a share of the voltage instead."""
         return bool(self.data["control"]["has_current_loop"])
 
     @cached_property
@@ -102,7 +102,7 @@ class Motor:
 
     @cached_property
     def backlash(self) -> float:
-        """Of the rotor: how far it turns until the output follows."""
+        """Angle of the rotor until the output follows, rad."""
         return self.number("mechanics", "backlash_arcmin", DEG / 60) * self.N
 
     @cached_property
@@ -135,7 +135,7 @@ class Motor:
 
     @cached_property
     def resistance(self) -> float:
-        """Of a phase, its switch and half the supply."""
+        """Resistance of a phase, its switch and half the supply, ohm."""
         return (
             self.number("motor", "R_s_ohm")
             + self.number("inverter", "R_on_mohm", 1e-3)
@@ -144,16 +144,16 @@ class Motor:
 
     @cached_property
     def modulation(self) -> float:
-        """The largest voltage of a phase, over the supply's (docs/internals/model.md §9)."""
+        """Largest phase voltage over supply voltage (docs/internals/model.md §9)."""
         return (2 * self.number("inverter", "duty_max") - 1) / math.sqrt(3)
 
     @cached_property
     def counts(self) -> int:
-        """Of the encoder field."""
+        """Counts of the encoder field."""
         return 1 << min(WIRE_BITS, int(self.data["encoder"]["bits"]))
 
     def span_turns(self, said: str = "") -> float:
-        """How many turns of the rotor the encoder field spans; `said`: encoder_span, where it is known better."""
+        """Rotor turns that the encoder field spans; `said` overrides encoder_span of the file."""
         return self.N if (said or self.data["encoder_span"]) == "output_turn" else 1.0
 
     @cached_property
@@ -164,7 +164,7 @@ class Motor:
         return dict(self.data["factory"]["gains"])
 
     def loops(self, gains: "Dict[str, int] | None" = None) -> Dict[str, float]:
-        """The gains that bytes make: angle_kp 1/s, speed_kp A·s/rad, speed_ki A/rad (docs/internals/model.md §11)."""
+        """Converts gain bytes: angle_kp to 1/s, speed_kp to A·s/rad, speed_ki to A/rad (docs model.md §11)."""
         c, g = self.data["control"], gains or self.gain_bytes()
         kp = c["speed_bandwidth_rad_s"] * c["J_nominal_g_cm2"] * 1e-7 / self.k_t
         return {
@@ -175,7 +175,7 @@ class Motor:
 
     @cached_property
     def no_load_rad_s(self) -> float:
-        """Of the rotor, at the supply of the file: voltage less dead time and friction over the flux (model.md)."""
+        """No-load speed of the rotor at the file's supply, with dead time and friction (docs/internals/model.md)."""
         R = self.number("motor", "R_s_ohm") + self.number("inverter", "R_on_mohm", 1e-3)
         dead = 4 / math.pi * self.number("inverter", "t_dead_ns", 1e-9) * self.number("inverter", "f_pwm_kHz", 1e3)
         friction_A = (self.coulomb + self.coulomb_out / self.N) / self.k_t
@@ -184,7 +184,7 @@ class Motor:
 
 
 def load_motor(name: str, option: str = "--motor") -> Motor:
-    """By its name or path; raises Unusable."""
+    """Loads a motor by name or path. Raises Unusable."""
     try:
         listing = run_program("motors", name)
     except Unusable as problem:

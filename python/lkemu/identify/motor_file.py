@@ -1,4 +1,4 @@
-"""The motor file that identify writes, and reading its table [identified] back for --expect."""
+"""Writes the motor file of --output, and reads its table [identified] for --expect."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Section:
         self.drive, self.name, self.lines = drive, name, ""
 
     def add(self, key: str, value: float, origin: str) -> None:
-        """`origin`: the key of the quantity that the value follows from."""
+        """`origin`: key of the quantity from which the value is computed."""
         found, quantity = self.drive.values[origin], next(one for one in QUANTITIES if one.key == origin)
         assert found is not None
         off = abs(found.half_width / found.value) * 100
@@ -92,7 +92,7 @@ def windings(drive: Drive) -> Section:
 def load_lines(drive: Drive, k_t: float) -> str:
     if not drive.told("gravity_A"):
         return ""
-    found, eta = drive.values["gravity_A"], efficiency_of(drive)  # the estimate is the mean of up and down
+    found, eta = drive.values["gravity_A"], efficiency_of(drive)  # the estimate is the mean of lifting and lowering
     assert found is not None
     torque = found.value * k_t * drive.track.motor.N * 2 / (1 / eta + eta)
     off = found.half_width / found.value * 100
@@ -103,7 +103,7 @@ def load_lines(drive: Drive, k_t: float) -> str:
 
 
 def motor_text(drive: Drive, base: str, logs: List[str]) -> str:
-    """`base`: the value of `extends`."""
+    """Text of the motor file; `base` is its value of `extends`."""
     motor, own_k_t = drive.track.motor, drive.told("k_t_Nm_A")
     k_t = drive.number("k_t_Nm_A") if own_k_t else motor.k_t
     of = "the torque constant of the log" if own_k_t else f"the torque constant of {motor.name}, because the log does not show it"
@@ -139,7 +139,7 @@ def line_of(text: str, key: str) -> int:
 
 
 def expected_values(text: str, file: str) -> List[Expected]:
-    """Raises Unusable."""
+    """Reads the table [identified]. Raises Unusable."""
     try:
         table = tomllib.loads(text).get("identified")
     except tomllib.TOMLDecodeError as problem:

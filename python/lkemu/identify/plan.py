@@ -1,4 +1,4 @@
-"""The script of --plan: half a minute of rest, speeds, torque pulses and moves that a person runs at the real motor."""
+"""Writes the script of --plan: 30 s of rest, speeds, torque pulses and moves, to be run on the real motor."""
 
 from __future__ import annotations
 
@@ -17,26 +17,27 @@ SPEED_SHARES = (0.1, -0.1, 0.2, -0.2, 1.0, -1.0)
 PULSES, PULSE_S, PULSE_SHARES = 130, (0.02, 0.04, 0.06), (1.0, 0.7)
 MOVES_DEG = (90.0, 0.0, 180.0, 0.0, 90.0, -90.0, 0.0)
 MOST_SPEED_DPS, TRAVEL_TURNS, RATE_HZ = 720.0, 20.0, 200.0
-REACTION_STEPS = 2.5  # exchanges from a speed that is too high until the torque ends: a reply is one old, and hosts jitter (assumed)
+# Exchanges from excess speed to the end of the torque: a reply is one exchange old, and hosts jitter (assumed).
+REACTION_STEPS = 2.5
 PLACE = "# (here stand the constants of the plan)\n"
 
 
 @dataclass
 class Limits:
-    """At the rotor."""
+    """Limits of the experiment, at the rotor."""
 
     current_A: float
-    speed_dps: float  # of the speeds
-    dps_per_A_s: float  # acceleration per ampere, at most
+    speed_dps: float  # highest steady speed
+    dps_per_A_s: float  # highest acceleration per ampere
 
     @property
     def reach_dps(self) -> float:
-        """By how much a pulse makes the rotor faster after it has become too fast."""
+        """Speed that a pulse adds before the script reacts to excess speed."""
         return self.dps_per_A_s * self.current_A * REACTION_STEPS / RATE_HZ
 
     @property
     def pulse_dps(self) -> float:
-        """Pulses end at this speed: they keep below twice that of the speeds, but are not cut below that."""
+        """Speed at which pulses end. Overshoot stays below twice `speed_dps` unless `reach_dps` exceeds `speed_dps`."""
         return max(2 * self.speed_dps - self.reach_dps, self.speed_dps)
 
     @property
@@ -45,13 +46,14 @@ class Limits:
 
     @property
     def late_dps(self) -> float:
-        """By how much the rotor gets faster while the host is 10 ms late."""
+        """Speed that the rotor gains while the host is 10 ms late."""
         return 0.01 * self.dps_per_A_s * self.current_A
 
 
 def plan_limits(motor: Motor) -> Limits:
-    """Three times the friction, a twentieth of the no-load speed, half of what the sensors show (assumed). The inertia of the
-    file is that of the free rotor: with anything attached the acceleration is less."""
+    """Current: three times the friction, at most half the sensor range. Speed: a twentieth of the no-load speed.
+
+    All shares are assumed. The file has the inertia of the free rotor; a load reduces the acceleration."""
     inertia = motor.J + motor.J_out / motor.N**2
     dps_per_A_s = motor.k_t / inertia / DEG
     speed_dps = min(MOST_SPEED_DPS, motor.no_load_rad_s / DEG / 20)
@@ -60,14 +62,16 @@ def plan_limits(motor: Motor) -> Limits:
 
 
 def plan_steps(limits: Limits) -> List[Tuple[str, float, float]]:
-    """(what, A or dps or degrees, seconds). Pulses of alternate and pseudo-random sign, so that the shaft stays about where it
-    is; never more than two of one sign."""
+    """Returns (kind, value in A, dps or degrees, seconds).
+
+    The signs of the pulses come in pairs with a pseudo-random order. At most two equal signs follow each other, so the
+    shaft stays near its start."""
     steps = [("torque", 0.0, REST_S)]
     steps += [("speed", share * limits.speed_dps, SPEED_S) for share in SPEED_SHARES]
     steps.append(("torque", 0.0, MOVE_S))
     state, sign = 0xACE1, 1.0
     for n in range(PULSES):
-        for _ in range(5):  # Galois' shift register of 16 bits
+        for _ in range(5):  # 16-bit Galois linear-feedback shift register
             state = state >> 1 ^ (0xB400 if state & 1 else 0)
         sign = -sign if n % 2 else (1.0 if state & 1 else -1.0)
         seconds = PULSE_S[(state >> 5) % len(PULSE_S)]
@@ -77,7 +81,7 @@ def plan_steps(limits: Limits) -> List[Tuple[str, float, float]]:
 
 
 def dialect(motor_name: str, generation: str) -> Tuple[float, List[int]]:
-    """A per LSB of 0xA1, and the first queries that this generation knows."""
+    """Returns A per LSB of 0xA1, and the initial queries that this generation supports."""
     frames = "(0.000000) can0 141#A1000000E8030000\n(1.000000) can0 141#3000000000000000\n(2.000000) can0 141#8C00000000000000\n"
     words = [find_program(), "decode", "-", "--json", "--motor", motor_name, "--generation", generation]
     done = subprocess.run(words, input=frames, capture_output=True, text=True)
@@ -110,7 +114,7 @@ def plan_script(motor: Motor, motor_name: str, id: int, generation: str, limits:
 
 
 def write_plan(motor: Motor, motor_name: str, id: Optional[int], generation: Optional[str]) -> Tuple[str, str]:
-    """The script, and what to say about it."""
+    """Returns the script and its summary for the user."""
     if not motor.reports_current:
         raise Unusable(f"identify: {printable(motor_name)} is an MS motor, which reports no current: a plan would tell nothing of it")
     if id is None:

@@ -1,5 +1,4 @@
-"""The position loop: the log's moves are made again by an emulated drive with the numbers that were found; Kp is that with
-which it follows best."""
+"""Position loop gain: fits an emulated drive with the identified parameters to the moves of the log."""
 
 from __future__ import annotations
 
@@ -24,13 +23,14 @@ from .motor import DEG
 from .timing import Timing
 from .track import POSITION, Track
 
-MOST_MOVES_S, LEAST_MOVE_RAD = 6.0, 0.1  # that are looked at (assumed)
-LONGEST_STEP, FARTHEST_RAD = 1.6, 0.01  # in times of the loop; an emulation farther off is not of the same loop (assumed)
-UNSEEN = 0.035  # of Kp, by which drive and emulation differ beyond what is fitted: twice the rms of nine planted motors
-UNKNOWN_GAIN = 1.0  # of log gains that nothing is known of: a factor of e either way
+MOST_MOVES_S, LEAST_MOVE_RAD = 6.0, 0.1  # Longest part of the log that is emulated; least travel in it (assumed).
+# Longest sample interval in units of 1/Kp, and largest rms error of an accepted emulation (assumed).
+LONGEST_STEP, FARTHEST_RAD = 1.6, 0.01
+UNSEEN = 0.035  # Relative error of Kp beyond the fit: twice the rms of nine simulated motors.
+UNKNOWN_GAIN = 1.0  # Prior deviation of the logarithm of a gain: a factor of e either way.
 BOOT_S, RATE_HZ, T_95 = 0.3, 2000, 1.96
-DELAY_MS = 0.2  # how well it is known beforehand (assumed)
-ANGLE_KP, SPEED_KP, SPEED_KI, J, FRICTION, DELAY = range(6)  # logarithms of factors on what is expected; milliseconds more
+DELAY_MS = 0.2  # Prior deviation of the delay (assumed).
+ANGLE_KP, SPEED_KP, SPEED_KI, J, FRICTION, DELAY = range(6)  # Logarithms of factors; DELAY in ms.
 STEP = 0.01
 
 
@@ -38,12 +38,12 @@ STEP = 0.01
 class PositionFit:
     kp: Estimate  # 1/s
     time: np.ndarray
-    logged: np.ndarray  # rad from where the moves began
+    logged: np.ndarray  # rad from the start of the moves
     emulated: np.ndarray
 
 
 def moves_of(track: Track) -> Optional[Tuple[int, int, float]]:
-    """The largest part without a gap that follows positions only, (first, last, multi-turn angle less that of the samples)."""
+    """Longest part without a gap under position commands: (first, last, offset of the multi-turn angle)."""
     best, zeros, begin, end = None, [], 0, -1
     for order, first, last in held(track, POSITION):
         if first != end or not zeros:
@@ -51,7 +51,7 @@ def moves_of(track: Track) -> Optional[Tuple[int, int, float]]:
         end = last
         zeros.append(track.orders.value[order] - track.angle[last - 1])
         if track.time[last - 1] - track.time[begin] > MOST_MOVES_S:
-            zeros = []  # the next ones begin where this one ends
+            zeros = []  # the next part begins here
         elif best is None or last - begin > best[1] - best[0]:
             best = (begin, last, float(np.median(zeros)))
     if best is None or np.ptp(track.angle[best[0] : best[1]]) < LEAST_MOVE_RAD:
@@ -60,7 +60,7 @@ def moves_of(track: Track) -> Optional[Tuple[int, int, float]]:
 
 
 class Emulation:
-    """Makes the moves with an emulated drive."""
+    """Repeats the moves of the log with an emulated drive."""
 
     def __init__(self, track: Track, timing: Timing, balance: BalanceFit, moves: Tuple[int, int, float], folder: str) -> None:
         motor, k = track.motor, track.motor.k_t
@@ -78,7 +78,7 @@ class Emulation:
         m["tau_cogging_mNm"], ahead = 0.0, 0.0
         for one in balance.cogging:
             if one.order != motor.pole_pairs and one.amplitude.told:
-                # Cogging is where the log has it: A·sin(n·θ + phase) there, sin(n·θ) here.
+                # Cogging is A·sin(n·θ + phase) in the log and A·sin(n·θ) in the emulation: the start angle is shifted.
                 m["tau_cogging_mNm"], m["cogging_per_turn"] = one.amplitude.value * k * 1e3, one.order
                 ahead = one.phase / one.order
                 break
@@ -88,7 +88,7 @@ class Emulation:
         self.start_deg = self._play([])[0]
 
     def _play(self, lines: List[str], by: "np.ndarray | None" = None) -> Any:
-        """lk-emu run with the frames: where it starts, as 0x92 has it, and (times, true angles)."""
+        """Runs lk-emu with these frames. Returns the start angle as in 0x92, and (times, true angles)."""
         by = np.zeros(6) if by is None else np.clip(by, -3, 3)
         m, c, track = dict(self.mechanics), dict(self.control), self.track
         m["J_g_cm2"] *= math.exp(by[J])
@@ -125,7 +125,7 @@ class Emulation:
         return float(booted[1]), np.array([[float(row[0]), float(row[2]) * DEG] for row in rows if row[2]]).T
 
     def run(self, by: np.ndarray) -> np.ndarray:
-        """The angle from where it began, at each sample."""
+        """Emulated angle relative to the start, at each sample."""
         first, orders = self.moves[0], self.orders
         delay = self.delay_s + float(np.clip(by[DELAY], -3, 3)) * 1e-3
         zero = self.time[0] - BOOT_S
@@ -142,7 +142,7 @@ class Emulation:
 
 
 def correlation_length(left: np.ndarray) -> float:
-    """What is left goes on from sample to sample: so many of them tell as much as one that does not."""
+    """Number of correlated residuals that count as one independent residual."""
     length, squares = 1.0, float(left @ left)
     for lag in range(1, len(left) // 4):
         rho = float(left[:-lag] @ left[lag:]) / squares
@@ -156,7 +156,7 @@ def fit_position_loop(track: Track, timing: Timing, balance: BalanceFit, speed_k
                       speed_ki: Optional[Estimate]) -> Optional[PositionFit]:  # fmt: skip
     moves = moves_of(track)
     loops = track.motor.loops(track.gains)
-    # What hangs on an arm makes the loop sag as a smaller gain would.
+    # Gravity on an arm causes a position error, which looks like a smaller gain.
     if moves is None or balance.gravity or min(loops.values()) <= 0:
         return None
     if balance.inertia.letter == "U" or balance.coulomb.letter == "U":
@@ -176,14 +176,14 @@ def fit_position_loop(track: Track, timing: Timing, balance: BalanceFit, speed_k
             def left(by: np.ndarray) -> np.ndarray:
                 return np.concatenate(((emulation.run(by) - emulation.logged) / noise, (by - expected) / deviation))
 
-            for _ in range(2):  # how noisy the log is shows first when it is fitted
+            for _ in range(2):  # the first fit gives the noise for the second
                 found = least_squares(left, at, method="lm", diff_step=STEP, x_scale=np.full(6, 0.3), max_nfev=40, ftol=1e-3, xtol=1e-3)
                 at = found.x
                 rest = found.fun[: len(emulation.time)]
                 noise *= math.sqrt(float(np.mean(rest**2)) * correlation_length(rest))
             emulated = emulation.run(at)
         except RuntimeError:
-            return None  # numbers that no motor has
+            return None  # lk-emu rejects the parameters
     jacobian = found.jac.copy()
     jacobian[: len(emulation.time)] /= math.sqrt(float(np.mean(rest**2)) * correlation_length(rest))
     covariance = np.linalg.inv(jacobian.T @ jacobian)

@@ -1,4 +1,4 @@
-"""Everything that a log tells of one drive, as rows of one table. Printing, motor file, comparison and report use it."""
+"""Table of all quantities that identify estimates; used by output, motor file, comparison and report."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from .position import PositionFit, fit_position_loop
 from .timing import Timing, timing
 from .track import TORQUE, Track
 
-FEWEST_AT_REST, REST_RAD_S = 50, 1.0  # samples for a noise figure (assumed)
+FEWEST_AT_REST, REST_RAD_S = 50, 1.0  # samples for the noise; highest speed that counts as rest (assumed)
 
 
 @dataclass
 class Drive:
-    """All estimates for one drive; quantities in amperes, because a log has no torques."""
+    """All estimates for one drive. Torques are in amperes, because a log has no torques."""
 
     track: Track
     timing: Timing
     balance: Optional[BalanceFit] = None
-    too_rough: str = ""  # why the stamps do not allow a balance of torques
+    too_rough: str = ""  # reason why the stamps do not allow a torque balance
     speed_kp: Optional[Estimate] = None
     speed_ki: Optional[Estimate] = None
     position: Optional[PositionFit] = None
@@ -36,7 +36,7 @@ class Drive:
         self.values: Dict[str, Optional[Estimate]] = {}
 
     def cogging(self) -> Optional[Cogging]:
-        """The strongest order that offsets of the current sensors do not explain."""
+        """Strongest order other than the pole pairs, at which offsets of the current sensors also act."""
         orders = self.balance.cogging if self.balance else []
         return next((one for one in orders if one.order != self.track.motor.pole_pairs), None)
 
@@ -52,14 +52,14 @@ class Drive:
 
 @dataclass(frozen=True)
 class Quantity:
-    key: str  # in the motor file; ends with its unit
+    key: str  # key in the motor file; ends with the unit
     label: str
     unit: str
-    how: str  # the method
-    experiment: str  # what would tell it
+    how: str  # method
+    experiment: str  # experiment that measures it
     found: Callable[[Drive], Optional[Estimate]]
-    base: Callable[[Motor], float]  # of the motor file with a free shaft; 0: unknown
-    of_motor: bool = True  # False: of the supply or the load, which may change
+    base: Callable[[Motor], float]  # value of the motor file with a free shaft; 0: unknown
+    of_motor: bool = True  # False: depends on supply or load, so --expect ignores it
 
 
 def current_noise(drive: Drive) -> Optional[Estimate]:
@@ -82,7 +82,7 @@ def current_noise(drive: Drive) -> Optional[Estimate]:
 
 
 def gear_loss(drive: Drive) -> Optional[Estimate]:
-    """1 − η from (1 − η²)/(1 + η²), the ratio that the balance finds."""
+    """1 − η from (1 − η²)/(1 + η²), the ratio in the torque balance."""
     if drive.balance is None or drive.balance.gear_loss is None:
         return None
     x = min(max(drive.balance.gear_loss.value, 0.0), 0.99)
@@ -126,7 +126,7 @@ QUANTITIES = (
     Quantity("angle_kp_per_s", "Kp of the position loop", "1/s", "emulated moves",
              "moves (0xA4) with rests between them, no arm, 200 exchanges per second",
              lambda d: d.position.kp if d.position else None, lambda m: m.loops()["angle_kp"]),
-    # iq is made of two measured phases: their noise times √(4/3), averaged over angles.
+    # iq is computed from two measured phases: their noise times √(4/3), averaged over angles.
     Quantity("iq_noise_A", "noise of the reported current", "A", "iq at rest with torque 0",
              "0xA1 with torque 0 for two seconds, shaft at rest", current_noise,
              lambda m: m.number("current_sensor", "noise_A") * math.sqrt(4 / 3)),
@@ -166,7 +166,7 @@ LEAST_CHANGE = 0.1
 class Expected:
     quantity: Quantity
     estimate: Estimate
-    order: int = 0  # of cogging
+    order: int = 0  # cogging order; 0 for other quantities
 
 
 @dataclass
@@ -177,7 +177,7 @@ class Changes:
 
 
 def changes(drive: Drive, expected: List[Expected], file: str) -> Changes:
-    """What differs by more than the intervals and by more than a tenth."""
+    """Lists values whose intervals do not overlap and that differ by more than LEAST_CHANGE."""
     found, now_cogging = Changes([], 0, []), drive.cogging()
     for then in expected:
         if not then.quantity.of_motor:

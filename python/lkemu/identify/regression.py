@@ -1,7 +1,7 @@
-"""Weighted least squares over windows with instruments, and how sure what comes of them is.
+"""Weighted least squares over windows with an instrumental variable, and jackknife intervals.
 
-The acceleration is measured with noise, and least squares would make an inertia too small of that. So where torque was
-commanded its equation is weighed by the acceleration that the commands let expect, which has no such noise.
+Noise of the measured acceleration would bias the inertia of least squares towards 0. The instrument is the acceleration
+predicted from the commands, which has no such noise.
 """
 
 from __future__ import annotations
@@ -14,26 +14,26 @@ import numpy as np
 from .estimate import Estimate
 from .windows import INERTIA, Windows
 
-GROUPS = 24  # of the jackknife: each has something of each part of the log
-RUN_S = 0.2  # windows that overlap stay together
-STUDENT = 2.069  # 95 % with GROUPS − 1 degrees
-OUTLIER = 5.0  # standard deviations: there a line of the log is lost
+GROUPS = 24  # Groups of the jackknife: each has runs from all parts of the log.
+RUN_S = 0.2  # Length of a run: overlapping windows stay in one group.
+STUDENT = 2.069  # 97.5 % quantile of Student's t with GROUPS − 1 degrees of freedom.
+OUTLIER = 5.0  # Standard deviations: larger residuals are due to lines missing from the log.
 ROUNDS = 6
 FEWEST_MEASURED = 20
-CHUNK = 8192  # windows at a time, for memory
+CHUNK = 8192  # Windows per step, limits the memory.
 
 
 @dataclass
 class Regression:
-    """`given`: the current of each window; `used`: the columns of `terms` that are looked for."""
+    """Regression of the current of each window, `given`, on the columns `used` of `terms`."""
 
     windows: Windows
     terms: np.ndarray
     given: np.ndarray
     used: List[int]
-    experiment: bool  # the inertia is told by commanded torques alone
-    expected: np.ndarray  # the current of each window without the noise of its stamps
-    among: np.ndarray  # windows that may be used
+    experiment: bool  # the inertia is estimated from commanded torques only
+    expected: np.ndarray  # current of each window without the noise of its stamps
+    among: np.ndarray  # mask of usable windows
     coefficients: np.ndarray = field(init=False)
     weights: np.ndarray = field(init=False)
     kept: np.ndarray = field(init=False)
@@ -71,7 +71,7 @@ class Regression:
         return normal, right
 
     def _solve(self, normal: np.ndarray, right: np.ndarray) -> np.ndarray:
-        # Terms have units: each is scaled to 1 before it is solved.
+        # Scale each term to 1: terms have different units.
         scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(normal)), 1e-300))
         scaled = normal * scale[:, None] * scale
         found = np.zeros(self.terms.shape[1])
@@ -82,7 +82,7 @@ class Regression:
         self.coefficients = self._solve(*self._sums(np.flatnonzero(self.kept)))
 
     def _expect(self) -> None:
-        """The acceleration that follows from what was commanded."""
+        """Sets the instrument to the acceleration predicted from the commands."""
         commanded = self.windows.commanded
         others = self.coefficients.copy()
         others[INERTIA] = 0
@@ -98,7 +98,8 @@ class Regression:
         measured = np.flatnonzero(~commanded & self.among)
         if len(measured) <= FEWEST_MEASURED:
             return
-        # The quieter half has the variance of steady speed; beyond, it grows with the acceleration and with the speed.
+        # The variance is that of the half with less acceleration, plus a part proportional to the squared acceleration.
+        # Fast and slow windows have separate variances.
         acceleration = self.terms[measured, INERTIA] ** 2
         quiet = acceleration <= np.median(acceleration)
         steady = np.empty(len(measured))
@@ -111,7 +112,7 @@ class Regression:
         self.weights[measured] = 1 / (steady + per * acceleration)
 
     def _trim(self) -> None:
-        """Of measured currents none is left out: what is far off there is often what tells the inertia."""
+        """Drops outliers under commanded torque. Measured currents keep theirs: they often determine the inertia."""
         commanded = self.windows.commanded
         if np.any(commanded & self.among):
             off = np.abs(self.residual())
@@ -119,7 +120,7 @@ class Regression:
             self.kept = self.among & (~commanded | (off <= usual))
 
     def jackknife(self) -> np.ndarray:
-        """The coefficients without each group."""
+        """Coefficients with each group left out."""
         group = (self.windows.time / RUN_S).astype(int) % GROUPS
         sums = [self._sums(np.flatnonzero(self.kept & (group == n))) for n in range(GROUPS)]
         normal, right = sum(one[0] for one in sums), sum(one[1] for one in sums)
@@ -127,6 +128,6 @@ class Regression:
 
 
 def estimate(of: Callable[[np.ndarray], float], fitted: np.ndarray, without: np.ndarray) -> Estimate:
-    """What a function of the coefficients is, and how well it is known; `without`: of jackknife()."""
+    """Estimates a function of the coefficients with its interval; `without` is the result of `jackknife`."""
     made = np.array([of(one) for one in without])
     return Estimate(float(of(fitted)), float(STUDENT * np.sqrt(np.mean((made - made.mean()) ** 2) * (GROUPS - 1))))

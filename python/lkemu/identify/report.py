@@ -1,4 +1,4 @@
-"""The table that is printed, and the HTML page of --report."""
+"""Printed table, and HTML page of --report."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .plan import dialect
 from .quantities import QUANTITIES, Drive
 from .windows import COULOMB, INERTIA, VISCOUS, WINDOW_S
 
-SHOWN_S = 6.0  # of the log, in the pictures
+SHOWN_S = 6.0  # part of the log in the pictures
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 1100px; margin: 2em auto; padding: 0 1em; color: #222; background: #fff }
@@ -62,7 +62,7 @@ def of_pulses(drive: Drive, fit: BalanceFit) -> List[str]:
 
 
 def of_generation(drive: Drive) -> List[str]:
-    """Currents are scaled by the generation, so a wrong guess scales every value in amperes."""
+    """Warns about a guessed generation: a wrong one scales every value in amperes."""
     track = drive.track
     if track.generation_given or len(track.fits) < 2:
         return []
@@ -78,7 +78,7 @@ def of_generation(drive: Drive) -> List[str]:
 
 
 def notes(drive: Drive) -> List[str]:
-    """What the reader has to know about the quality of the numbers."""
+    """Remarks on the quality of the values."""
     if not drive.track.motor.reports_current:
         return ["An MS drive reports no current: its log tells nothing about its mechanics."]
     if drive.too_rough:
@@ -150,20 +150,20 @@ def picture_library() -> Any:
 
 
 def panels(height: float, ratios: Sequence[float]) -> "tuple[Any, Any]":
-    """A figure, and its axes above one time axis."""
+    """Figure with stacked axes on one time axis."""
     figure = picture_library().Figure(figsize=(11, height), layout="constrained")
     return figure, figure.subplots(len(ratios), sharex=True, height_ratios=ratios)
 
 
 def svg(figure: Any) -> str:
     for artist in figure.findobj(match=lambda one: one.get_clip_on()):
-        artist.set_clip_on(False)  # the name of a clip path would differ from run to run
+        artist.set_clip_on(False)  # names of clip paths differ between runs
     text = str(picture_library().rendered(figure, "", "svg").decode())
     return text[text.index("<svg") :]
 
 
 def balance_picture(drive: Drive, fit: BalanceFit) -> str:
-    # The busiest part of the log.
+    # Show the part of the log with the largest currents.
     starts = fit.time[:: max(1, len(fit.time) // 200)]
     begin = max(starts, key=lambda at: float(np.sum(fit.given[(fit.time >= at) & (fit.time <= at + SHOWN_S)] ** 2)))
     shown = (fit.time >= begin) & (fit.time <= begin + SHOWN_S)

@@ -1,7 +1,7 @@
-"""How far the stamps of a log are from when things happened, and when they did.
+"""Jitter of the time stamps of a log, and better estimates of the true times.
 
-At speed the encoder is a clock: from one sample to the next the shaft turns by what its reported speeds say, over the true
-time, so that what is left over the speed is by how much the stamps are off.
+At steady speed the encoder is a clock: the angle between two samples over the reported speed is the true interval. The
+difference from the interval of the stamps is their error.
 """
 
 from __future__ import annotations
@@ -12,32 +12,32 @@ import numpy as np
 
 from .track import Track
 
-FAST_RAD_S = 2.0  # slower ones tell nothing of times (assumed)
-STEADY = 0.15  # change of the speed from one sample to the next (assumed)
+FAST_RAD_S = 2.0  # lowest speed used for times (assumed)
+STEADY = 0.15  # largest relative change of a steady speed between samples (assumed)
 FEWEST = 50
-MOST_LAG_S = 10e-3  # of a reported speed (assumed)
+MOST_LAG_S = 10e-3  # largest lag of a reported speed (assumed)
 
 
 @dataclass
 class Timing:
-    time: np.ndarray  # of the samples: the best that both stamps say
-    orders: np.ndarray  # of the orders
-    query_s: float  # standard deviation of the stamps of queries, of replies, and of `time`
+    time: np.ndarray  # times of the samples, estimated from both stamps
+    orders: np.ndarray  # times of the orders
+    query_s: float  # standard deviation of query stamps
     reply_s: float
-    sample_s: float
-    speed_lag_s: float  # of the reported speed behind the angle
-    angle_ratio: float  # how far the shaft turns, over what the reported speeds say; 1 if the encoder is as the motor file has it
+    sample_s: float  # standard deviation of `time`
+    speed_lag_s: float  # lag of the reported speed
+    angle_ratio: float  # change of angle over integrated speed; 1 if the motor file has the right encoder
 
 
 def spread(values: np.ndarray) -> float:
-    """The standard deviation, whatever a few of them are."""
+    """Standard deviation without outliers."""
     low, high = np.percentile(values, (10, 90))
     kept = values[(values >= low - (high - low)) & (values <= high + (high - low))]
     return float(np.std(kept)) if len(kept) else 0.0
 
 
 def jitter_s(track: Track, stamps: np.ndarray) -> "float | None":
-    """Of stamps of the samples; None where the shaft did not turn steadily."""
+    """Jitter of these stamps; None if the shaft did not turn steadily."""
     before, after = track.speed[:-1], track.speed[1:]
     mean = (before + after) / 2
     steady = track.together & (np.abs(after - before) <= STEADY * np.abs(mean)) & (np.abs(mean) > FAST_RAD_S)
@@ -52,7 +52,7 @@ def jitter_s(track: Track, stamps: np.ndarray) -> "float | None":
 
 
 def speed_lag_s(track: Track, stamps: np.ndarray) -> float:
-    """From one sample to the next the shaft turns further than its reported speeds say by the lag times their change."""
+    """Lag of the reported speed: the angle step exceeds the integrated speed by lag times change of speed."""
     change = np.diff(track.speed)
     left = np.diff(track.angle) - (track.speed[1:] + track.speed[:-1]) / 2 * np.diff(stamps)
     chosen = np.flatnonzero(track.together & (np.abs(change) > np.percentile(np.abs(change), 50)))
@@ -81,14 +81,14 @@ def timing(track: Track) -> Timing:
     query, reply = jitter_s(track, track.time), jitter_s(track, track.reply)
     if query is None or reply is None:
         query = reply = both / np.sqrt(2)
-    # What latencies tell is the sum of both; the encoder tells how it is shared.
+    # The latencies give the sum of both jitters. The encoder gives their shares.
     share = reply**2 / max(query**2 + reply**2, 1e-18)
     time = share * track.time + (1 - share) * (track.reply - usual)
     time = np.maximum.accumulate(time + np.arange(len(time)) * 1e-9)
     sample = jitter_s(track, time)
     if sample is None:
         sample = float(np.sqrt(share**2 * query**2 + (1 - share) ** 2 * reply**2))
-    # An order acts when its exchange was; of one that has no reply only the query is known.
+    # An order acts at the time of its exchange. Without a reply only the query stamp is known.
     place = np.searchsorted(track.time, track.orders.time)
     place = np.minimum(place, len(time) - 1)
     known = track.time[place] == track.orders.time

@@ -1,4 +1,4 @@
-"""What a log tells of one drive over time: what it was asked for, and what it said of its shaft."""
+"""Orders and samples of one drive over time."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ import numpy as np
 
 from .motor import Motor
 
-GAP_STEPS = 5  # a gap is longer than so many usual steps (assumed)
+GAP_STEPS = 5  # least length of a gap in median sample intervals (assumed)
 BETWEEN_LOGS_S = 3600.0
-NOTHING, TORQUE, SPEED, POSITION = range(4)  # what a drive follows
+NOTHING, TORQUE, SPEED, POSITION = range(4)  # kinds of orders
 
 
 @dataclass
 class Orders:
-    """What the drive follows from an instant on. Values in A, rad/s or rad of the multi-turn angle."""
+    """Set points with the times from which they apply. Values in A, rad/s or rad of the multi-turn angle."""
 
     time: np.ndarray
     what: np.ndarray
     value: np.ndarray
-    limit: np.ndarray  # rad/s on the way to a position; 0: none said
-    absolute: np.ndarray  # else an increment, or a place on the circle
+    limit: np.ndarray  # speed limit of a move, rad/s; 0: no limit in the command
+    absolute: np.ndarray  # else an increment, or an angle within one turn
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """The place of the order in force; -1: none yet."""
+        """Index of the active order at these times; -1 before the first."""
         return np.searchsorted(self.time, times, side="right") - 1
 
 
@@ -36,21 +36,21 @@ class Track:
     motor: Motor
     generation: str
     generation_given: bool
-    fits: List[str]  # generations that the log shows, where none was given
-    span_turns: float  # of the encoder field
-    time: np.ndarray  # of the samples: when the query was stamped
-    reply: np.ndarray  # when their replies were
-    iq: np.ndarray  # A
-    speed: np.ndarray  # rad/s, as reported
-    angle: np.ndarray  # rad of the rotor, over all turns
+    fits: List[str]  # Generations that fit the log.
+    span_turns: float  # Rotor turns per span of the encoder field.
+    time: np.ndarray  # Query stamps of the samples, s.
+    reply: np.ndarray  # Reply stamps, s.
+    iq: np.ndarray  # A.
+    speed: np.ndarray  # As reported, rad/s.
+    angle: np.ndarray  # Multi-turn angle of the rotor, rad.
     orders: Orders
     gains: Optional[Dict[str, int]]
-    supply_V: float  # the mean of what it reported; 0: nothing
+    supply_V: float  # mean of the reported voltages; 0: none reported
     queries: int
     unanswered: int
-    ambiguous: int  # replies that several queries could have
-    backwards: int  # stamps before the one above them
-    first: np.ndarray = field(default_factory=lambda: np.zeros(0, int))  # sample of each stretch without a gap
+    ambiguous: int  # replies that may belong to several queries
+    backwards: int  # stamps that went back
+    first: np.ndarray = field(default_factory=lambda: np.zeros(0, int))  # first sample of each stretch without a gap
 
     def __post_init__(self) -> None:
         steps = np.diff(self.time)
@@ -58,12 +58,12 @@ class Track:
         self.first = np.concatenate(([0], np.flatnonzero(steps > GAP_STEPS * self.step_s) + 1))
 
     def stretch(self, samples: np.ndarray) -> np.ndarray:
-        """The number of the stretch that each of these samples is of."""
+        """Stretch number of each of these samples."""
         return np.searchsorted(self.first, samples, side="right")
 
     @property
     def together(self) -> np.ndarray:
-        """Whether each sample but the first one is of the same stretch as the one before."""
+        """For each sample but the first: whether it is in the stretch of the previous sample."""
         made = np.ones(len(self.time) - 1, bool)
         made[self.first[1:] - 1] = False
         return made
@@ -79,7 +79,7 @@ class Track:
 
 
 def joined(track: Track, more: Track) -> Track:
-    """What another log says of the same drive, after a gap in which nobody knows what it followed."""
+    """Appends another log of the same drive, after a gap of BETWEEN_LOGS_S without an order."""
     last = max(track.time[-1], track.orders.time[-1] if len(track.orders.time) else 0.0)
     shift = last + BETWEEN_LOGS_S
     gap = Orders(*(np.array([one]) for one in (last, NOTHING, 0.0, 0.0, 1.0)))

@@ -1,11 +1,12 @@
-"""The balance of torques over windows, in amperes of torque current: what the drive gave is what inertia, friction, cogging
-and gravity took.
+"""Torque balance over windows, in amperes of torque current.
 
     ⟨iq⟩ = J/k_t·Δω/T + i_c·⟨s(ω)⟩ + B/k_t·⟨ω⟩ + i_0 + Σ cogging + gravity
 
-with s(ω) = sign ω·(1 + (τ_s/τ_c − 1)/(1 + (ω/ω_s)²)), the friction of docs/internals/model.md §4. Δω is the difference of two speeds,
-from the source with less noise: the speeds that the drive reports, which it measures with its own clock, so that stamps do
-not matter to them; or angles over stamps, which lag less. Either is a mean over some time, and the current is averaged alike.
+    s(ω) = sign ω·(1 + (τ_s/τ_c − 1)/(1 + (ω/ω_s)²))
+
+s(ω) is the friction of docs/internals/model.md §4. Δω is the change of speed, from the source with less noise.
+Reported speeds do not depend on stamps, because the drive measures them with its own clock. Angles over stamps lag less.
+Both are means over some time, and the current is averaged over the same time.
 """
 
 from __future__ import annotations
@@ -21,20 +22,22 @@ from .motor import Motor
 from .timing import Timing
 from .track import TORQUE, Track
 
-WINDOW_S = 0.020  # as long as the shortest pulse of a plan, two samples at least (assumed)
-SLOWEST_RAD_S = 1.0  # slower, friction is what is needed, not what it is (assumed)
-PART = 1 << 16  # samples
-TIE_S = 1e-6  # resolution of stamps: of two samples that are as near, the later one ends a window
-FOLLOWS_S = 0.020  # for the current to come from torques alone (assumed)
+WINDOW_S = 0.020  # Length of the shortest pulse of a plan (assumed); a window has at least two samples.
+SLOWEST_RAD_S = 1.0  # Lowest speed of a window: below it, static friction may balance the torque (assumed).
+PART = 1 << 16  # Samples per step, limits the memory.
+TIE_S = 1e-6  # Resolution of stamps: of two equally near samples, the later ends a window.
+FOLLOWS_S = 0.020  # Time under torque commands only, after which the current depends on them alone (assumed).
 EVEN_SAMPLES = 21
-FEWEST_PULSES = 100  # samples with a commanded torque (assumed)
-MANY_SAMPLES, MOST_SAMPLES = 20_000, 200_000  # from which windows begin each half a window, each window (assumed)
-SHARES = (-0.75, -0.25, 0.25, 0.75)  # of half of a time, for means over it
-REPORT_HALF = 0.73  # of the lag: a report that is held as long as it was measured is a triangle; this has the same width
-REPORT_NOISE_RAD_S = 0.05  # of a reported speed: 1 dps and the encoder (assumed)
-BEFORE_S = 0.004  # for a command that was in force before to have ended (assumed)
+FEWEST_PULSES = 100  # Samples with a commanded torque (assumed).
+# Longer logs have windows that start half a window apart, then a whole window apart (assumed).
+MANY_SAMPLES, MOST_SAMPLES = 20_000, 200_000
+SHARES = (-0.75, -0.25, 0.25, 0.75)  # Nodes of the mean over an interval, in half intervals from its middle.
+# Half width in lags of a box as wide as the triangle of a speed that is measured and held for equal times.
+REPORT_HALF = 0.73
+REPORT_NOISE_RAD_S = 0.05  # Noise of a reported speed: resolution of 1 dps, and the encoder (assumed).
+BEFORE_S = 0.004  # Time for an earlier command to end (assumed).
 INERTIA, COULOMB, VISCOUS, CONSTANT, GRAVITY_SIN, GRAVITY_COS, GEAR_LOSS, PULSE_COULOMB, PULSE_VISCOUS = range(9)
-FIXED_TERMS, MOST_ORDERS = 9, 4  # and two terms for each order of cogging
+FIXED_TERMS, MOST_ORDERS = 9, 4  # Each cogging order adds two terms.
 
 
 def friction_shape(motor: Motor, speed: np.ndarray) -> np.ndarray:
@@ -43,43 +46,43 @@ def friction_shape(motor: Motor, speed: np.ndarray) -> np.ndarray:
 
 
 def even_times(time: np.ndarray) -> np.ndarray:
-    """The running mean over EVEN_SAMPLES of times, about a line."""
+    """Smooths times: running mean over EVEN_SAMPLES of the deviations from a line."""
     line = np.linspace(time[0], time[-1], len(time)) if len(time) > 1 else time
     return line + uniform_filter1d(time - line, EVEN_SAMPLES, mode="nearest")
 
 
 def parts(count: int) -> Iterator[slice]:
-    """Of so many samples, to compute without large temporary arrays."""
+    """Slices of `count` samples, to avoid large temporary arrays."""
     return (slice(first, first + PART) for first in range(0, count, PART))
 
 
 def counted(values: np.ndarray) -> np.ndarray:
-    """How many of the values before each place are true."""
+    """Number of true values before each index."""
     return np.concatenate((np.zeros(1, np.int32), np.cumsum(values, dtype=np.int32)))
 
 
 @dataclass
 class Windows:
-    first: np.ndarray  # samples
+    first: np.ndarray  # index of a sample
     last: np.ndarray
     length: np.ndarray  # s
-    time: np.ndarray  # of the middle
+    time: np.ndarray  # s, middle of the window
     speed: np.ndarray
-    commanded: np.ndarray  # of torque, all the way
-    terms: np.ndarray  # a row a window; those of cogging are 0 until an order is found
+    commanded: np.ndarray  # torque commands only
+    terms: np.ndarray  # one row per window; cogging columns are 0 until an order is found
 
     def __len__(self) -> int:
         return len(self.first)
 
 
 class Balance:
-    """What the windows of a track are made of: integrals from the first sample to each."""
+    """Computes the windows of a track and their terms, from integrals over the samples."""
 
     def __init__(self, track: Track, timing: Timing) -> None:
         self.track, self.timing = track, timing
         self.commands = Commands(track, timing)
-        # Of each sample: the speed, half of the time that it is the mean of, the middle of that time, and the angle then.
-        torque = np.append((track.orders.what == TORQUE) & (track.orders.value != 0), False)  # False: of place -1
+        # Each sample has an averaging interval: its mean speed, half length and middle, and the angle at the middle.
+        torque = np.append((track.orders.what == TORQUE) & (track.orders.value != 0), False)  # False for index -1
         self.pulses = bool(np.count_nonzero(torque[track.orders.at(track.time)]) >= FEWEST_PULSES)
         self.by_angles = self.pulses and self._less_noise_by_angles()
         if self.by_angles:
@@ -94,16 +97,16 @@ class Balance:
             lag = timing.speed_lag_s
             self.half = np.broadcast_to(REPORT_HALF * lag, len(timing.time))
             self.time, self.speed, self.angle = timing.time - lag, track.speed, track.angle - lag * track.speed
-        # Times without the jitter of each stamp, for what must not depend on it; the host's own jitter is missing there.
+        # Smoothed times for the instrument, without the jitter of the stamps. They also lack the jitter of the host.
         even = np.concatenate([even_times(part) for part in np.split(timing.time, track.first[1:])])
         self.even = even + np.median(self.time - timing.time)
         self.even_orders = np.interp(timing.orders, timing.time, even)
-        # Samples before which torque alone was commanded for a while.
+        # Mask of samples after at least FOLLOWS_S of torque commands only.
         self.follows = self.commands.only_torque(timing.time - FOLLOWS_S, timing.time)
         self.windows = self._windows(WINDOW_S)
 
     def _less_noise_by_angles(self) -> bool:
-        """Noise of a speed from stamps that are off, and from a report that is late by up to twice its usual lag."""
+        """Compares the noise of angles over stamps with that of reported speeds, which lag by up to twice the mean."""
         track, timing = self.track, self.timing
         if track.step_s <= 0:
             return False
@@ -119,7 +122,7 @@ class Balance:
         return bool(of_angles < of_reports)
 
     def shortened(self, window_s: float) -> "Balance":
-        """The same with other windows."""
+        """Copy with windows of another length."""
         made = object.__new__(Balance)
         made.__dict__.update(self.__dict__)
         made.windows = self._windows(window_s)
@@ -127,10 +130,10 @@ class Balance:
 
     def _windows(self, window_s: float) -> Windows:
         track, time, speed = self.track, self.time, self.speed
-        # Without commanded torques an inertia is hardly told, and short windows see faster ripples.
+        # Without commanded torque the inertia is uncertain anyway, and short windows resolve faster ripple.
         least = 2 if self.pulses else 1
         span = max(window_s * least / 2, least * track.step_s)
-        # Neighbours that overlap tell nearly the same: of long logs not all are needed.
+        # Overlapping windows are nearly redundant: long logs use fewer.
         usual = max(1, round(max(WINDOW_S * least / 2, least * track.step_s) / max(track.step_s, 1e-6)))
         stride = 1 if len(time) < MANY_SAMPLES else max(1, usual // 2) if len(time) < MOST_SAMPLES else usual
         first = np.arange(0, len(time), stride, dtype=np.int32)
@@ -164,7 +167,7 @@ class Balance:
         return made
 
     def mean(self, values: np.ndarray, windows: Windows) -> np.ndarray:
-        """Over the windows, of values at the samples."""
+        """Means of `values` at the samples over each window."""
         whole = trapezoids(self.time, values)
         return (whole[windows.last] - whole[windows.first]) / windows.length
 
@@ -173,27 +176,27 @@ class Balance:
         return self.mean(np.sign(self.speed) * np.abs(np.sin(self.angle / track.motor.N + phase)), self.windows)
 
     def smoothed(self, time: np.ndarray, integral: np.ndarray) -> np.ndarray:
-        """At the middles, over the time that the speeds are means of."""
+        """Mean of an integral over the averaging interval of each sample."""
         return sum(np.interp(self.time + share * self.half, time, integral) for share in SHARES) / len(SHARES)
 
     def integrated(self, values: np.ndarray) -> np.ndarray:
-        """The mean over each window of values at the samples' own times."""
+        """Means over each window of values at the times of the samples, averaged like the speeds."""
         w, whole = self.windows, self.smoothed(self.timing.time, trapezoids(self.timing.time, values))
         return (whole[w.last] - whole[w.first]) / w.length
 
     def taken(self) -> np.ndarray:
-        """The measured current of each window."""
+        """Measured current of each window."""
         return self.integrated(self.track.iq)
 
     def followed(self, delay_s: float, lag_s: float) -> np.ndarray:
-        """The current of each window that follows the commands."""
+        """Current of each window predicted from the commands."""
         w, path = self.windows, self.commands.path(delay_s, lag_s)
         if len(path.at) == 0:
             return np.zeros(len(w))
         return self.average(path, self.time)
 
     def instrument(self, delay_s: float, lag_s: float) -> np.ndarray:
-        """As `followed`, but without the noise that the stamps of a window have."""
+        """As `followed`, but without the noise of the stamps."""
         commands = self.commands
         path = commands.path(delay_s, lag_s, self.even_orders)
         return self.average(path, self.even)
@@ -205,7 +208,7 @@ class Balance:
         return sum(areas) / len(SHARES) / (end - begin)
 
     def beyond(self, delay_s: float, lag_s: float, samples: "np.ndarray | slice") -> np.ndarray:
-        """What the measured currents are beyond that, at samples."""
+        """Measured less predicted current at these samples."""
         made, time = self.track.iq[samples].copy(), self.timing.time[samples]
         path = self.commands.path(delay_s, lag_s)
         for part in parts(len(made)) if len(path.at) else ():
@@ -213,12 +216,12 @@ class Balance:
         return made
 
     def over(self, values: np.ndarray) -> np.ndarray:
-        """The mean over the samples of each window."""
+        """Mean over the samples of each window."""
         w, sums = self.windows, np.concatenate(([0.0], np.cumsum(values, dtype=float)))
         return (sums[w.last + 1] - sums[w.first]) / (w.last + 1 - w.first)
 
     def some(self, chosen: "np.ndarray | slice") -> "Balance":
-        """The same of some of the windows."""
+        """Copy with some of the windows."""
         made = object.__new__(Balance)
         made.__dict__.update(self.__dict__)
         w = self.windows
