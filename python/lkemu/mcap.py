@@ -1,4 +1,7 @@
-"""Writes a recording as an MCAP file, for Foxglove and PlotJuggler: `python3 -m lkemu.mcap RECORDING`. See docs/reference/formats.md."""
+"""Writes a recording as an MCAP file, for Foxglove and PlotJuggler: `python3 -m lkemu.mcap RECORDING`.
+
+The format is in docs/reference/formats.md.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from .mcap_writer import McapWriter
 from .program import find_program
 
 ATTACHED = (".json", ".toml")
-LARGEST_ATTACHMENT, LONGEST_LINE = 16 << 20, 1 << 20  # bytes; lk-emu writes less (assumed)
+LARGEST_ATTACHMENT, LONGEST_LINE = 16 << 20, 1 << 20  # bytes; above anything that lk-emu writes (assumed)
 
 
 def main(arguments: Optional[List[str]] = None) -> None:
@@ -32,7 +35,7 @@ def main(arguments: Optional[List[str]] = None) -> None:
 
 
 def attach_files(writer: McapWriter, recording: str) -> None:
-    """What the recording says of the robot: configuration, motors, ROM."""
+    """Attaches the files that describe the robot: configuration, motors, ROM."""
     for directory, directories, names in os.walk(recording):
         directories.sort()
         for name in sorted(names):
@@ -57,7 +60,7 @@ def add_directives(writer: McapWriter, recording: str) -> None:
 
 
 def add_frames(writer: McapWriter, recording: str) -> int:
-    """Each frame, and what it says; returns how many there are."""
+    """Adds each frame and its decoded values; returns the number of frames."""
     path = os.path.join(recording, "frames.log")
     said = decoded(recording)
     count = 0
@@ -76,12 +79,12 @@ def add_frames(writer: McapWriter, recording: str) -> int:
             writer.message(topic, schema, time_ns, values)
         count += 1
     for _ in said:
-        pass  # a line that a kill has cut off; and the exit status of lk-emu decode
+        pass  # skips a truncated last line; raises if lk-emu decode failed
     return count
 
 
 def decoded(recording: str) -> Iterator[Dict[str, Any]]:
-    """The frames of `lk-emu decode --json`. Raises StartError with what that says."""
+    """Yields the frames of `lk-emu decode --json`. Raises StartError with its error message."""
     words = [find_program(), "decode", "--json", "--lang", "en", recording]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None and process.stderr is not None
@@ -95,7 +98,7 @@ def decoded(recording: str) -> Iterator[Dict[str, Any]]:
 
 
 def read_line(line: str) -> Tuple[int, str, Dict[str, Any]]:
-    """Time, bus and frame of "(0000000000.001000) vcan0 141#9C00000000000000 T"."""
+    """Parses a line such as "(0000000000.001000) vcan0 141#9C00000000000000 T" into time, bus and frame."""
     stamp, rest = line.split(" ", 1)
     bus, text, direction = rest.rsplit(" ", 2)
     seconds, fraction = stamp.strip("()").split(".")
@@ -109,7 +112,7 @@ def read_line(line: str) -> Tuple[int, str, Dict[str, Any]]:
 
 
 def whole_lines(path: str) -> Iterator[Tuple[int, str]]:
-    """Lines with their numbers, without one that a kill has cut off."""
+    """Yields numbered lines. Skips a last line without a newline: the recorder was killed while writing."""
     with open_file(path) as file:
         number = 0
         while line := file.readline(LONGEST_LINE):

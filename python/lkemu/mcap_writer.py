@@ -1,4 +1,4 @@
-"""Writes MCAP files, version 0 of https://mcap.dev/spec: JSON messages in chunks without compression, with an index."""
+"""Writes MCAP files, version 0 of https://mcap.dev/spec: JSON messages in indexed chunks without compression."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import BinaryIO, Dict, Iterable, List, NamedTuple, Tuple
 MAGIC = b"\x89MCAP0\r\n"
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX, ATTACHMENT, ATTACHMENT_INDEX, STATISTICS = range(1, 12)
 SUMMARY_OFFSET, DATA_END = 14, 15
-CHUNK_BYTES = 1 << 20  # of messages, after which another chunk begins
+CHUNK_BYTES = 1 << 20  # size of messages that closes a chunk
 JSON_TYPES = ((bool, "boolean"), ((int, float), "number"), (str, "string"), (dict, "object"), (type(None), "null"))
 
 
@@ -21,7 +21,7 @@ def record(op: int, *fields: bytes) -> bytes:
 
 
 def sized(value: "str | bytes") -> bytes:
-    """A string or an array with its length."""
+    """Prefixes a string or an array with its length."""
     data = value.encode() if isinstance(value, str) else value
     return struct.pack("<I", len(data)) + data
 
@@ -31,7 +31,7 @@ def table(code: str, rows: Iterable[Tuple[int, ...]]) -> bytes:
 
 
 def json_schema(value: object) -> Dict[str, object]:
-    """The JSON schema of a value; Foxglove wants to know the properties of messages."""
+    """JSON schema of a value; Foxglove needs the properties of messages."""
     if isinstance(value, dict):
         return {"type": "object", "properties": {key: json_schema(one) for key, one in value.items()}}
     if isinstance(value, list):
@@ -48,32 +48,32 @@ class Channel(NamedTuple):
 class Chunk(NamedTuple):
     start_ns: int
     end_ns: int
-    offset: int  # among the chunks
+    offset: int  # from the start of the first chunk
     length: int
-    size: int  # of its messages
-    indexes: Dict[int, int]  # offset of the index of each channel, among the chunks
+    size: int  # bytes of messages
+    indexes: Dict[int, int]  # offset of the index of each channel, from the start of the first chunk
     index_length: int
 
 
 class McapWriter:
-    """Collects messages in a temporary file; `write` then puts the schemas, which are known only at the end, before them."""
+    """Collects messages in a temporary file. `write` puts the schemas, which are complete at the end, before them."""
 
     def __init__(self, library: str) -> None:
         self._library = library
-        self._schemas: Dict[str, Dict[str, object]] = {}  # properties, by name
+        self._schemas: Dict[str, Dict[str, object]] = {}  # properties by schema name
         self._channels: Dict[str, Channel] = {}
         self._attachments: List[Tuple[str, str, bytes]] = []
         self._counts: Dict[int, int] = {}
         self._body: BinaryIO = tempfile.TemporaryFile()  # type: ignore[assignment]
         self._chunks: List[Chunk] = []
         self._messages = bytearray()
-        self._times: Dict[int, List[Tuple[int, int]]] = {}  # of the messages of the chunk: time and offset, by channel
+        self._times: Dict[int, List[Tuple[int, int]]] = {}  # time and offset of the messages of this chunk, by channel
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
         self._attachments.append((name, media_type, data))
 
     def message(self, topic: str, schema: str, time_ns: int, value: Dict[str, object]) -> None:
-        """Messages of one topic have one schema. Raises ValueError for a time that MCAP cannot have."""
+        """Pre: all messages of a topic have one schema. Raises ValueError unless the time fits 64 unsigned bits."""
         if not isinstance(time_ns, int) or not 0 <= time_ns < 1 << 64:
             raise ValueError(f"time_ns: {time_ns}")
         channel = self._channels.setdefault(topic, Channel(len(self._channels) + 1, topic, schema))
@@ -89,7 +89,7 @@ class McapWriter:
             self._close_chunk()
 
     def write(self, file: BinaryIO) -> None:
-        """The whole file; nothing may be added after it."""
+        """Writes the whole file. Pre: called once, after all messages."""
         self._close_chunk()
         schemas, channels = self._definitions()
         head = MAGIC + record(HEADER, sized(""), sized(self._library))
@@ -105,14 +105,14 @@ class McapWriter:
         self._body.seek(0)
         while piece := self._body.read(1 << 20):
             file.write(piece)
-        data_end = record(DATA_END, struct.pack("<I", 0))  # 0: no sum of all data, each chunk has its own
+        data_end = record(DATA_END, struct.pack("<I", 0))  # 0: no checksum of all data; each chunk has one
         file.write(data_end)
         groups = [(SCHEMA, schemas), (CHANNEL, channels), (CHUNK_INDEX, [self._chunk_index(chunk, len(head)) for chunk in self._chunks]),
                   (ATTACHMENT_INDEX, attachment_indexes), (STATISTICS, [self._statistics()])]  # fmt: skip
         file.write(summary(groups, len(head) + self._body.tell() + len(data_end)))
 
     def _definitions(self) -> Tuple[List[bytes], List[bytes]]:
-        """The records of the schemas and the channels."""
+        """Records of the schemas and of the channels."""
         numbers = {name: number for number, name in enumerate(self._schemas, 1)}
         schemas = []
         for name, number in numbers.items():
@@ -143,7 +143,7 @@ class McapWriter:
 
     @staticmethod
     def _chunk_index(chunk: Chunk, begin: int) -> bytes:
-        """`begin`: offset of the first chunk in the file."""
+        """Index record of a chunk; `begin` is the offset of the first chunk in the file."""
         indexes = table("HQ", ((id, begin + offset) for id, offset in chunk.indexes.items()))
         return record(CHUNK_INDEX, struct.pack("<QQQQ", chunk.start_ns, chunk.end_ns, begin + chunk.offset, chunk.length), indexes,
                       struct.pack("<Q", chunk.index_length), sized(""), struct.pack("<QQ", chunk.size, chunk.size))  # fmt: skip
@@ -156,7 +156,7 @@ class McapWriter:
 
 
 def summary(groups: List[Tuple[int, List[bytes]]], begin: int) -> bytes:
-    """What follows the data, from offset `begin` to the end of the file."""
+    """Bytes after the data: the summary, which begins at offset `begin`, footer and magic."""
     data, offsets = b"", b""
     for op, records in groups:
         joined = b"".join(records)

@@ -1,4 +1,7 @@
-"""Draws a CSV file of `lk-emu run` or `lk-emu replay` as SVG or PNG: `python3 -m lkemu.plot`, or `lk-emu plot`. See docs/reference/formats.md."""
+"""Draws a CSV file of `lk-emu run` or `lk-emu replay` as SVG or PNG: the command `lk-emu plot`.
+
+Also runs as `python3 -m lkemu.plot`. The format is in docs/reference/formats.md.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ import re
 import warnings
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
-# With the name of the package, so that a copy of this file runs.
+# Absolute imports, so that a copy of this file runs.
 from lkemu import command
 from lkemu.command import StartError, printable
 from lkemu.run_csv import LARGEST, Column, RunCsv, drives_of
@@ -28,8 +31,8 @@ with command.libraries("plot", __name__):
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 ANY_DRIVE = "#4d4d4d"
 WIDTH_px, PANEL_px, MISSING_px = 1100, 224, 22
-DPI = 96  # of the sizes above; a PNG has twice as many pixels
-MOST_POINTS = 4096  # of a line that is drawn as it is
+DPI = 96  # resolution of the sizes above; a PNG has twice as many pixels
+MOST_POINTS = 4096  # longer lines are thinned out
 
 Drive = Tuple[str, int]  # bus, ID
 SOLID, BROAD, DASHED, DOTTED, DASH_DOTTED = "solid", "broad", "dashed", "dotted", "dash-dotted"
@@ -48,18 +51,18 @@ class Words(NamedTuple):
 
 
 class Quantity(NamedTuple):
-    """A signal that a panel shows if the file has it."""
+    """A signal that a panel shows if it is in the file."""
 
     signal: str
     label: Words
     style: str
-    right: bool = False  # on the right axis
-    instead_of: str = ""  # shown only if the file does not have this signal
-    begins_with: str = ""  # shifted to begin at the value of this signal: its zero is arbitrary
+    right: bool = False  # On the right axis.
+    instead_of: str = ""  # Shown only if this signal is not in the file.
+    begins_with: str = ""  # Signal with the initial value, for a quantity whose zero is arbitrary.
 
 
 class Subject(NamedTuple):
-    """A panel. An axis spans at least so much, or noise would fill the panel (spans: assumed)."""
+    """A panel. The spans are the least ranges of its axes, so that noise does not fill the panel (assumed)."""
 
     name: Words
     left: Words
@@ -99,24 +102,24 @@ SUBJECTS = (
     )),
 )
 # fmt: on
-logging.getLogger("matplotlib").setLevel(logging.CRITICAL)  # hides remarks about its cache and fonts
+logging.getLogger("matplotlib").setLevel(logging.CRITICAL)  # no log lines about cache and fonts
 DRIVE, TIME = Words("drive", "驱动器"), Words("time, s", "时间，s")
 NOT_IN_FILE, NO_ROWS, NOT_SHOWN = Words("not in the file", "文件中没有"), Words("no rows", "没有数据行"), Words("not shown", "未显示")
-# Files of fonts with Chinese characters, of fonts-noto-cjk, fonts-wqy-microhei and fonts-wqy-zenhei.
+# Font files of the packages fonts-noto-cjk, fonts-wqy-microhei and fonts-wqy-zenhei.
 CHINESE_FONT = re.compile(r"(noto|source).*sans.*(cjk|sc).*regular|wqy-(microhei|zenhei)", re.IGNORECASE)
 
 
 class Line:
-    """A quantity of a drive on its way from the rows to the picture; thins out its points from MOST_POINTS on."""
+    """Points of a quantity of one drive, thinned out beyond MOST_POINTS."""
 
     def __init__(self, quantity: Quantity, colour: int, column: int, begins_with: Optional[int]) -> None:
         self.quantity, self.colour = quantity, colour
         self._column, self._begins_with, self._shift = column, begins_with, 0.0
-        self._width_s = 1e-9  # of a stretch of time; the times of a file have nanoseconds
+        self._width_s = 1e-9  # length of a time bin; times in files have a resolution of 1 ns
         self.times, self.values = np.empty(0), np.empty(0)
 
     def add(self, rows: Any) -> None:
-        """Rows of the file, as a matrix whose first column is the time."""
+        """Adds rows of the file; the first column of the matrix is the time."""
         values = rows[:, self._column]
         if self._begins_with is not None:
             distances = rows[:, self._begins_with] - values
@@ -129,12 +132,12 @@ class Line:
             self._thin()
 
     def _thin(self) -> None:
-        """Keeps the least and the largest value of each stretch of time, and one gap."""
+        """Keeps the smallest value, the largest value and one gap of each time bin."""
         times, values = self.times, self.values
         while (times[-1] - times[0]) / self._width_s >= MOST_POINTS / 2:
             self._width_s *= 2
         stretch = np.floor((times - times[0]) / self._width_s)
-        order = np.lexsort((values, stretch))  # a gap, NaN, is the last of its stretch
+        order = np.lexsort((values, stretch))  # a gap (NaN) sorts to the end of its bin
         first = np.flatnonzero(np.diff(stretch[order], prepend=-1))
         gaps = np.isnan(values[order])
         last = np.append(first[1:], order.size) - 1
@@ -145,7 +148,7 @@ class Line:
 
 
 class Run(NamedTuple):
-    """What a file has for a picture."""
+    """Contents of a file, ready to draw."""
 
     drives: List[Drive]
     left_out: List[Drive]
@@ -156,7 +159,7 @@ class Run(NamedTuple):
 
 
 def read_run(csv: RunCsv, bus: str = "", ids: Sequence[int] = ()) -> Run:
-    """Reads all rows; memory does not grow with them. Raises StartError."""
+    """Reads all rows in constant memory. Raises StartError."""
     drives, left_out = choose_drives(csv.columns, bus, ids)
     panels = lines_of(csv.columns, drives)
     count, first_s, last_s = 0, 0.0, 0.0
@@ -170,7 +173,7 @@ def read_run(csv: RunCsv, bus: str = "", ids: Sequence[int] = ()) -> Run:
 
 
 def lines_of(columns: List[Column], drives: List[Drive]) -> List[Tuple[Subject, List[Line]]]:
-    """The panels and their lines, still without points; a panel without lines has no signal in the file."""
+    """Returns the panels and their empty lines; a panel without lines has no signal in the file."""
     signals = {column.signal for column in columns}
     place = {column: number + 1 for number, column in enumerate(columns)}
     panels = []
@@ -188,7 +191,7 @@ def lines_of(columns: List[Column], drives: List[Drive]) -> List[Tuple[Subject, 
 
 
 def matrices(csv: RunCsv, rows: int = 8192) -> Iterator[Any]:
-    """The rows of the file in pieces, each a matrix; gaps are NaN."""
+    """Yields the rows of the file in blocks, as matrices; gaps are NaN."""
     piece: List[List[float]] = []
     for row in csv.rows():
         piece.append(row)
@@ -205,7 +208,7 @@ def clamped(piece: List[List[float]]) -> Any:
 
 
 def choose_drives(columns: List[Column], bus: str, ids: Sequence[int]) -> Tuple[List[Drive], List[Drive]]:
-    """The drives to show, and those left out because there are no more colours. Raises StartError."""
+    """Returns the drives to show, and those left out for lack of colours. Raises StartError."""
     if bus and all(column.bus != bus for column in columns):
         raise StartError(f"--bus: the file has no bus {bus}")
     drives = [(b, id) for b, id in drives_of(columns) if bus in ("", b) and (not ids or id in ids)]
@@ -223,7 +226,7 @@ def drive_name(drive: Drive, lang: str) -> str:
 
 
 def limits(values: Any, least_span: float, share: float) -> Tuple[float, float]:
-    """The ends of an axis: values that span less than `least_span` are at this share of its height."""
+    """Limits of an axis. Values with a range below `least_span` are drawn at this share of its height."""
     low, high = float(values.min()), float(values.max())
     spare = max(least_span, 1e-7 * max(abs(low), abs(high))) - (high - low)
     spare = max(spare, 0.0)
@@ -232,12 +235,12 @@ def limits(values: Any, least_span: float, share: float) -> Tuple[float, float]:
 
 
 def chinese_font() -> Optional[str]:
-    """The file of an installed font with Chinese characters."""
+    """Path of an installed font with Chinese characters."""
     return min((file for file in font_manager.findSystemFonts() if CHINESE_FONT.search(os.path.basename(file))), default=None)
 
 
 def set_up(lang: str) -> None:
-    """The same picture whatever the user's settings of matplotlib are."""
+    """Sets all options of matplotlib, so that pictures do not depend on the user's settings."""
     matplotlib.rcdefaults()
     families = ["DejaVu Sans"]  # comes with matplotlib
     font = chinese_font() if lang == "zh" else None
@@ -248,12 +251,12 @@ def set_up(lang: str) -> None:
         "font.family": [*families, "sans-serif"], "font.sans-serif": ["Verdana"], "font.size": 9, "text.parse_math": False, "text.color": "#222222", "axes.edgecolor": "#8c8c8c",
         "axes.labelcolor": "#222222", "xtick.color": "#8c8c8c", "ytick.color": "#8c8c8c", "xtick.labelcolor": "#222222",
         "ytick.labelcolor": "#222222", "grid.color": "#e0e0e0", "legend.frameon": False, "legend.fontsize": 9,
-        "svg.fonttype": "none", "svg.hashsalt": "lk-emu", "path.simplify_threshold": 0.5,  # dots: leaves out what cannot be seen
+        "svg.fonttype": "none", "svg.hashsalt": "lk-emu", "path.simplify_threshold": 0.5,  # in pixels; drops invisible detail
     })  # fmt: skip
 
 
 def rendered(figure: Figure, title: str, kind: str) -> bytes:
-    """The picture as "svg" or "png": the same bytes for the same figure and version of matplotlib."""
+    """Renders as "svg" or "png"; reproducible to the byte for one version of matplotlib."""
     data = io.BytesIO()
     metadata = {"Title": title, "Date": None, "Creator": None} if kind == "svg" else {"Title": title, "Software": None}
     figure.savefig(data, format=kind, dpi=DPI if kind == "svg" else 2 * DPI, metadata=metadata)
@@ -261,12 +264,12 @@ def rendered(figure: Figure, title: str, kind: str) -> bytes:
 
 
 def compacted(svg: bytes) -> bytes:
-    """Paths on one line, to a hundredth of a dot; matplotlib writes a line for each point, to a millionth."""
+    """Shrinks paths: one line each with two decimals. Matplotlib writes one line per point with six decimals."""
     return re.sub(rb' d="[^"]*"', lambda path: re.sub(rb"(\.\d\d)\d+", rb"\1", path[0].replace(b"\n", b" ")), svg)
 
 
 class Picture:
-    """The figure of a run."""
+    """Figure of a run."""
 
     def __init__(self, run: Run, title: str, lang: str) -> None:
         set_up(lang)
@@ -291,7 +294,7 @@ class Picture:
         if first is not None:
             axes.set_xlabel(self._word(TIME))
             low, high = run.first_s, run.last_s
-            spare = 0.0 if high - low > max(1e-9, 1e-7 * max(abs(low), abs(high))) else 0.5  # around an instant
+            spare = 0.0 if high - low > max(1e-9, 1e-7 * max(abs(low), abs(high))) else 0.5  # margin if all rows have one time
             first.set_xlim(low - spare, high + spare)
             set_ticks(first.xaxis, 10)
             self.figure.align_ylabels()
@@ -327,7 +330,7 @@ class Picture:
             for line in own:
                 self._line(side, line)
             if own:
-                # What hardly changes is above the middle on the right axis and below it on the left one: no line hides another.
+                # Avoid overlap: nearly constant values are high on the right axis and low on the left.
                 share = (0.75 if on_right else 0.25) if right and len(own) < len(lines) else 0.5
                 side.set_ylim(*limits(line_values(own), span, share))
                 side.set_ylabel(self._word(title))
@@ -341,7 +344,7 @@ class Picture:
                     bbox_to_anchor=(0, 1), borderaxespad=0.2, borderpad=0.2, handlelength=3, columnspacing=2)  # fmt: skip
 
     def _line(self, axes: Any, line: Line) -> None:
-        """Draws the line, which is inside its axes: the name of a clip path in an SVG would differ from run to run."""
+        """Draws the line without a clip path, whose name in the SVG would differ between runs."""
         style = STYLES[line.quantity.style]
         colour = self._colour(line.quantity, line.colour)
         axes.plot(line.times, line.values, color=colour, clip_on=False, in_layout=False, **style)
@@ -350,13 +353,13 @@ class Picture:
         axes.plot(line.times[alone], line.values[alone], ".", color=colour, clip_on=False, in_layout=False, alpha=style.get("alpha"))
 
     def _colour(self, quantity: Quantity, number: Optional[int]) -> str:
-        """The colour of a drive, or of a key. With one drive the right axis has a colour of its own."""
+        """Colour of a drive, or of a legend key (`number` is None). With one drive, the right axis has its own."""
         if self.one_drive:
             number = 1 if quantity.right else 0
         colour = ANY_DRIVE if number is None else COLOURS[number]
         if quantity.style != DASHED:
             return colour
-        # A reference is half as bright, to be seen on the measured line.
+        # A reference is half as bright, to stand out from the measured line.
         return "#" + "".join(f"{int(colour[n : n + 2], 16) // 2:02x}" for n in (1, 3, 5))
 
 
@@ -370,7 +373,7 @@ def line_values(lines: List[Line]) -> Any:
 
 
 def set_ticks(axis: Any, most: int) -> None:
-    """Round values with the same number of decimals, or with an exponent where they would be too long."""
+    """Sets ticks at round values, with equal decimals, or with an exponent for long numbers."""
     axis.set_major_locator(MaxNLocator(most, steps=(1, 2, 5, 10)))
     low, high = axis.get_view_interval()
     if max(abs(low), abs(high)) < 1e7 and high - low > 1e-5:
@@ -390,7 +393,7 @@ def shortened(text: str, length: int) -> str:
 
 
 def output_file(csv: str, output: Optional[str]) -> str:
-    """Raises StartError."""
+    """Output path: `output`, or the input with the suffix .svg. Raises StartError."""
     if output is None:
         output = os.path.splitext(csv)[0] + ".svg"
         if output == csv:
@@ -401,7 +404,7 @@ def output_file(csv: str, output: Optional[str]) -> str:
 
 
 def chosen_language(given: Optional[str]) -> str:
-    """--lang, else that of the locale if there is a font for it. Raises StartError."""
+    """Value of --lang, or the language of the locale if a font for it is installed. Raises StartError."""
     if given is None:
         locale = next(filter(None, map(os.environ.get, ("LC_ALL", "LC_MESSAGES", "LANG"))), "")
         return "zh" if re.split("[_.@]", locale)[0] == "zh" and chinese_font() else "en"
@@ -430,8 +433,8 @@ def main(arguments: Optional[List[str]] = None) -> None:
     parser.add_argument("--ids", metavar="LIST", help="drives to draw (default: the first six): 1-4 or 1,3,7-9")
     parser.add_argument("--lang", help="language of the output: en or zh (default: the locale's)")
     given = parser.parse_args(arguments)
-    warnings.simplefilter("ignore")  # such as of a title in letters that no font has
-    # Everything that can be refused, before a file is read that may be long.
+    warnings.simplefilter("ignore")  # e.g. about glyphs that no font has
+    # Check all options before reading the file, which may be long.
     path = output_file(given.file, given.output)
     ids = command.parse_ids(given.ids) if given.ids else []
     lang = chosen_language(given.lang)

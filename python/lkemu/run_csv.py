@@ -9,13 +9,13 @@ from typing import BinaryIO, Iterator, List, NamedTuple, NoReturn, Tuple
 from .command import printable
 from .errors import StartError
 
-LONGEST_LINE = 1 << 20  # room for the header of 32 drives with all signals on each of many buses
-LARGEST = 1e100  # larger values are clamped: no axis needs them
+LONGEST_LINE = 1 << 20  # bytes; enough for a header of many buses with 32 drives and all signals each
+LARGEST = 1e100  # larger values are clamped
 FOREIGN = "is not a CSV file of lk-emu run or lk-emu replay: the first line does not begin with time_s"
 
 
 class Column(NamedTuple):
-    """ "vcan0.1.speed_dps": the bus is empty where the run had only one, the ID 0 for a signal of the body."""
+    """Column name, e.g. "vcan0.1.speed_dps". `bus` is empty in a run with one bus; `id` is 0 for body signals."""
 
     bus: str
     id: int
@@ -23,7 +23,7 @@ class Column(NamedTuple):
 
 
 class RunCsv:
-    """A file whose first line was read: `columns`. Every method raises StartError with file and line."""
+    """Reader of one file; the constructor reads `columns`. All methods raise StartError with file and line."""
 
     def __init__(self, path: str, command: str) -> None:
         self._name = f"{command}: {path}"
@@ -43,7 +43,7 @@ class RunCsv:
             self._fail(f"column {twice + 2} has the name of an earlier column")
 
     def rows(self) -> Iterator[List[float]]:
-        """Time and values of each row, in the order of the columns; a missing value is a NaN."""
+        """Yields time and values of each row in the order of the columns; missing values are NaN."""
         last_s = -math.inf
         while (line := self._next_line()) is not None:
             fields = line.split(b",")
@@ -64,7 +64,7 @@ class RunCsv:
     def _open(path: str, command: str) -> BinaryIO:
         try:
             if os.path.exists(path) and not os.path.isfile(path):
-                what = "a directory" if os.path.isdir(path) else "not a regular file"  # a pipe would wait for its writer
+                what = "a directory" if os.path.isdir(path) else "not a regular file"  # opening a pipe would block
                 raise StartError(f"{command}: {path}: is {what}")
             return open(path, "rb")
         except OSError as problem:
@@ -102,5 +102,5 @@ def is_number(field: bytes) -> bool:
 
 
 def drives_of(columns: List[Column]) -> List[Tuple[str, int]]:
-    """Bus and ID of each drive, in the order of the columns."""
+    """Returns bus and ID of each drive, in the order of the columns."""
     return list(dict.fromkeys((column.bus, column.id) for column in columns if column.id > 0))

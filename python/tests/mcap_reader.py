@@ -1,6 +1,6 @@
-"""Reads MCAP files by the specification (https://mcap.dev/spec) alone, independent of lk-emu's writer.
+"""Reads MCAP files as specified by https://mcap.dev/spec, independent of the writer of lk-emu.
 
-Asserts everything that a reader may rely on: checksums, indexes, counts, the summary."""
+Asserts checksums, indexes, counts and the summary."""
 
 import struct
 import zlib
@@ -48,8 +48,13 @@ def records(data, at=0):
 
 
 class Mcap:
-    """`schemas` {id: (name, encoding, text)}, `channels` {id: (schema, topic, encoding)}, `attachments` {name: bytes},
-    `messages` [(channel, sequence, log_time_ns, bytes)] in the order of the file, `complete`: it was closed."""
+    """Contents of a file.
+
+    `schemas`: {id: (name, encoding, text)}.
+    `channels`: {id: (schema, topic, encoding)}.
+    `attachments`: {name: bytes}.
+    `messages`: [(channel, sequence, log_time_ns, bytes)] in the order of the file.
+    `complete`: the file was closed."""
 
     def __init__(self, data):
         self.data = data
@@ -181,5 +186,5 @@ class Mcap:
         assert dict(fields.table("H", "Q")) == per_channel
 
     def of(self, topic):
-        """Returns [(log_time_ns, bytes)] of a topic."""
+        """Messages of a topic as [(log_time_ns, bytes)]."""
         return [(log_time, data) for channel, _, log_time, data in self.messages if self.channels[channel][1] == topic]

@@ -1,4 +1,4 @@
-"""MCAP files, read by a reader of the tests' own."""
+"""Tests of MCAP files, with an independent reader."""
 
 import io
 import json
@@ -20,7 +20,7 @@ CONTENTS = {
     "directives.jsonl": '{"time_ns":0,"after_frames":0,"bus":"vcan0","directive":{"mark":"关"}}\n{"time_ns":9000,"after_frames":2,"bus":"vcan0","end":true}\n',
     "frames.log": "(0000000000.001000) vcan0 141#9C00000000000000 T\n(0000000000.001338) vcan0 141#9C19030068013290 R\n",
 }
-# What lk-emu decode --json prints of these frames, as far as it is looked at.
+# Output of lk-emu decode --json for these frames; unused keys are omitted.
 DECODED = [
     {"type": "frame", "line": 1, "role": "query", "drive": 1, "values": {}},
     {"type": "frame", "line": 2, "role": "reply", "drive": 1, "values": {"temperature_C": 25, "speed_dps": 360, "error_words": ["stall"]}},
@@ -31,7 +31,7 @@ DECODED = [
 def written(writer):
     file = io.BytesIO()
     writer.write(file)
-    return Mcap(file.getvalue())  # which holds every sum, index and count against the specification
+    return Mcap(file.getvalue())  # asserts every checksum, index and count
 
 
 def test_messages_are_found_by_topic_and_time():
@@ -88,7 +88,7 @@ def test_frames_of_every_kind(text, id, data):
 
 @pytest.fixture
 def recording(tmp_path, monkeypatch):
-    """A recording of one query with its reply, and a stand-in for lk-emu decode."""
+    """A recording of one query with its reply, and a stub for lk-emu decode."""
     monkeypatch.chdir(tmp_path)
     for name, text in CONTENTS.items():
         (tmp_path / "recording" / name).parent.mkdir(parents=True, exist_ok=True)

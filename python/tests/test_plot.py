@@ -1,4 +1,4 @@
-"""Pictures of runs; needs matplotlib."""
+"""Tests of `lk-emu plot`; needs matplotlib."""
 
 import math
 import os
@@ -26,7 +26,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 @pytest.fixture
 def figure(tmp_path, monkeypatch):
-    """The figure of the text of a CSV file, drawn."""
+    """Function that draws the text of a CSV file and returns the figure."""
     monkeypatch.chdir(tmp_path)
 
     def draw(text, bus="", ids=(), title="run", lang="en"):
@@ -47,7 +47,7 @@ def lines(axes):
 
 
 def tick_labels(axis):
-    """Those that are shown: the ends of the axis may lie between two ticks, and twins have no times."""
+    """Visible tick labels. Ticks outside the view are not shown, and twin axes have no time labels."""
     if not axis.get_visible():
         return []
     low, high = sorted(axis.get_view_interval())
@@ -73,7 +73,7 @@ def boxes_of(axes):
 
 
 def assert_legible(figure):
-    """No text leaves the picture, and no entry of a legend or label of an axis touches another."""
+    """Asserts that all text is inside the picture, and that legend entries and axis labels do not overlap."""
     width, height = figure.bbox.width, figure.bbox.height
     for text in texts(figure):
         box = text.get_window_extent()
@@ -90,17 +90,17 @@ def test_lines_have_the_points_of_the_file_and_axes_their_values(figure):
     (axes,) = panels(figure("time_s,1.angle_deg\n0,-50\n1,0\n3,100\n4,50\n"))
     (line,) = lines(axes)
     assert line.get_xydata().tolist() == [[0, -50], [1, 0], [3, 100], [4, 50]]
-    # Times fill the panel; values from -50 to 100 have 6 % of 150 as a margin.
+    # Times fill the panel. Values from -50 to 100 have a margin of 6 % of 150.
     assert axes.get_xlim() == (0, 4) and axes.get_ylim() == (-59, 109)
     assert (axes.get_ylabel(), axes.get_xlabel()) == ("position, °", "time, s")
     assert [label.get_text() for label in tick_labels(axes.yaxis)] == ["\N{MINUS SIGN}50", "0", "50", "100"]
 
 
 def test_small_changes_do_not_fill_the_panel(figure):
-    # At least 0.5 A, here around 3 A, with 6 % more at either end.
+    # The axis spans at least 0.5 A, here around 3 A, with a margin of 6 % at either end.
     (axes,) = panels(figure("time_s,1.iq_A\n0,3\n1,3\n"))
     assert axes.get_ylim() == pytest.approx((3 - 0.28, 3 + 0.28))
-    # At least 4 °C and 2 V; the temperature a quarter from below, the voltage a quarter from above.
+    # The axes span at least 4 °C and 2 V. The temperature is at a quarter of the height, the voltage at three quarters.
     left, right = panels(figure("time_s,1.temperature_C,1.voltage_V\n0,25,24\n1,25,24\n"))
     assert left.get_ylim() == pytest.approx((25 - 1 - 0.24, 25 + 3 + 0.24)) and right.get_ylim() == pytest.approx((24 - 1.5 - 0.12, 24 + 0.5 + 0.12))
 
@@ -124,7 +124,7 @@ def test_the_true_is_broad_and_the_reference_dashed_and_darker(figure):
 
 
 def test_the_rotor_begins_where_the_first_angle_was_measured(figure):
-    # The zero of the rotor is arbitrary: 32 is where 10 was measured, so 43 is 21. Before there is a measured angle nothing is known.
+    # The zero of the rotor angle is arbitrary: the rotor was at 32 when 10 was measured, so 43 is drawn as 21.
     (axes,) = panels(figure("time_s,1.angle_deg,1.true_rotor_deg\n0,10,32\n1,20,43\n"))
     assert lines(axes)[0].get_ydata().tolist() == [10, 21]
 
@@ -186,7 +186,7 @@ def test_gaps_break_lines_and_lone_points_are_dots(figure):
     line, dots = lines(axes)
     assert np.isnan(line.get_ydata()).tolist() == [False, False, True, False, True, False, False]
     assert dots.get_xydata().tolist() == [[3, 1]] and dots.get_marker() == "."
-    # Thinned out, a gap remains: 20 000 rows with values, one without, 20 000 with values.
+    # A gap survives thinning: 20 000 rows with values, one without, 20 000 with values.
     rows = "".join(f"{n},{'nan' if n == 20000 else n % 2}\n" for n in range(40001))
     (line, *dots) = lines(panels(figure("time_s,1.iq_A\n" + rows))[0])
     assert line.get_xdata()[np.isnan(line.get_ydata())].tolist() == [20000] and not dots
@@ -262,11 +262,11 @@ def test_chinese(figure, monkeypatch):
         plot.chosen_language("zh")
 
 
-# --- the command
+# --- command line
 
 
 def run(*arguments, **environment):
-    """python3 -m lkemu.plot in the working directory."""
+    """Runs python3 -m lkemu.plot in the working directory."""
     return subprocess.run([sys.executable, "-m", "lkemu.plot", *arguments], capture_output=True, text=True, errors="surrogateescape",
                           env={**os.environ, "LC_ALL": "C.UTF-8", **environment}, timeout=120)  # fmt: skip
 
@@ -317,7 +317,7 @@ def test_the_same_file_gives_the_same_bytes(csv, kind):
     run("run.csv", "-o", f"two.{kind}", LC_ALL="de_DE.UTF-8", MPLCONFIGDIR=str(settings), PYTHONHASHSEED="7", PADDING="x" * 5000)
     assert (csv / f"one.{kind}").read_bytes() == (csv / f"two.{kind}").read_bytes()
     if kind == "svg":
-        assert b"clip" not in (csv / "one.svg").read_bytes()  # of which the name differs in some runs only
+        assert b"clip" not in (csv / "one.svg").read_bytes()  # names of clip paths differ between runs
 
 
 def test_names_cannot_inject_into_the_picture(csv):

@@ -1,4 +1,4 @@
-"""The reader of CSV files, and what the commands in Python share."""
+"""Tests of the CSV reader and of the parser of ID lists."""
 
 import math
 import os

@@ -164,7 +164,9 @@ class Motor:
         return dict(self.data["factory"]["gains"])
 
     def loops(self, gains: "Dict[str, int] | None" = None) -> Dict[str, float]:
-        """Converts gain bytes: angle_kp to 1/s, speed_kp to A·s/rad, speed_ki to A/rad (docs model.md §11)."""
+        """Converts gain bytes to angle_kp in 1/s, speed_kp in A·s/rad and speed_ki in A/rad.
+
+        Source: docs/internals/model.md §11."""
         c, g = self.data["control"], gains or self.gain_bytes()
         kp = c["speed_bandwidth_rad_s"] * c["J_nominal_g_cm2"] * 1e-7 / self.k_t
         return {

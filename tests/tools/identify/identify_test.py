@@ -1,6 +1,7 @@
 #!/usr/bin/python3
-"""`python3 -m lkemu.identify` on logs of a motor that is a few equations here: the emulator has no part in them, so that a
-mistake which it shares with identify shows.
+"""Tests `python3 -m lkemu.identify` on logs of a motor that is simulated here.
+
+The emulator is not used, so that an error common to emulator and identify is found.
 
 usage: identify_test.py LK_EMU [Quick | Thorough | Long]
 """
@@ -34,7 +35,7 @@ MOVE_DPS = 573
 
 
 class Motor:
-    """Torques over k_t, at the rotor. The current follows commands with a lag; the speed that is reported is that of 1 ms."""
+    """Motor with torques over k_t, at the rotor. The current lags commands. Reported speeds are means over 1 ms."""
 
     J, friction, cogging, order = 9e-4, 0.16, 0.03, 24
     STEP_S = 0.25e-3
@@ -71,7 +72,7 @@ class Motor:
 
 
 def record(steps, rate_Hz=200, seed=1, lag_s=0.0):
-    """[(seconds, frame, is of the host)] of a host that follows steps of torque and speed."""
+    """Simulates a host that commands these steps; returns [(seconds, frame, is_query)]."""
     draw, motor, now, frames = random.Random(seed), Motor(lag_s), 1.0, []
     for what, value, seconds in steps:
         for _ in range(max(1, round(seconds * rate_Hz))):
@@ -85,7 +86,7 @@ def record(steps, rate_Hz=200, seed=1, lag_s=0.0):
             frames.append((now, ask.hex().upper(), True))
             frames.append((now + 0.34e-3, motor.state(ask[0], lambda sd: draw.gauss(0, sd)).hex().upper(), False))
             steps_until_next = round(period / motor.STEP_S)
-            motor.step()  # a drive says how it is, and then does what it was told
+            motor.step()  # the reply has the state before the command acts
             motor.order_of = (what, value)
             for _ in range(steps_until_next - 1):
                 motor.step()
@@ -118,7 +119,7 @@ class Logs(unittest.TestCase):
         return os.path.join(self.folder.name, name)
 
     def identify(self, text, *options):
-        """(status, standard output, standard error, table [identified])."""
+        """Runs identify; returns (status, standard output, standard error, table [identified])."""
         log, made = self.path("a.log"), self.path("made.toml")
         with open(log, "w", encoding="ascii") as file:
             file.write(text)
@@ -154,7 +155,7 @@ class Quick(Logs):
         self.assertIn("--generation v235, as was said", out)
         self.assertInside(found["inertia_A_s2_rad"], Motor.J)
         self.assertWithin(found["inertia_A_s2_rad"], 0.05)
-        # The motor file expects more friction at low speed than these equations have.
+        # The motor file has more friction at low speed than this simulation.
         self.assertAlmostEqual(found["coulomb_A"][0], Motor.friction, delta=0.02 * Motor.friction)
         self.assertEqual(found["cogging_order"], Motor.order)
 
@@ -189,7 +190,7 @@ class Thorough(Logs):
         self.assertEqual(letters(-1e-6), at_zero)
 
     def test_late_replies_do_not_make_the_inertia_wrong(self):
-        """3 ms late, and later than the next query, where a reply looks like that to the next one."""
+        """3 ms late, and later than the next query: the reply then looks like the reply to that query."""
         for late_s in (3e-3, 5.5e-3):
             late = sorted((at + (0 if is_query else late_s), data, is_query) for at, data, is_query in self.frames)
             with self.subTest(late_s=late_s):
@@ -199,7 +200,7 @@ class Thorough(Logs):
                     self.assertInside(found["inertia_A_s2_rad"], Motor.J)
 
     def test_commands_that_act_before_their_stamps_are_refused(self):
-        # Every exchange has the state of the one after it, as where a reply was taken for that of an earlier query.
+        # Each query gets the reply to the next query, as if replies were paired with the wrong queries.
         queries = [one for one in self.frames if one[2]]
         replies = [one for one in self.frames if not one[2]][1:]
         mixed = []
@@ -252,7 +253,7 @@ class Thorough(Logs):
                 pages.append(file.read())
         self.assertEqual(pages[0], pages[1])
         self.assertIn("<svg", pages[0])
-        self.assertNotIn("clip-path", pages[0])  # its name would differ from run to run
+        self.assertNotIn("clip-path", pages[0])  # names of clip paths differ between runs
 
     def test_expect_names_what_has_changed(self):
         then = self.path("then.toml")
@@ -265,7 +266,7 @@ class Thorough(Logs):
 
 class Long(Logs):
     def test_memory_is_at_most_three_times_the_log(self):
-        """Above that of Python and its libraries."""
+        """Memory beyond that of Python and its libraries."""
         log, megabytes, shift_s = self.path("long.log"), 40, 0.0
         with open(log, "w", encoding="ascii") as file:
             while file.tell() < megabytes << 20:

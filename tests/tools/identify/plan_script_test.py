@@ -1,4 +1,4 @@
-"""The script of a plan, run against a motor that is a few lines of Python: no waiting, no bus."""
+"""Tests the script of --plan against a simulated motor, without a bus and in simulated time."""
 
 import re
 import runpy
@@ -15,8 +15,7 @@ LK_EMU = sys.argv.pop(1)
 
 
 class Motor:
-    """Answers 0x92, 0xA1, 0xA2, 0xA4, 0x9C and the rest as a drive of the MF series does; time is what the script
-    sleeps."""
+    """Answers 0x92, 0xA1, 0xA2, 0xA4, 0x9C and others like an MF drive. Time advances when the script sleeps."""
 
     def __init__(self, runs_away=False):
         self.now, self.speed_dps, self.angle_deg, self.sent, self.replies = 100.0, 0.0, 0.0, [], []
@@ -63,7 +62,7 @@ class Motor:
 
 
 class Rotor(Motor):
-    """Accelerates as the bare rotor of an mg4005 without friction does, for as long as a torque is commanded."""
+    """Accelerates like the bare rotor of an mg4005 without friction while a torque is commanded."""
 
     DPS_PER_A_S, A_PER_LSB = 250_000, 0.016
 
@@ -86,7 +85,7 @@ class Rotor(Motor):
 
 
 class Socket(Motor):
-    """A bus that delivers own frames and the kernel's time stamps."""
+    """Bus that delivers own frames, with kernel time stamps."""
 
     def __init__(self, same_machine=False):
         super().__init__()
@@ -137,7 +136,7 @@ class PlanScript(unittest.TestCase):
             self.assertTrue(any(data[0] == command for data in motor.sent), hex(command))
 
     def test_logs_the_stamps_of_the_kernel(self):
-        for same_machine in (False, True):  # replies of an emulator on vcan do not look received
+        for same_machine in (False, True):  # replies of an emulator on vcan are not marked as received
             with self.subTest(same_machine=same_machine):
                 motor = Socket(same_machine)
                 lines = self.run_script(motor, "--yes").splitlines()
@@ -154,7 +153,7 @@ class PlanScript(unittest.TestCase):
                 return late.pop()
             message = receive(timeout)
             if len(motor.sent) == 300 and not kept and message is not None and not message.is_rx:
-                kept.append(message)  # until the next query
+                kept.append(message)  # delivered after the next query
                 late.append(message)
                 return None
             return message
@@ -193,7 +192,7 @@ class PlanScript(unittest.TestCase):
 
     def test_takes_no_late_reply_for_another(self):
         motor = Motor()
-        motor.replies.append(bytes([0x9C, 25, 0, 0, 0xFF, 0x7F, 0, 0]))  # of a host before
+        motor.replies.append(bytes([0x9C, 25, 0, 0, 0xFF, 0x7F, 0, 0]))  # late reply to an earlier host
         self.run_script(motor, "--yes")
         self.assertTrue(any(data[0] == 0xA4 for data in motor.sent))
 

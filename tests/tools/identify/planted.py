@@ -1,10 +1,12 @@
 #!/usr/bin/python3
-"""Logs of motors whose numbers are known, because they were made up: the script of a plan is the host, lk-emu with a
-stepped clock the motor, and the recording of that run the log, with the true times.
+"""Makes logs of planted motors, whose parameters are random but known.
+
+The script of --plan is the host, and lk-emu with a stepped clock is the motor. The recording is the log, with true times.
 
 usage: planted.py FIRST LAST DIRECTORY   writes DIRECTORY/N.log and N.json for the seeds
 
-docs/pictures/identify.svg is the first picture of the report on 1.log (lk-emu identify 1.log --motor mf7015 --generation v235 --report 1.html).
+docs/pictures/identify.svg is the first picture of this report:
+    lk-emu identify 1.log --motor mf7015 --generation v235 --report 1.html
 """
 
 import contextlib
@@ -29,7 +31,7 @@ ORDERS = (12, 14, 20, 26, 28, 40, 42)
 
 
 class Planted:
-    """A motor like a delivered one, with other numbers."""
+    """A shipped motor with random parameters."""
 
     def __init__(self, seed):
         draw = random.Random(seed)
@@ -46,7 +48,7 @@ class Planted:
         mechanics["tau_static_mNm"] *= friction
         mechanics["B_uNm_s_rad"] = draw.uniform(0.5, 8) * mechanics["tau_coulomb_mNm"]
         mechanics["tau_cogging_mNm"] = mechanics["tau_coulomb_mNm"] * draw.uniform(0.1, 0.5)
-        # Current offsets are felt at the pole pairs.
+        # Not the pole pairs: current offsets act at that order.
         mechanics["cogging_per_turn"] = draw.choice([n for n in ORDERS if n != self.base.pole_pairs])
         sensor["noise_A"] = draw.uniform(0.02, 0.08)
         sensor["offset_a_A"], sensor["offset_b_A"] = draw.uniform(-0.03, 0.03), draw.uniform(-0.03, 0.03)
@@ -61,7 +63,7 @@ class Planted:
         self.random = random.Random(seed + 1000)
 
     def truth(self):
-        """By the keys of what is identified."""
+        """True values by the keys of identify."""
         m, base = self.profile["mechanics"], self.base
         out = m["J_out_g_cm2"] + self.drive.get("load", {}).get("J_g_cm2", 0)
         loops = base.loops()
@@ -91,7 +93,7 @@ class Planted:
 
 
 class SteppedTime:
-    """In place of the module `time`; the host is late as hosts are."""
+    """Replaces the module `time`; sleeps have jitter like those of a real host."""
 
     def __init__(self, clock, jitter, random):
         self.clock, self.now, self.jitter, self.random = clock, 0.0, jitter, random
@@ -110,7 +112,7 @@ class SteppedTime:
 
 
 class SlcanHost:
-    """A can.Bus on a terminal that speaks slcan."""
+    """A can.Bus on an slcan terminal."""
 
     def __init__(self, path, time):
         self.file, self.time, self.text = os.open(path, os.O_RDWR | os.O_NONBLOCK | os.O_NOCTTY), time, b""
@@ -139,7 +141,7 @@ def script_of(motor, generation="v235"):
 
 
 def frames(planted, script, steps=None, jitter=0.2, rate_Hz=None):
-    """(seconds, "141#…", is of the host) of a run of the script; `steps`: others than its own, without its limits."""
+    """Runs the script; returns [(seconds, "141#…", is_query)]. `steps` replaces its steps, without its limits."""
     script = script.replace("import can\n", "")
     space = {"__name__": "excite"}
     exec(compile(script, "excite.py", "exec"), space)
@@ -164,7 +166,7 @@ def frames(planted, script, steps=None, jitter=0.2, rate_Hz=None):
 
 
 def log_text(frames, random, loss=0.01, query_early_s=(-20e-6, 20e-6), reply_late_s=(-20e-6, 20e-6), shift_s=1.0):
-    """As candump -L logs it, with lines lost and stamps wrong, in the order in which the host has them."""
+    """Log as by candump -L, with lost lines and stamp errors, in the order of the host."""
     lines = []
     for at, frame, is_query in frames:
         if random.random() < loss:

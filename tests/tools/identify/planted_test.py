@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""What lkemu.identify finds of planted motors: in clean logs, and in logs whose time stamps are off.
+"""Tests lkemu.identify on planted motors, with exact time stamps and with jitter.
 
-usage: planted_test.py LK_EMU MOTORS LOGS [TEST]...   so many motors, so many logs of them with up to 3 ms of jitter
+usage: planted_test.py LK_EMU MOTORS LOGS [TEST]...   number of motors, and of logs with up to 3 ms of jitter
 """
 
 import math
@@ -26,12 +26,12 @@ FEWEST_FOR_A_MEDIAN = 10
 
 
 def binomial(hits, tries):
-    """How likely so few hits are of tries that each hit with 95 %."""
+    """Probability of at most `hits` successes in `tries` with a success probability of 95 %."""
     return sum(math.comb(tries, k) * 0.95**k * 0.05 ** (tries - k) for k in range(hits + 1))
 
 
 class Found:
-    """Estimates of one quantity, over the motors."""
+    """Errors of one quantity over all motors."""
 
     def __init__(self):
         self.errors, self.inside = [], 0
@@ -75,7 +75,7 @@ class PlantedMotors(unittest.TestCase):
             for key, true in truth.items():
                 if key in drive.values and drive.told(key):
                     found.setdefault(key, Found()).add(drive.values[key], true)
-            # A log of a free shaft cannot tell these.
+            # A log of a free shaft cannot determine these.
             for key in ("gravity_A", "k_t_Nm_A", "R_ohm"):
                 self.assertFalse(drive.told(key), f"{motor.seed}: {key}")
         for key, one in found.items():
@@ -89,8 +89,9 @@ class PlantedMotors(unittest.TestCase):
             self.assertGreaterEqual(len(found[key].errors), math.floor(0.9 * MOTORS), key)
 
     def test_are_found_in_spite_of_rough_stamps(self):
-        """Half of the logs have small jitter; one half of the adapters stamps queries early and replies late, the other to
-        either side."""
+        """Half of the logs have small jitter.
+
+        Half of the adapters stamp queries early and replies late; the others have errors of both signs."""
         told, answered, small = Found(), 0, 0
         for number in range(LOGS):
             motor, frames = self.motors[number % MOTORS]
@@ -132,7 +133,7 @@ class PlantedMotors(unittest.TestCase):
         steps = [("position", 1200.0 if n % 2 == 0 else -1200.0, 3.5) for n in range(8)]
         frames = planted.frames(motor, planted.script_of(motor.motor), steps)
         drive = identify(self.track(motor, planted.log_text(frames, random.Random(1))))
-        # The mean of what lifting takes and lowering gives back.
+        # Mean of the currents for lifting and lowering.
         gravity_A = 1.5 / motor.base.N * (1 / eta + eta) / 2 / motor.base.k_t
         self.assertAlmostEqual(drive.number("gravity_A"), gravity_A, delta=0.05 * gravity_A)
         self.assertAlmostEqual(drive.number("gear_loss"), 1 - eta, delta=0.05)
@@ -144,7 +145,7 @@ class PlantedMotors(unittest.TestCase):
         windings["R_s_ohm"] *= 1.3
         windings["psi_f_Wb"] *= 0.9
         motor.profile["motor"] = windings
-        motor.profile["mechanics"]["J_g_cm2"] *= 60  # a wheel: it takes its time
+        motor.profile["mechanics"]["J_g_cm2"] *= 60  # a wheel: slow acceleration
         steps = [("torque", 8.0 if n % 2 == 0 else -8.0, 4) for n in range(6)]
         frames = planted.frames(motor, planted.script_of(motor.motor), steps)
         drive = identify(self.track(motor, planted.log_text(frames, random.Random(1))))
@@ -154,7 +155,7 @@ class PlantedMotors(unittest.TestCase):
         self.assertAlmostEqual(drive.number("R_ohm"), R, delta=0.05 * R)
 
     def check_inertia(self, motor, frames):
-        """Not told within 5 %, or right within 5 %."""
+        """Asserts that grade A is within 5 % of the true inertia, and that grades A and B cover it."""
         inertia = identify(self.track(motor, planted.log_text(frames, random.Random(1)))).values["inertia_A_s2_rad"]
         true = motor.truth()["inertia_A_s2_rad"]
         print(f"inertia {inertia.value / true:.3f} ± {inertia.half_width / true:.3f} of the true one")
