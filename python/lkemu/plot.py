@@ -251,7 +251,7 @@ def set_up(lang: str) -> None:
         "font.family": [*families, "sans-serif"], "font.sans-serif": ["Verdana"], "font.size": 9, "text.parse_math": False, "text.color": "#222222", "axes.edgecolor": "#8c8c8c",
         "axes.labelcolor": "#222222", "xtick.color": "#8c8c8c", "ytick.color": "#8c8c8c", "xtick.labelcolor": "#222222",
         "ytick.labelcolor": "#222222", "grid.color": "#e0e0e0", "legend.frameon": False, "legend.fontsize": 9,
-        "svg.fonttype": "none", "svg.hashsalt": "lk-emu", "path.simplify_threshold": 0.5,  # in pixels; drops invisible detail
+        "svg.fonttype": "none", "svg.hashsalt": "lk-emu", "path.simplify_threshold": 0.5,  # pixels; drops invisible detail
     })  # fmt: skip
 
 
@@ -294,7 +294,7 @@ class Picture:
         if first is not None:
             axes.set_xlabel(self._word(TIME))
             low, high = run.first_s, run.last_s
-            spare = 0.0 if high - low > max(1e-9, 1e-7 * max(abs(low), abs(high))) else 0.5  # margin if all rows have one time
+            spare = 0.0 if high - low > max(1e-9, 1e-7 * max(abs(low), abs(high))) else 0.5  # s, around a single time
             first.set_xlim(low - spare, high + spare)
             set_ticks(first.xaxis, 10)
             self.figure.align_ylabels()

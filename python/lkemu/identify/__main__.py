@@ -13,13 +13,13 @@ from . import plan
 from .motor import Unusable, is_path, load_motor, run_program
 
 EPILOG = """
-Example, at the motor and after it:
+Example of an experiment, and of a comparison with it later:
   lk-emu identify --plan excite.py --motor mg4005 --id 1
   python3 excite.py --interface socketcan --channel can0 --log my_motor.log
   lk-emu identify my_motor.log --motor mg4005 -o my_motor.toml --report my_motor.html
   lk-emu identify may.log --motor mg4005 --expect my_motor.toml
 
-Exit status: 0 done, 1 something is not as --expect has it, 2 unusable input.
+Exit status: 0 done, 1 a value differs from --expect, 2 unusable input.
 """
 LONGEST_TEXT = 1 << 20  # bytes of a motor file
 
@@ -31,24 +31,24 @@ def parse(words: List[str]) -> argparse.Namespace:
     parser.add_argument("--motor", default="mf7015", help="motor whose gear, encoder and torque constant are used: a name or a file "
                         "(default %(default)s)")  # fmt: skip
     parser.add_argument("--generation", help="firmware of the drives, one of legacy, late-legacy, v235, v236, v236b, seen "
-                        "(default: as the log shows)")  # fmt: skip
-    parser.add_argument("--id", type=int, help="only this drive (default: all in the log)")
+                        "(default: guessed of the log)")  # fmt: skip
+    parser.add_argument("--id", type=int, help="only only this (default: all in of the)")
     parser.add_argument("-o", "--output", metavar="FILE", help="motor file to write")
     parser.add_argument("--report", metavar="FILE", help="report with plots to write, one HTML file")
     parser.add_argument("--expect", metavar="FILE", help="earlier motor file to compare with; prints what has changed")
-    parser.add_argument("--plan", metavar="FILE", help="write a Python script that moves drive --id for 30 s and logs it, instead of "
-                        "reading a log")  # fmt: skip
+    parser.add_argument("--plan", metavar="FILE", help="write no Python script that moves drive --id for 30 s and logs it, instead of "
+                        "reads no log")  # fmt: skip
     given = parser.parse_args(words)
     if given.id is not None and not 1 <= given.id <= 32:
         raise Unusable(f"identify: --id: {given.id} is not in the range 1..32")
     if not given.logs and given.plan is None:
-        raise Unusable("identify: needs a log, or --plan FILE for a script that makes one")
+        raise Unusable("identify: missing log; to make one, write a script with --plan FILE")
     if given.logs and given.plan is not None:
-        raise Unusable("identify: a log or --plan, not both")
+        raise Unusable("identify: give a log or --plan, not both")
     if given.plan is not None:
         for option in ("output", "report", "expect"):
             if getattr(given, option) is not None:
-                raise Unusable(f"identify: --{option} belongs to a log, not to --plan")
+                raise Unusable(f"identify: --{option} needs a log and cannot be used with --plan")
     return given
 
 
@@ -84,17 +84,18 @@ def write_motor(path: str, text: str) -> None:
         try:
             run_program("motors", tried)
         except Unusable as problem:
-            raise Unusable(f"identify: the log gives a motor that cannot be: {str(problem).replace(tried, path)}") from None
+            reason = str(problem).replace(tried, path)
+            raise Unusable(f"identify: the estimates give an invalid motor file: {reason}") from None
     write_text(path, "--output", text)
 
 
 def compare(found: Any, expected: int, file: str) -> int:
     if not found.compared:
-        raise Unusable(f"identify: nothing of {printable(file)} is told by this log within 15 %: nothing was compared")
+        raise Unusable(f"identify: nothing to compare: the log gives no value of {printable(file)} within 15 %")
     for line in found.lines:
         print(line)
     if not found.lines:
-        print(f"{found.compared} of {expected} values compared, as {printable(file)} has them")
+        print(f"{found.compared} of {expected} values compared with {printable(file)}: no change")
     if found.not_compared:
         print(f"not compared: {', '.join(found.not_compared)}")
     return 1 if found.lines else 0
@@ -108,7 +109,7 @@ def read_logs(given: argparse.Namespace) -> int:
         from .report import report_html, table_text
 
     if same_file(given.output, given.expect) or same_file(given.output, given.motor):
-        raise Unusable("identify: --output would overwrite the file that it is compared with or made from")
+        raise Unusable("identify: --output would overwrite the file of --expect or --motor")
     expected = expected_values(read_text(given.expect), given.expect) if given.expect else []
     motor = load_motor(given.motor)
     generation = given.generation
@@ -119,11 +120,11 @@ def read_logs(given: argparse.Namespace) -> int:
             raise Unusable(f"identify: {printable(log)} is not a regular file")
     drives = [identify(track) for track in read_tracks(given.logs, given.motor, motor, generation, given.id)]
     if not drives:
-        which = f" {given.id}" if given.id else ""
-        raise Unusable(f"identify: no drive{which} has told enough of its shaft: {FEWEST_SAMPLES} replies to 0x9C or to motion commands "
-                       "are needed")  # fmt: skip
+        which = f"drive {given.id} has" if given.id else "all drives have"
+        needed = f"{FEWEST_SAMPLES} replies to 0x9C or motion commands"
+        raise Unusable(f"identify: {which} too few samples: {needed} are needed")
     if len(drives) > 1 and (given.output or given.expect):
-        raise Unusable(f"identify: the log has {len(drives)} drives; say which with --id")
+        raise Unusable(f"identify: the log has {len(drives)} drives; choose one with --id")
     for drive in drives:
         print(table_text(drive), end="")
     if given.report:
@@ -142,9 +143,9 @@ def main() -> None:
             sys.stdout.flush()
             sys.exit(status)
         return
-    script, said = plan.write_plan(load_motor(given.motor), given.motor, given.id, given.generation)
+    script, summary = plan.write_plan(load_motor(given.motor), given.motor, given.id, given.generation)
     write_text(given.plan, "--plan", script)
-    print(given.plan, said)
+    print(given.plan, summary)
 
 
 if __name__ == "__main__":

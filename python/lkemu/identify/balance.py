@@ -166,23 +166,26 @@ def check_stamps(track: Track, timing: Timing) -> None:
     share = track.ambiguous / max(len(track.time) + track.ambiguous, 1)
     if share > AMBIGUOUS_SHARE:
         raise TooRough(
-            f"{share:.0%} of the replies came after the next query, so that nobody can tell which query they answer: log with "
-            "fewer exchanges per second, or with time stamps of the kernel."
+            f"{share:.0%} of the replies came after the next query, so they may belong to either query. "
+            "Log with fewer exchanges per second, or with kernel time stamps."
         )
     if abs(timing.angle_ratio - 1) > 0.1:
         raise TooRough(
-            f"The shaft turns {timing.angle_ratio:.2f} times as far as the reported speeds say: the encoder of the motor file (bits, "
-            "encoder_span, gear_ratio) is not that of the drive."
+            f"The angle changes {timing.angle_ratio:.2f} times as fast as the reported speed. "
+            "The encoder of the motor file (bits, encoder_span, gear_ratio) does not match the drive."
         )
     if timing.sample_s > ROUGH_S:
-        raise TooRough("The time stamps are too rough for a balance of torques: log with time stamps of the kernel (candump does).")
+        raise TooRough(
+            f"Time stamp errors of {timing.sample_s * 1e3:.1f} ms rms are too large for a torque balance. "
+            "Log with kernel time stamps, e.g. with candump -L."
+        )
 
 
 def check_delay(fit: Fit) -> None:
     if fit.delay_s + fit.lag_s < -NEGATIVE_S:
         raise TooRough(
-            f"Commands seem to act {-1e3 * (fit.delay_s + fit.lag_s):.1f} ms before their time stamps, which cannot be: the stamps are too "
-            "rough, or replies have been taken for those of other queries. Log with time stamps of the kernel."
+            f"Commands seem to act {-1e3 * (fit.delay_s + fit.lag_s):.1f} ms before their time stamps, which is impossible. "
+            "The stamps are too inaccurate, or replies were paired with the wrong queries. Log with kernel time stamps."
         )
 
 
@@ -233,15 +236,16 @@ def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
         shorter = inertia_of_shorter(fit, looked)
         if 3 * (abs(shorter.value - inertia.value) - shorter.half_width) > 0.03 * inertia.value:
             notes.append(
-                "Shorter windows show another inertia: play in the gear, or a load on a spring. The interval is wider for that."
+                "Shorter windows give a different inertia: the gear has backlash, or the load is elastic. "
+                "The interval is wider to cover this."
             )
     inertia = widened_inertia(fit, inertia, shorter)
     beyond = unexplained(fit, regression)
     inertia.half_width += PLAY_SHARE * beyond * inertia.value
     if beyond > 0.03:
         notes.append(
-            f"One inertia leaves {beyond:.0%} of its torque unexplained: probably a load behind the play of the gear. The interval of the "
-            "inertia is wider for that."
+            f"One inertia leaves {beyond:.0%} of its torque unexplained, probably because of a load behind gear backlash. "
+            "The interval of the inertia is wider to cover this."
         )
     response = fit.response()
     if np.any(response):

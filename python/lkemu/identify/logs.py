@@ -60,8 +60,9 @@ def decoded(log: IO[bytes], name: str, motor: str, generation: str) -> Iterator[
                 yield json.loads(line)
         if popen.returncode != 0:
             errors.seek(0)
-            said = errors.read().decode(errors="replace").strip().splitlines() or ["decode has failed"]
-            raise Unusable(f"identify: {printable(name)}: {said[-1].removeprefix('lk-emu: ').removeprefix('decode: ')}")
+            messages = errors.read().decode(errors="replace").strip().splitlines() or ["decode failed"]
+            reason = messages[-1].removeprefix("lk-emu: ").removeprefix("decode: ")
+            raise Unusable(f"identify: {printable(name)}: {reason}")
 
 
 class Builder:
@@ -204,8 +205,8 @@ def run_guess(log: str) -> str:
     try:
         return run_program("decode", log, "--guess", "--json")
     except Unusable as problem:
-        said = str(problem).removeprefix("decode: ")
-        raise Unusable(f"identify: {said if log in said else f'{printable(log)}: {said}'}") from None
+        reason = str(problem).removeprefix("decode: ")
+        raise Unusable(f"identify: {reason if log in reason else f'{printable(log)}: {reason}'}") from None
 
 
 def read_tracks(logs: List[str], motor_name: str, motor: Motor, generation: Optional[str], id: Optional[int]) -> List[Track]:

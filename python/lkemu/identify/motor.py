@@ -26,8 +26,8 @@ def run_program(*words: str) -> str:
     """Runs lk-emu and returns its output. Raises Unusable with the last line of its errors."""
     done = subprocess.run([find_program(), *words], stdin=subprocess.DEVNULL, capture_output=True, text=True)
     if done.returncode != 0:
-        said = done.stderr.strip().splitlines() or [f"status {done.returncode}"]
-        raise Unusable(said[-1].removeprefix("lk-emu: "))
+        messages = done.stderr.strip().splitlines() or [f"status {done.returncode}"]
+        raise Unusable(messages[-1].removeprefix("lk-emu: "))
     return done.stdout
 
 
@@ -152,9 +152,9 @@ class Motor:
         """Counts of the encoder field."""
         return 1 << min(WIRE_BITS, int(self.data["encoder"]["bits"]))
 
-    def span_turns(self, said: str = "") -> float:
-        """Rotor turns that the encoder field spans; `said` overrides encoder_span of the file."""
-        return self.N if (said or self.data["encoder_span"]) == "output_turn" else 1.0
+    def span_turns(self, encoder_span: str = "") -> float:
+        """Rotor turns that the encoder field spans; `encoder_span` overrides that of the file."""
+        return self.N if (encoder_span or self.data["encoder_span"]) == "output_turn" else 1.0
 
     @cached_property
     def motion_period_s(self) -> float:

@@ -28,7 +28,7 @@ class Section:
         off = abs(found.half_width / found.value) * 100
         self.lines += f"{key:<26} = {value:<11.5g} # {found.letter}: ±{off:.2g} %, from {quantity.how}\n"
 
-    def say(self, line: str) -> None:
+    def add_line(self, line: str) -> None:
         self.lines += line + "\n"
 
     def text(self) -> str:
@@ -48,13 +48,14 @@ def mechanics(drive: Drive, k_t: float) -> Section:
         tau = max(drive.number("coulomb_A") * k_t - motor.coulomb_out / motor.N / efficiency_of(drive), 0.0)
         excess = motor.static / motor.coulomb if motor.coulomb > 0 else 1.0
         section.add("tau_coulomb_mNm", tau * 1e3, "coulomb_A")
-        section.say(f"{'tau_static_mNm':<26} = {excess * tau * 1e3:<11.5g} # in proportion to that of {printable(motor.name)}")
+        origin = f"ratio to tau_coulomb_mNm as in {printable(motor.name)}"
+        section.add_line(f"{'tau_static_mNm':<26} = {excess * tau * 1e3:<11.5g} # {origin}")
     if drive.told("viscous_A_s_rad"):
         section.add("B_uNm_s_rad", drive.number("viscous_A_s_rad") * k_t * 1e6, "viscous_A_s_rad")
     cogging = drive.cogging()
     if drive.told("cogging_A") and cogging:
         section.add("tau_cogging_mNm", drive.number("cogging_A") * k_t * 1e3, "cogging_A")
-        section.say(f"{'cogging_per_turn':<26} = {cogging.order}")
+        section.add_line(f"{'cogging_per_turn':<26} = {cogging.order}")
     if drive.told("gear_loss"):
         section.add("gear_efficiency", efficiency_of(drive), "gear_loss")
     return section
@@ -64,7 +65,7 @@ def control(drive: Drive, k_t: float) -> Section:
     base, section = drive.track.motor.data["control"], Section(drive, "control")
     gains = drive.track.gains or drive.track.motor.gain_bytes()
     if not drive.track.gains:
-        section.say("# The log does not state the gains: these numbers are for the factory's.")
+        section.add_line("# The log does not contain the gains: these values assume the factory gains.")
     J_nominal, bandwidth = base["J_nominal_g_cm2"] * 1e-7, base["speed_bandwidth_rad_s"]
     if drive.told("speed_kp_A_s_rad") and gains["speed_kp"] > 0:
         bandwidth = drive.number("speed_kp_A_s_rad") * k_t / J_nominal * base["ref_speed_kp_byte"] / gains["speed_kp"]
@@ -97,7 +98,7 @@ def load_lines(drive: Drive, k_t: float) -> str:
     torque = found.value * k_t * drive.track.motor.N * 2 / (1 / eta + eta)
     off = found.half_width / found.value * 100
     return (
-        "#\n# The load on the shaft belongs into the robot file, not here:\n"
+        "#\n# The load on the shaft belongs in the robot file:\n"
         f"#   load = {{ tau_gravity_Nm = {torque:.4g} }}  # {found.letter}: ±{off:.2g} %\n"
     )
 
@@ -108,16 +109,16 @@ def motor_text(drive: Drive, base: str, logs: List[str]) -> str:
     k_t = drive.number("k_t_Nm_A") if own_k_t else motor.k_t
     of = "the torque constant of the log" if own_k_t else f"the torque constant of {motor.name}, because the log does not show it"
     text = (
-        f"# {printable(motor.model)} as drive {drive.track.id} of a robot has it.\n"
-        "# A within 5 %, B within 15 %, with the 95 % interval of the log.\n"
-        f"# In Nm with {of}: {k_t:.4g} Nm/A.\n"
+        f"# {printable(motor.model)}, identified from a log of drive {drive.track.id}.\n"
+        "# Grades by the 95 % interval: A within 5 %, B within 15 %.\n"
+        f"# Torques in Nm use {of}: {k_t:.4g} Nm/A.\n"
         f"# Firmware: {drive.track.options()}\n"
         "# The inertia is that of the rotor and everything attached to it.\n"
     )
     text += load_lines(drive, k_t)
     missing = [one for one in QUANTITIES if not drive.told(one.key)]
     if missing:
-        text += "#\n# Not told by the log, and the experiment that would tell it:\n"
+        text += "#\n# Unknown, with the experiment that measures it:\n"
         text += "".join(f"#   {one.label}: {one.experiment}\n" for one in missing)
     text += f"\nextends = {toml_string(base)}\nmodel = {toml_string(motor.model + ', identified')}\n"
     text += windings(drive).text() + mechanics(drive, k_t).text() + control(drive, k_t).text()

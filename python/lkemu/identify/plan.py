@@ -19,7 +19,7 @@ MOVES_DEG = (90.0, 0.0, 180.0, 0.0, 90.0, -90.0, 0.0)
 MOST_SPEED_DPS, TRAVEL_TURNS, RATE_HZ = 720.0, 20.0, 200.0
 # Exchanges from excess speed to the end of the torque: a reply is one exchange old, and hosts jitter (assumed).
 REACTION_STEPS = 2.5
-PLACE = "# (here stand the constants of the plan)\n"
+PLACE = "# (identify inserts the constants of the plan here)\n"
 
 
 @dataclass
@@ -86,8 +86,7 @@ def dialect(motor_name: str, generation: str) -> Tuple[float, List[int]]:
     words = [find_program(), "decode", "-", "--json", "--motor", motor_name, "--generation", generation]
     done = subprocess.run(words, input=frames, capture_output=True, text=True)
     if done.returncode != 0:
-        said = done.stderr.strip().splitlines()[-1].removeprefix("lk-emu: ")
-        raise Unusable(said)
+        raise Unusable(done.stderr.strip().splitlines()[-1].removeprefix("lk-emu: "))
     read = [json.loads(line) for line in done.stdout.splitlines()]
     known = [int(one["command"], 16) for one in read[1:3] if "drawback" not in one]
     return read[0]["values"]["iq_A"] / 1000, [0x9A, *known]
@@ -100,14 +99,14 @@ def plan_script(motor: Motor, motor_name: str, id: int, generation: str, limits:
         f"MOTOR, DRIVE, GENERATION = {json.dumps(printable(motor_name))}, {id}, {json.dumps(generation)}\n"
         f"QUERY_ID, REPLY_ID = 0x140 + {id}, 0x140 + {id}\n"
         f"A_PER_LSB = {lsb!r}\n"
-        f"COUNTS, ROTOR_TURNS = {motor.counts}, {motor.span_turns():g}  # of the encoder field, and the turns that they span\n"
+        f"COUNTS, ROTOR_TURNS = {motor.counts}, {motor.span_turns():g}  # span of the encoder field\n"
         f"FIRST_QUERIES = [{', '.join(f'0x{one:02X}' for one in queries)}]\n"
         f"RATE_HZ = {RATE_HZ:g}\n"
-        f"SPEED_DPS = {limits.speed_dps:g}  # of the speeds\n"
-        f"PULSE_DPS = {limits.pulse_dps:.0f}  # pulses of torque end at this speed\n"
-        f"MOST_DPS = {limits.most_dps:.0f}  # that they reach until then, if the host is on time; above it, everything coasts\n"
-        f"TRAVEL_TURNS = {TRAVEL_TURNS:g}  # of the rotor, to either side\n"
-        f"# what, A or dps or degrees from the start, seconds\nSTEPS = [\n{steps}]\n"
+        f"SPEED_DPS = {limits.speed_dps:g}  # highest steady speed\n"
+        f"PULSE_DPS = {limits.pulse_dps:.0f}  # torque pulses end at this speed\n"
+        f"MOST_DPS = {limits.most_dps:.0f}  # highest speed if the host is on time; coasts above 1.25 times this\n"
+        f"TRAVEL_TURNS = {TRAVEL_TURNS:g}  # rotor turns to either side\n"
+        f"# kind, value in A or dps or degrees from the start, seconds\nSTEPS = [\n{steps}]\n"
     )
     with open(os.path.join(os.path.dirname(__file__), "excite.py.in"), encoding="utf-8") as file:
         return file.read().replace(PLACE, constants)
@@ -116,18 +115,21 @@ def plan_script(motor: Motor, motor_name: str, id: int, generation: str, limits:
 def write_plan(motor: Motor, motor_name: str, id: Optional[int], generation: Optional[str]) -> Tuple[str, str]:
     """Returns the script and its summary for the user."""
     if not motor.reports_current:
-        raise Unusable(f"identify: {printable(motor_name)} is an MS motor, which reports no current: a plan would tell nothing of it")
+        raise Unusable(f"identify: {printable(motor_name)}: MS motors report no current and cannot be identified")
     if id is None:
-        raise Unusable("identify: --plan needs --id, the drive that it moves")
-    spoken = generation or "legacy"
-    if spoken == "seen":
-        spoken = motor.data.get("seen_generation") or "seen"
+        raise Unusable("identify: --plan needs --id, the drive to move")
+    assumed = generation or "legacy"
+    if assumed == "seen":
+        assumed = motor.data.get("seen_generation") or "seen"
     limits = plan_limits(motor)
-    script = plan_script(motor, motor_name, id, spoken, limits)
-    said = (
-        f"moves drive {id} for 30 s, with up to {limits.current_A:.2f} A and {limits.most_dps:.0f} dps of its rotor, "
-        f"{limits.late_dps:.0f} dps more if the host is 10 ms late; it asks before it moves.\nIts shaft must be free."
+    script = plan_script(motor, motor_name, id, assumed, limits)
+    summary = (
+        f"moves drive {id} for 30 s, with up to {limits.current_A:.2f} A and {limits.most_dps:.0f} dps at its rotor, "
+        f"{limits.late_dps:.0f} dps more if the host is 10 ms late. It asks before it moves.\nThe shaft must be free."
     )
     if generation is None:
-        said += f"\nIt speaks to generation {spoken}, which is a guess: with another one its currents may be too small. --generation names it."
-    return script, said
+        summary += (
+            f"\nIt assumes generation {assumed}. With another generation its currents may be too small: "
+            "set it with --generation."
+        )
+    return script, summary

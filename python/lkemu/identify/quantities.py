@@ -107,36 +107,36 @@ PLAN = "lk-emu identify --plan"
 LIMIT = "iq over speed at the voltage limit"
 LIMIT_RUN = "0xA1 with a large current from rest to full speed, shaft free"
 QUANTITIES = (
-    Quantity("inertia_A_s2_rad", "inertia at the rotor", "A·s²/rad", "balance of torques", PLAN,
+    Quantity("inertia_A_s2_rad", "inertia at the rotor", "A·s²/rad", "torque balance", PLAN,
              of_balance("inertia"), lambda m: (m.J + m.J_out / m.N**2) / m.k_t),
-    Quantity("coulomb_A", "Coulomb friction", "A", "balance of torques", "steady speeds (0xA2) in both directions",
+    Quantity("coulomb_A", "Coulomb friction", "A", "torque balance", "steady speeds (0xA2) in both directions",
              of_balance("coulomb"), lambda m: (m.coulomb + m.coulomb_out / m.N / m.efficiency) / m.k_t),
-    Quantity("viscous_A_s_rad", "viscous friction", "A·s/rad", "balance of torques",
+    Quantity("viscous_A_s_rad", "viscous friction", "A·s/rad", "torque balance",
              "steady speeds (0xA2), the fastest at least ten times the slowest", of_balance("viscous"), lambda m: m.viscous / m.k_t),
-    Quantity("cogging_A", "cogging", "A", "balance of torques", "slow, steady speeds (0xA2), two at least, a turn or more at each",
+    Quantity("cogging_A", "cogging", "A", "torque balance", "at least two slow, steady speeds (0xA2), a turn or more at each",
              cogging, lambda m: m.cogging / m.k_t),
-    Quantity("gravity_A", "gravity of the load on the output", "A", "balance of torques",
+    Quantity("gravity_A", "gravity of the load on the output", "A", "torque balance",
              "slow moves (0xA2, 0xA4) over 60 degrees of the output or more", of_balance("gravity"), lambda m: 0.0, False),
-    Quantity("gear_loss", "share lost in the gear", "", "gravity up and down", "slow moves up and down with a load on an arm",
+    Quantity("gear_loss", "gear loss", "", "gravity when lifting and lowering", "slow moves up and down with a load on an arm",
              gear_loss, lambda m: 1 - m.efficiency),
     Quantity("speed_kp_A_s_rad", "Kp of the speed loop", "A·s/rad", "response to cogging at steady speeds", PLAN,
              lambda d: d.speed_kp, lambda m: m.loops()["speed_kp"]),
     Quantity("speed_ki_A_rad", "Ki of the speed loop", "A/rad", "response to cogging at steady speeds",
              "steady speeds (0xA2) of 30 to 200 degrees per second", lambda d: d.speed_ki, lambda m: m.loops()["speed_ki"]),
-    Quantity("angle_kp_per_s", "Kp of the position loop", "1/s", "emulated moves",
+    Quantity("angle_kp_per_s", "Kp of the position loop", "1/s", "comparison with emulated moves",
              "moves (0xA4) with rests between them, no arm, 200 exchanges per second",
              lambda d: d.position.kp if d.position else None, lambda m: m.loops()["angle_kp"]),
     # iq is computed from two measured phases: their noise times √(4/3), averaged over angles.
     Quantity("iq_noise_A", "noise of the reported current", "A", "iq at rest with torque 0",
              "0xA1 with torque 0 for two seconds, shaft at rest", current_noise,
              lambda m: m.number("current_sensor", "noise_A") * math.sqrt(4 / 3)),
-    Quantity("current_lag_s", "lag of the current loop", "s", "measured current after commands", PLAN,
+    Quantity("current_lag_s", "lag of the current loop", "s", "measured current after torque commands", PLAN,
              of_balance("lag"), lambda m: 1 / m.number("control", "current_bandwidth_rad_s")),
     Quantity("no_load_rad_s", "speed at the voltage limit", "rad/s", LIMIT, LIMIT_RUN, of_voltage("no_load"),
              lambda m: m.modulation * m.supply_V / (m.k_t / 1.5), False),
     Quantity("k_t_Nm_A", "torque constant", "Nm/A", LIMIT, LIMIT_RUN + ", with 0x9A among the queries", of_voltage("k_t"),
              lambda m: m.k_t),
-    Quantity("R_ohm", "resistance of a phase, its switch, half the supply", "ohm", LIMIT,
+    Quantity("R_ohm", "resistance of phase, switch and half the supply", "ohm", LIMIT,
              LIMIT_RUN + ", with 0x9A among the queries", of_voltage("resistance"), lambda m: m.resistance, False),
 )  # fmt: skip
 
@@ -191,7 +191,7 @@ def changes(drive: Drive, expected: List[Expected], file: str) -> Changes:
         apart = now.low > then.estimate.high or now.high < then.estimate.low
         order = now_cogging.order if now_cogging else 0
         if then.order and order != then.order:
-            found.lines.append(f"drive {drive.track.id}: cogs {order} times a turn, was {then.order} times in {file}")
+            found.lines.append(f"drive {drive.track.id}: cogging order is {order}, was {then.order} in {file}")
         elif apart and abs(change) > LEAST_CHANGE:
             found.lines.append(
                 f"drive {drive.track.id}: {then.quantity.label} is {abs(change) * 100:.0f} % {'more' if change > 0 else 'less'}"

@@ -40,8 +40,8 @@ def letter_of(drive: Drive, key: str) -> str:
 def of_stamps(drive: Drive) -> str:
     t = drive.timing
     return (
-        f"Time stamps are off by {t.query_s * 1e3:.2f} ms (queries) and {t.reply_s * 1e3:.2f} ms (replies) rms; "
-        f"{t.sample_s * 1e3:.2f} ms with both used."
+        f"Time stamp errors, rms: {t.query_s * 1e3:.2f} ms (queries), {t.reply_s * 1e3:.2f} ms (replies), "
+        f"{t.sample_s * 1e3:.2f} ms (both combined)."
     )
 
 
@@ -50,14 +50,14 @@ def of_pulses(drive: Drive, fit: BalanceFit) -> List[str]:
         return []
     if fit.weak_pulses:
         return [
-            f"The torque pulses were too weak: {fit.weak_pulses} were commanded, and the shaft hardly moved. Run the plan again "
-            "with the friction that was found: lk-emu identify --plan excite.py --motor ./my_motor.toml"
+            f"The torque pulses were too weak: {fit.weak_pulses} were commanded, but the shaft hardly moved. "
+            "Plan again with the identified friction: lk-emu identify --plan excite.py --motor ./my_motor.toml"
             + ("" if drive.track.generation_given else f" --generation {drive.track.generation}")
             + f" --id {drive.track.id}"
         ]
     return [
-        "Hardly any torque was commanded, so iq between the samples is unknown, and the inertia with it. "
-        "lk-emu identify --plan writes a script that does better."
+        "Hardly any torque was commanded, so the current between the samples and the inertia are uncertain. "
+        "For a better log, run a script of lk-emu identify --plan."
     ]
 
 
@@ -68,55 +68,56 @@ def of_generation(drive: Drive) -> List[str]:
         return []
     scales = {one: dialect(track.motor.path, one)[0] for one in track.fits}
     own = scales.get(track.generation) or dialect(track.motor.path, track.generation)[0]
-    others = [f"{scale / own:.2g} times for {one}" for one, scale in scales.items() if abs(scale / own - 1) > 0.05]
+    factors = {one: scale / own for one, scale in scales.items()}
+    others = [f"{factor:.2g} times as large for {one}" for one, factor in factors.items() if abs(factor - 1) > 0.05]
     if not others:
         return []
     return [
-        f"The generation is a guess, and the log fits others that scale currents otherwise: every value in A is {', '.join(others)}. "
-        "--generation sets it."
+        "The generation is a guess. Other generations that scale currents differently also fit the log: "
+        f"values in A would be {', '.join(others)}. Set the generation with --generation."
     ]
 
 
 def notes(drive: Drive) -> List[str]:
     """Remarks on the quality of the values."""
     if not drive.track.motor.reports_current:
-        return ["An MS drive reports no current: its log tells nothing about its mechanics."]
+        return ["An MS drive reports no current, so its mechanics cannot be identified."]
     if drive.too_rough:
         return [of_stamps(drive), drive.too_rough]
     fit = drive.balance
     lines = of_generation(drive)
     if fit is None:
-        return [*lines, "The shaft hardly turned: a log of it at work, or that of a plan, would tell more."]
+        return [*lines, "The shaft hardly turned. Log the motor at work, or run a script of lk-emu identify --plan."]
     if not drive.voltage or not drive.voltage.k_t:
         lines.append(
-            "Torques show in amperes, over k_t: a motor with twice the inertia, friction and k_t gives the same log. A known weight "
-            "or inertia on the shaft tells them apart, or a run at the voltage limit."
+            "Torques are in amperes, divided by k_t: a motor with twice the inertia, friction and k_t gives the same log. "
+            "To find k_t, attach a known weight or inertia to the shaft, or run at the voltage limit."
         )
-    ratio = f"{fit.held_out_ratio:.2f}" + ("" if fit.held_out_ratio <= 1.2 else ": the log is too short, or the motor changed on the way")
+    ratio = f"{fit.held_out_ratio:.2f} times those of the fitted half"
+    ratio += "" if fit.held_out_ratio <= 1.2 else ": the log is too short, or the motor changed during it"
     lines.append(
-        f"{len(fit.time)} windows of {1e3 * max(WINDOW_S, 2 * drive.track.step_s):.0f} ms, {fit.commanded} with a commanded torque; "
-        f"{fit.rms_A:.3g} A rms of residuals. Residuals of the half that was held out, over those of the fitted half: {ratio}."
+        f"{len(fit.time)} windows of {1e3 * max(WINDOW_S, 2 * drive.track.step_s):.0f} ms, "
+        f"{fit.commanded} with a commanded torque; residuals {fit.rms_A:.3g} A rms. "
+        f"Cross-validation: residuals of the held-out half are {ratio}."
     )
-    lines.append(
-        f"Autocorrelation of the residuals: {fit.autocorrelation:.2f}"
-        + ("" if abs(fit.autocorrelation) <= 0.2 else ": something acts on the shaft that the model does not have, a load or a cable")
-        + "."
-    )
+    is_small = abs(fit.autocorrelation) <= 0.2
+    missing = "" if is_small else ", beyond ±0.2: the model lacks a torque on the shaft, e.g. of a load or a cable"
+    lines.append(f"Autocorrelation of the residuals: {fit.autocorrelation:.2f}{missing}.")
     lines += of_pulses(drive, fit)
     lines.append(of_stamps(drive))
     if fit.commanded >= FEWEST_COMMANDED:
         lag = f", and the current follows with a lag of {fit.lag_s * 1e3:.1f} ms" if fit.lag_s > 0.5e-3 else ""
-        lines.append(f"A command acts {fit.delay_s * 1e3:.2f} ms after its stamp{lag}.")
+        lines.append(f"A command acts {fit.delay_s * 1e3:.2f} ms after its time stamp{lag}.")
     lines += fit.notes
     ripples = []
     for one in fit.cogging:
-        offsets = "; the pole pairs: perhaps offsets of the current sensors" if one.order == drive.track.motor.pole_pairs else ""
+        offsets = "; pole pairs, may be current sensor offsets" if one.order == drive.track.motor.pole_pairs else ""
         ripples.append(f"{one.order} times a turn ({one.amplitude.value:.2g} A{offsets})")
     if ripples:
-        lines.append(f"It cogs {', '.join(ripples)}.")
+        lines.append(f"Cogging: {', '.join(ripples)}.")
     if fit.one_speed:
         orders = ", ".join(str(one) for one in fit.one_speed[:5])
-        lines.append(f"Ripples of {orders} a turn show at one speed only, so they may be oscillations in time and not cogging.")
+        lines.append(f"Ripples of {orders} periods a turn appear at one speed only, so they may not be cogging.")
     return lines
 
 
@@ -132,7 +133,7 @@ def table_text(drive: Drive) -> str:
             value = f"{found.value:.4g}  {found.low:.4g} .. {found.high:.4g}"
             rest = f"{one.unit:<8} ({name} {f'{base:.4g}' if base > 0 else '-'})"
         else:
-            value, rest = "not told", f"{'':<8} to measure it: {one.experiment}"
+            value, rest = "unknown", f"{'':<8} to measure it: {one.experiment}"
         text += f"  {letter_of(drive, one.key)}  {one.label:<46} {value:<34} {rest}".rstrip() + "\n"
     return text + "".join(f"  {line}\n" for line in notes(drive))
 
@@ -172,10 +173,10 @@ def balance_picture(drive: Drive, fit: BalanceFit) -> str:
     for term, key in ((INERTIA, "inertia_A_s2_rad"), (COULOMB, "coulomb_A"), (VISCOUS, "viscous_A_s_rad")):
         base[term] = next(one for one in QUANTITIES if one.key == key).base(drive.track.motor)
     figure, (currents, left, speed) = panels(8, (3, 1, 1))
-    currents.plot(time, fit.terms[shown] @ base, ":", color="0.6", label="expected with the motor file, without cogging")
+    currents.plot(time, fit.terms[shown] @ base, ":", color="0.6", label="predicted from the motor file, without cogging")
     currents.plot(time, given, lw=2.5, alpha=0.5, label="log")
-    currents.plot(time, expected, lw=1, label="expected with the numbers found")
-    currents.set(ylabel="iq, A", title=f"Drive {drive.track.id}: torque current and what the balance of torques expects")
+    currents.plot(time, expected, lw=1, label="predicted from the estimates")
+    currents.set(ylabel="iq, A", title=f"Drive {drive.track.id}: measured and predicted torque current")
     currents.legend()
     left.plot(time, given - expected, color="tab:green")
     left.set(ylabel="residual, A")
@@ -190,7 +191,7 @@ def moves_picture(drive: Drive) -> str:
     figure, (angle, left) = panels(6, (3, 1))
     angle.plot(fit.time, fit.logged * 180 / math.pi, lw=2.5, alpha=0.5, label="log")
     angle.plot(fit.time, fit.emulated * 180 / math.pi, lw=1, label="emulated")
-    angle.set(ylabel="angle, degrees", title=f"Drive {drive.track.id}: moves of the log, and emulated")
+    angle.set(ylabel="angle, degrees", title=f"Drive {drive.track.id}: moves in the log and emulated")
     angle.legend()
     left.plot(fit.time, (fit.logged - fit.emulated) * 180 / math.pi, color="tab:green")
     left.set(ylabel="difference, degrees", xlabel="time, s")
@@ -202,11 +203,11 @@ def drive_html(drive: Drive) -> str:
     text = (
         f"<h2>Drive {track.id} on {html.escape(track.interface)}</h2>\n<p>{html.escape(track.options())}, {len(track.time)} replies, "
         f"{track.unanswered} of {track.queries} queries unanswered.</p>\n<table><tr><th></th><th>value</th><th>95 % interval</th>"
-        f"<th>quality</th><th>{html.escape(track.motor.name)}</th><th>from</th></tr>\n"
+        f"<th>grade</th><th>{html.escape(track.motor.name)}</th><th>method</th></tr>\n"
     )
     for one in QUANTITIES:
         found, shown, base = drive.values[one.key], is_shown(drive, one.key), one.base(track.motor)
-        value = f"{found.value:.4g}" if shown and found else "not told"
+        value = f"{found.value:.4g}" if shown and found else "unknown"
         interval = f"{found.low:.4g} to {found.high:.4g}" if shown and found else ""
         letter = letter_of(drive, one.key)
         how = one.how if shown else "to measure it: " + one.experiment
@@ -224,8 +225,9 @@ def report_html(drives: List[Drive], logs: List[str]) -> str:
     names = ", ".join(html.escape(printable(log)) for log in logs)
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">\n'
-        f"<title>What the log tells of the motors</title>\n<style>{STYLE}</style></head><body>\n<h1>What the log tells of the motors</h1>\n"
-        f"<p>{names}. Quality: A within 5 %, B within 15 %, C within 50 %, U: not told.</p>\n"
+        f"<title>Identified motor parameters</title>\n<style>{STYLE}</style></head><body>\n"
+        "<h1>Identified motor parameters</h1>\n"
+        f"<p>{names}. Grades: A within 5 %, B within 15 %, C within 50 %, U: unknown.</p>\n"
         + "".join(drive_html(drive) for drive in drives)
         + "</body></html>\n"
     )

@@ -70,12 +70,12 @@ class Track:
 
     def options(self) -> str:
         if self.generation_given:
-            return f"--generation {self.generation}, as was said"
+            return f"--generation {self.generation}, as given"
         if self.fits == [self.generation]:
-            return f"--generation {self.generation}, as the log shows"
+            return f"--generation {self.generation}, found from the log"
         if self.fits:
-            return f"--generation {self.generation}, a guess: {' or '.join(self.fits)} fits"
-        return f"--generation {self.generation}, a guess: nothing in the log fits quite"
+            return f"--generation {self.generation}, a guess: {' or '.join(self.fits)} fits the log"
+        return f"--generation {self.generation}, a guess: no generation fits the whole log"
 
 
 def joined(track: Track, more: Track) -> Track:

@@ -164,9 +164,9 @@ class PlanScript(unittest.TestCase):
         self.assertEqual(len(lines), 2 * (len(motor.sent) - len((0x81, 0x80))))
 
     def test_keeps_to_the_speed_that_it_announces(self):
-        said = subprocess.run([LK_EMU, "identify", "--plan", self.script, "--id", "1", "--motor", "mg4005"], check=True,
-                              capture_output=True, text=True).stdout
-        most = float(re.search(r"and (\d+) dps of its rotor", said)[1])
+        output = subprocess.run([LK_EMU, "identify", "--plan", self.script, "--id", "1", "--motor", "mg4005"], check=True,
+                                capture_output=True, text=True).stdout
+        most = float(re.search(r"and (\d+) dps at its rotor", output)[1])
         motor = Rotor()
         self.run_script(motor, "--yes")
         self.assertGreater(motor.fastest_dps, 0.5 * most)

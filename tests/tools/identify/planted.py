@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Makes logs of planted motors, whose parameters are random but known.
 
-The script of --plan is the host, and lk-emu with a stepped clock is the motor. The recording is the log, with true times.
+The script of --plan is the host; lk-emu with a stepped clock is the motor. The recording is the log, with true times.
 
 usage: planted.py FIRST LAST DIRECTORY   writes DIRECTORY/N.log and N.json for the seeds
 
