@@ -62,10 +62,10 @@ def add_directives(writer: McapWriter, recording: str) -> None:
 def add_frames(writer: McapWriter, recording: str) -> int:
     """Adds each frame and its decoded values; returns the number of frames."""
     path = os.path.join(recording, "frames.log")
-    said = decoded(recording)
+    decoded_frames = decoded(recording)
     count = 0
     for number, line in whole_lines(path):
-        frame = next(said, {})
+        frame = next(decoded_frames, {})
         if frame.get("line") != number:
             raise StartError(f"mcap: {path}:{number}: is not a frame of candump")
         try:
@@ -78,7 +78,7 @@ def add_frames(writer: McapWriter, recording: str) -> int:
             topic, schema = (f"/{bus}/{frame['drive']}", "lk_emu.Reply") if raw["from"] == "drive" else (f"/{bus}/{frame['drive']}/command", "lk_emu.Command")
             writer.message(topic, schema, time_ns, values)
         count += 1
-    for _ in said:
+    for _ in decoded_frames:
         pass  # skips a truncated last line; raises if lk-emu decode failed
     return count
 

@@ -141,9 +141,9 @@ class Mcap:
         for at, op, content in records(data[:offsets], summary):
             groups.setdefault(op, []).append((at, len(content) + 9))
             found.setdefault(op, []).append(content)
-        said = [struct.unpack("<BQQ", content)
+        group_offsets = [struct.unpack("<BQQ", content)
                 for _, op, content in records(data[:footer], offsets) if op == SUMMARY_OFFSET]
-        assert said == [(op, rows[0][0], sum(length for _, length in rows)) for op, rows in groups.items()]
+        assert group_offsets == [(op, rows[0][0], sum(length for _, length in rows)) for op, rows in groups.items()]
         in_data = [data[at:at + 9 + len(content)] for at, op, content in records(data[:self.data_end], 8) if op in (SCHEMA, CHANNEL)]
         for op in (SCHEMA, CHANNEL):
             for at, length in groups.get(op, []):

@@ -11,9 +11,9 @@ from typing import Callable, List, Optional
 
 import numpy as np
 
-from .cogging import missed
+from .cogging import missed_share
 from .estimate import Estimate
-from .fit import FEWEST_COMMANDED, Fit, Looked
+from .fit import FEWEST_COMMANDED, Fit, FitTerms
 from .regression import GROUPS, RUN_S, Regression, estimate
 from .timing import Timing, spread
 from .track import TORQUE, Track
@@ -60,7 +60,7 @@ class BalanceFit:
     held_out_ratio: float
     autocorrelation: float
     time: np.ndarray  # s, middle of each window; for pictures
-    given: np.ndarray
+    current: np.ndarray
     terms: np.ndarray
     coefficients: np.ndarray
     notes: List[str] = field(default_factory=list)
@@ -81,7 +81,7 @@ def whitened(regression: Regression) -> np.ndarray:
     return np.sqrt(regression.weights) * regression.residual()
 
 
-def held_out_ratio(fit: Fit, looked: Looked, given: np.ndarray) -> float:
+def held_out_ratio(fit: Fit, fit_terms: FitTerms, current: np.ndarray) -> float:
     """Two-fold cross-validation: residuals of the held-out half over those of the fitted half; 1 if too few windows."""
     half = (fit.windows.time / RUN_S).astype(int) % 2
     fitted = held = 0.0
@@ -89,7 +89,7 @@ def held_out_ratio(fit: Fit, looked: Looked, given: np.ndarray) -> float:
         own, other = half == n, half != n
         if np.count_nonzero(own) < GROUPS or np.count_nonzero(other) < GROUPS:
             return 1.0
-        residual = fit.regression(looked, given, own).residual()
+        residual = fit.regression(fit_terms, current, own).residual()
         fitted += spread(residual[own]) ** 2
         held += spread(residual[other]) ** 2
     return math.sqrt(held / fitted) if fitted > 0 else 1.0
@@ -97,13 +97,13 @@ def held_out_ratio(fit: Fit, looked: Looked, given: np.ndarray) -> float:
 
 def autocorrelation(fit: Fit, regression: Regression) -> float:
     """Lag-1 autocorrelation of the weighted residuals, over adjacent windows without common samples."""
-    left, first, last = whitened(regression), fit.windows.first, fit.windows.last
+    residual, first, last = whitened(regression), fit.windows.first, fit.windows.last
     after = np.searchsorted(first, last + 1)
     inside = after < len(first)
     follows = np.flatnonzero(inside & (first[np.minimum(after, len(first) - 1)] == last + 1) & regression.kept)
     follows = follows[regression.kept[after[follows]]]
-    squares = np.sum(left[follows] ** 2)
-    return float(np.sum(left[follows] * left[after[follows]]) / squares) if squares > 0 else 0.0
+    squares = np.sum(residual[follows] ** 2)
+    return float(np.sum(residual[follows] * residual[after[follows]]) / squares) if squares > 0 else 0.0
 
 
 def widened_inertia(fit: Fit, inertia: Estimate, shorter: Optional[Estimate]) -> Estimate:
@@ -129,11 +129,11 @@ def widened_cogging(fit: Fit, order: int, at: int, amplitude: Estimate, weights:
     Measured currents miss that ripple, and half of it may bias the inertia (assumed). Windows are weighted by their
     information on the ripple."""
     w = fit.windows
-    tells = np.sum(fit.terms[:, at : at + 2] ** 2, axis=1) * weights
+    information = np.sum(fit.terms[:, at : at + 2] ** 2, axis=1) * weights
     x = order * np.abs(w.speed) * w.length / 4
     lost = np.where(w.commanded, 0.0, 1 - np.sinc(x / math.pi) ** 2)
-    coarse = np.where(w.commanded, 0.0, missed(order, w.speed, fit.track.step_s))
-    share = float(np.sum(tells * np.hypot(lost / 2, coarse)) / np.sum(tells))
+    coarse = np.where(w.commanded, 0.0, missed_share(order, w.speed, fit.track.step_s))
+    share = float(np.sum(information * np.hypot(lost / 2, coarse)) / np.sum(information))
     return Estimate(amplitude.value, math.hypot(amplitude.half_width, share * amplitude.value, PATH_SHARE * amplitude.value))
 
 
@@ -156,8 +156,8 @@ def weak_pulses(fit: Fit) -> int:
     return pulses if not fit.experiment and pulses >= FEWEST_COMMANDED else 0
 
 
-def inertia_of_shorter(fit: Fit, looked: Looked) -> Estimate:
-    regression = fit.shorter(looked)
+def inertia_of_shorter(fit: Fit, fit_terms: FitTerms) -> Estimate:
+    regression = fit.shorter(fit_terms)
     return estimate(coefficient(INERTIA), regression.coefficients, regression.jackknife())
 
 
@@ -193,35 +193,35 @@ def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
     """Returns None if the drive hardly turned. Raises TooRough."""
     check_stamps(track, timing)
     fit = Fit(Balance(track, timing))
-    if not fit.possible():
+    if not fit.has_enough_windows():
         return None
-    looked = fit.looked()
-    fit.find_delay()
+    fit_terms = fit.choose_terms()
+    fit.fit_delay()
     check_delay(fit)
-    fit.leave_out_limits()
-    fit.find_orders(looked, fit.given(fit.response()))
+    fit.drop_limited_windows()
+    fit.find_orders(fit_terms, fit.current(fit.response()))
     phase = 0.0
-    if looked.gravity:
+    if fit_terms.gravity:
         # Without gravity, the gear loss cannot be separated from friction.
-        regression = fit.fit(looked)
-        looked.gravity = estimate(gravity_of, regression.coefficients, regression.jackknife()).letter != "U"
-        looked.gear_loss = looked.gravity and track.motor.N > 1
+        regression = fit.fit(fit_terms)
+        fit_terms.gravity = estimate(gravity_of, regression.coefficients, regression.jackknife()).letter != "U"
+        fit_terms.gear_loss = fit_terms.gravity and track.motor.N > 1
         phase = math.atan2(regression.coefficients[GRAVITY_COS], regression.coefficients[GRAVITY_SIN])
         fit.phase = phase
         fit.terms[:, GEAR_LOSS] = fit.balance.gear_loss(phase)
     if fit.orders:
-        fit.find_delay()
+        fit.fit_delay()
         check_delay(fit)
-    regression = fit.fit(looked)
+    regression = fit.fit(fit_terms)
     without, c = regression.jackknife(), regression.coefficients
 
     def of(function: Callable[[np.ndarray], float]) -> Estimate:
         return estimate(function, c, without)
 
     coulomb = of(coefficient(COULOMB))
-    if not looked.constant:
+    if not fit_terms.constant:
         coulomb.half_width = abs(coulomb.value)
-    if not looked.viscous:  # it includes viscous friction: a tenth (assumed)
+    if not fit_terms.viscous:  # it includes viscous friction: a tenth (assumed)
         coulomb.half_width = math.hypot(coulomb.half_width, 0.1 * coulomb.value)
     # The curve of friction over speed is that of the motor file, accurate to 1 % (assumed).
     viscous = of(coefficient(VISCOUS))
@@ -233,34 +233,34 @@ def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
         cogging.append(Cogging(order, widened_cogging(fit, order, at, amplitude, regression.weights), math.atan2(c[at], c[at + 1])))
     inertia, shorter, notes = of(coefficient(INERTIA)), None, []
     if fit.experiment:
-        shorter = inertia_of_shorter(fit, looked)
+        shorter = inertia_of_shorter(fit, fit_terms)
         if 3 * (abs(shorter.value - inertia.value) - shorter.half_width) > 0.03 * inertia.value:
             notes.append(
                 "Shorter windows give a different inertia: the gear has backlash, or the load is elastic. "
                 "The interval is wider to cover this."
             )
     inertia = widened_inertia(fit, inertia, shorter)
-    beyond = unexplained(fit, regression)
-    inertia.half_width += PLAY_SHARE * beyond * inertia.value
-    if beyond > 0.03:
+    excess = unexplained(fit, regression)
+    inertia.half_width += PLAY_SHARE * excess * inertia.value
+    if excess > 0.03:
         notes.append(
-            f"One inertia leaves {beyond:.0%} of its torque unexplained, probably because of a load behind gear backlash. "
-            "The interval of the inertia is wider to cover this."
+            f"One inertia leaves {excess:.0%} of its torque unexplained, probably because of a load behind gear backlash. "
+            "Its interval is wider to cover this."
         )
     response = fit.response()
     if np.any(response):
         # Half of the correction by the mean response may be wrong (assumed).
-        plain = fit.regression(looked, fit.given(np.zeros_like(response))).coefficients[INERTIA]
+        plain = fit.regression(fit_terms, fit.current(np.zeros_like(response))).coefficients[INERTIA]
         inertia.half_width += abs(plain - c[INERTIA]) / 2
-    given = fit.given(response)
+    current = fit.current(response)
     weight = np.where(regression.kept, regression.weights, 0)
     return BalanceFit(
         inertia=inertia, coulomb=coulomb, viscous=viscous,
-        gravity=of(gravity_of) if looked.gravity else None,
-        gear_loss=of(lambda one: float(one[GEAR_LOSS] / gravity_of(one))) if looked.gear_loss else None, gravity_phase=phase,
+        gravity=of(gravity_of) if fit_terms.gravity else None,
+        gear_loss=of(lambda one: float(one[GEAR_LOSS] / gravity_of(one))) if fit_terms.gear_loss else None, gravity_phase=phase,
         cogging=sorted(cogging, key=lambda one: -one.amplitude.value), one_speed=fit.one_speed, delay_s=fit.delay_s, lag_s=fit.lag_s, lag=fit.lag,
         commanded=int(np.count_nonzero(fit.windows.commanded)), weak_pulses=weak_pulses(fit),
         rms_A=float(np.sqrt(np.sum(weight * regression.residual() ** 2) / np.sum(weight))),
-        held_out_ratio=held_out_ratio(fit, looked, given), autocorrelation=autocorrelation(fit, regression),
-        time=fit.windows.time, given=given, terms=fit.terms, coefficients=c, notes=notes,
+        held_out_ratio=held_out_ratio(fit, fit_terms, current), autocorrelation=autocorrelation(fit, regression),
+        time=fit.windows.time, current=current, terms=fit.terms, coefficients=c, notes=notes,
     )  # fmt: skip

@@ -78,7 +78,7 @@ def of_block(balance: Balance, orders: List[int], part: np.ndarray) -> np.ndarra
     return made
 
 
-def missed(order: int, speed: np.ndarray, step_s: float) -> np.ndarray:
+def missed_share(order: int, speed: np.ndarray, step_s: float) -> np.ndarray:
     """Share of a ripple that a sum over samples misses."""
     x = np.clip(order * np.abs(speed) * step_s / 2, 1e-6, 1.5)
     return 1 - x / np.tan(x)
@@ -89,7 +89,7 @@ def set_terms(balance: Balance, orders: List[int], begin: int = 0) -> None:
     w = balance.windows
     for n, order in enumerate(orders[begin:], begin):
         average = averages(balance, [order])[:, 0]
-        average[~w.commanded & (missed(order, w.speed, balance.track.step_s) > MISSED)] = 0
+        average[~w.commanded & (missed_share(order, w.speed, balance.track.step_s) > MISSED)] = 0
         w.terms[:, FIXED_TERMS + 2 * n], w.terms[:, FIXED_TERMS + 2 * n + 1] = average.real, average.imag
 
 
@@ -99,16 +99,16 @@ class Residuals:
 
     averages: np.ndarray  # one column per order
     weight: np.ndarray
-    left: np.ndarray
+    residual: np.ndarray
     speed: np.ndarray
     overlap: float  # overlapping windows that count as one independent window
 
-    def gain(self, order: int, some: "np.ndarray | slice" = slice(None)) -> float:
+    def gain(self, order: int, subset: "np.ndarray | slice" = slice(None)) -> float:
         """Decrease of the sum of squares by this order, in variances."""
-        average = self.averages[some, order - 1]
+        average = self.averages[subset, order - 1]
         rows = np.column_stack((average.real, average.imag))
-        weighed = rows * self.weight[some, None]
-        right = weighed.T @ self.left[some]
+        weighed = rows * self.weight[subset, None]
+        right = weighed.T @ self.residual[subset]
         return float(right @ np.linalg.lstsq(weighed.T @ rows, right, rcond=1e-9)[0]) / self.overlap
 
     def at_several_speeds(self, order: int) -> bool:
@@ -117,9 +117,9 @@ class Residuals:
         label = np.floor(np.log(np.abs(speed) + 1e-9) / math.log(1.2)) + 1000 * (speed > 0)
         best, most = 0.0, 0.0
         for one in np.unique(label):
-            some = label == one
-            if np.count_nonzero(some) >= few and (found := self.gain(order, some)) > most:
-                best, most = float(np.mean(speed[some])), found
+            subset = label == one
+            if np.count_nonzero(subset) >= few and (found := self.gain(order, subset)) > most:
+                best, most = float(np.mean(speed[subset])), found
         apart = np.abs(speed) / max(abs(best), 1e-9)
         others = (speed * best < 0) | (apart > OTHER_SPEED) | (apart < 1 / OTHER_SPEED)
         return bool(np.count_nonzero(others) >= few and self.gain(order, others) >= SEEN_GAIN)
@@ -145,7 +145,7 @@ def find_orders(balance: Balance, regress: Callable[[], Regression], orders: Lis
     # Sample runs of windows evenly over the log.
     w, rows = balance.windows, np.arange(len(balance.windows))
     rows = rows[rows // SEARCH_RUN % (len(rows) // SEARCHED + 1) == 0]
-    made = averages(balance.some(rows), list(range(1, HIGHEST_ORDER + 1)))
+    made = averages(balance.subset(rows), list(range(1, HIGHEST_ORDER + 1)))
     overlap = max(1.0, float(np.median(w.last - w.first)) / max(1.0, float(np.median(np.diff(w.first)))))
     while len(orders) < MOST_ORDERS:
         regression = regress()

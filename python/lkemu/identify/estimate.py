@@ -26,5 +26,5 @@ class Estimate:
         return "A" if self.half_width <= 0.05 * self.value else "B" if self.half_width <= 0.15 * self.value else "C"
 
     @property
-    def told(self) -> bool:
+    def is_usable(self) -> bool:
         return self.letter in "AB"

@@ -24,7 +24,7 @@ GRAVITY_TRAVEL_RAD = 1.0  # Travel of the output needed to estimate gravity (ass
 # Bins of the mean response of the current: time since a change of the command.
 AGES_S = np.array([2e-3, 3.5e-3, 5e-3, 7e-3, 9e-3, 12e-3, 15e-3, 20e-3, 27e-3, 36e-3, 50e-3, 70e-3])
 SIGNIFICANT = 4.0  # Standard deviations of χ².
-NOT_GIVEN_A, NOT_GIVEN_SHARE = 0.5, 0.2  # Deviation from the command that indicates a limit (assumed).
+LIMITED_A, LIMITED_SHARE = 0.5, 0.2  # Deviation from the command that indicates a limit (assumed).
 DELAYS_S = (-6e-3, -4e-3, -3e-3, -2e-3, -1e-3, 0.0, 1e-3, 2e-3, 3e-3, 5e-3, 8e-3, 12e-3, 20e-3)
 LAGS_S = (0.0, 0.5e-3, 2e-3, 5e-3, 12e-3, 30e-3)
 MOST_RESPONSES = 200_000  # Samples used for the mean response, about.
@@ -32,7 +32,7 @@ MOST_ROWS = 1500  # Windows, and samples, used to fit the delay, about.
 
 
 @dataclass
-class Looked:
+class FitTerms:
     """Terms of the regression that the log can determine."""
 
     constant: bool
@@ -68,12 +68,12 @@ class Fit:
     def terms(self) -> np.ndarray:
         return self.balance.windows.terms
 
-    def possible(self) -> bool:
+    def has_enough_windows(self) -> bool:
         return len(self.windows) >= FEWEST_WINDOWS
 
     # --- choice of terms ---
 
-    def looked(self) -> Looked:
+    def choose_terms(self) -> FitTerms:
         w, track = self.windows, self.track
         self.experiment = np.count_nonzero(w.commanded) >= FEWEST_COMMANDED
         # Only friction changes its sign with speed. A tenth of each direction separates it from an offset (assumed).
@@ -85,7 +85,7 @@ class Fit:
         turned = np.ptp(track.angle) / track.motor.N
         geared = track.motor.N > 1
         measured = len(w) - np.count_nonzero(w.commanded)
-        return Looked(
+        return FitTerms(
             constant=bool(0.1 < share < 0.9), viscous=bool(high > 2.5 * low),
             pulses=geared and bool(self.experiment) and measured >= FEWEST_COMMANDED,
             gravity=bool(known and turned >= GRAVITY_TRAVEL_RAD),
@@ -93,7 +93,7 @@ class Fit:
 
     # --- delay and lag of the current ---
 
-    def find_delay(self) -> None:
+    def fit_delay(self) -> None:
         """Fits delay and lag, so that the commands best explain accelerations and measured currents."""
         if not self.experiment:
             return
@@ -103,21 +103,21 @@ class Fit:
         # Whole runs of windows, sampled evenly over the log.
         numbers = np.unique(runs[rows])
         rows = rows[np.isin(runs[rows], numbers[:: len(rows) // MOST_ROWS + 1])]
-        own = balance.some(rows)
+        own = balance.subset(rows)
         acceleration = w.terms[rows, INERTIA]
         ripples = self.terms[rows, FIXED_TERMS : FIXED_TERMS + 2 * len(self.orders)]
         others = np.column_stack((w.terms[rows][:, [COULOMB, VISCOUS, CONSTANT]], ripples))
-        followed = np.flatnonzero(balance.follows)
-        followed = followed[:: len(followed) // MOST_ROWS + 1]
+        settled = np.flatnonzero(balance.is_settled)
+        settled = settled[:: len(settled) // MOST_ROWS + 1]
         overlap = max(1.0, float(np.median(w.last - w.first)))
 
         def loss(delay_s: float, lag_s: float) -> float:
-            columns = np.column_stack((own.followed(delay_s, max(lag_s, 0.0)), others))
-            left = acceleration - columns @ np.linalg.lstsq(columns, acceleration, rcond=None)[0]
-            kept = np.abs(left) < OUTLIER * np.median(np.abs(left))
-            left = acceleration - columns @ np.linalg.lstsq(columns[kept], acceleration[kept], rcond=None)[0]
-            off = balance.beyond(delay_s, max(lag_s, 0.0), followed)
-            return len(rows) / overlap * math.log(clipped(left)) + len(followed) * math.log(clipped(off))
+            columns = np.column_stack((own.predicted_current(delay_s, max(lag_s, 0.0)), others))
+            residual = acceleration - columns @ np.linalg.lstsq(columns, acceleration, rcond=None)[0]
+            kept = np.abs(residual) < OUTLIER * np.median(np.abs(residual))
+            residual = acceleration - columns @ np.linalg.lstsq(columns[kept], acceleration[kept], rcond=None)[0]
+            off = balance.current_error(delay_s, max(lag_s, 0.0), settled)
+            return len(rows) / overlap * math.log(clipped(residual)) + len(settled) * math.log(clipped(off))
 
         # The shaft determines the sum of delay and lag. The measured currents determine the shares.
         sums = [(loss(d, 0.0), d) for d in DELAYS_S]
@@ -140,17 +140,17 @@ class Fit:
 
     # --- regression ---
 
-    def find_orders(self, looked: Looked, given: np.ndarray) -> None:
-        find_orders(self.balance, lambda: self.regression(looked, given), self.orders, self.one_speed)
+    def find_orders(self, fit_terms: FitTerms, current: np.ndarray) -> None:
+        find_orders(self.balance, lambda: self.regression(fit_terms, current), self.orders, self.one_speed)
 
-    def shorter(self, looked: Looked) -> Regression:
+    def shorter(self, fit_terms: FitTerms) -> Regression:
         """Regression over windows of half the length."""
-        half = Fit(self.balance.shortened(WINDOW_S / 2))
+        half = Fit(self.balance.with_window(WINDOW_S / 2))
         half.experiment, half.orders, half.delay_s, half.lag_s = self.experiment, self.orders, self.delay_s, self.lag_s
         set_terms(half.balance, half.orders)
         half.terms[:, GEAR_LOSS] = half.balance.gear_loss(self.phase)
-        half.leave_out_limits()
-        return half.fit(looked)
+        half.drop_limited_windows()
+        return half.fit(fit_terms)
 
     def response(self) -> np.ndarray:
         """Mean deviation of the measured currents from the model, at the samples.
@@ -171,58 +171,58 @@ class Fit:
 
         # Close to a step, stamp errors look like a response: skip these bins.
         clear = np.concatenate(([False], AGES_S[:-1] >= AGES_S[0] + 3 * self.timing.sample_s, [False]))
-        chosen = np.flatnonzero(balance.follows)
+        chosen = np.flatnonzero(balance.is_settled)
         chosen = chosen[:: len(chosen) // MOST_RESPONSES + 1]
         ages, step = last_change(chosen)
-        beyond = balance.beyond(self.delay_s, self.lag_s, chosen)
-        ages, step, beyond = (one[clear[ages]] for one in (ages, step, beyond))
-        if len(beyond) == 0:
+        current_error = balance.current_error(self.delay_s, self.lag_s, chosen)
+        ages, step, current_error = (one[clear[ages]] for one in (ages, step, current_error))
+        if len(current_error) == 0:
             return made
         size = np.bincount(ages, step**2, len(clear))
-        share = np.bincount(ages, step * beyond, len(clear)) / np.maximum(size, 1e-12)
-        noise = spread(beyond - share[ages] * step)
-        told = np.count_nonzero(size)
+        share = np.bincount(ages, step * current_error, len(clear)) / np.maximum(size, 1e-12)
+        noise = spread(current_error - share[ages] * step)
+        bins = np.count_nonzero(size)
         chi_squared = np.sum(share**2 * size) / max(noise**2, 1e-12)
-        if chi_squared < told + SIGNIFICANT * math.sqrt(2 * told):
+        if chi_squared < bins + SIGNIFICANT * math.sqrt(2 * bins):
             return made
         for part in parts(len(time)):
             ages, step = last_change(part)
             made[part] = np.where(clear[ages], share[ages] * step, 0.0)
         return made
 
-    def given(self, response: np.ndarray) -> np.ndarray:
+    def current(self, response: np.ndarray) -> np.ndarray:
         """Current of each window.
 
         With commanded torque, it is the modelled current plus the part of the measured deviation that exceeds noise."""
         balance, w = self.balance, self.windows
         if not np.any(w.commanded):
-            return balance.taken()
-        beyond = balance.beyond(self.delay_s, self.lag_s, slice(None)) - response
-        mean = balance.over(beyond)[w.commanded]
-        noise = spread(np.diff(beyond[balance.follows])) ** 2 / 2 / (np.median(w.last - w.first) + 1)
+            return balance.measured_current()
+        current_error = balance.current_error(self.delay_s, self.lag_s, slice(None)) - response
+        mean = balance.sample_mean(current_error)[w.commanded]
+        noise = spread(np.diff(current_error[balance.is_settled])) ** 2 / 2 / (np.median(w.last - w.first) + 1)
         share = min(1.0, max(0.0, 2 * spread(mean) ** 2 / max(noise, 1e-12) - 2.4))  # ratio 1 is pure noise
-        made = balance.taken()
-        followed = balance.followed(self.delay_s, self.lag_s) + balance.integrated(response)
-        made[w.commanded] = followed[w.commanded] + share * mean
+        made = balance.measured_current()
+        predicted_current = balance.predicted_current(self.delay_s, self.lag_s) + balance.window_mean(response)
+        made[w.commanded] = predicted_current[w.commanded] + share * mean
         return made
 
-    def leave_out_limits(self) -> None:
+    def drop_limited_windows(self) -> None:
         """Removes windows in which the drive did not follow its command: it was at a limit, or lost the frame."""
         balance = self.balance
-        off = np.abs(balance.over(balance.beyond(self.delay_s, self.lag_s, slice(None))))
-        told = np.abs(balance.followed(self.delay_s, self.lag_s))
-        sure = ~self.windows.commanded | (off <= NOT_GIVEN_A + NOT_GIVEN_SHARE * told)
-        self.balance = balance.some(sure)
+        off = np.abs(balance.sample_mean(balance.current_error(self.delay_s, self.lag_s, slice(None))))
+        commanded = np.abs(balance.predicted_current(self.delay_s, self.lag_s))
+        sure = ~self.windows.commanded | (off <= LIMITED_A + LIMITED_SHARE * commanded)
+        self.balance = balance.subset(sure)
 
-    def fit(self, looked: Looked) -> Regression:
-        return self.regression(looked, self.given(self.response()))
+    def fit(self, fit_terms: FitTerms) -> Regression:
+        return self.regression(fit_terms, self.current(self.response()))
 
-    def regression(self, looked: Looked, given: np.ndarray, among: Optional[np.ndarray] = None) -> Regression:
-        used, windows = looked.used(len(self.orders)), self.windows
-        expected = self.balance.instrument(self.delay_s, self.lag_s) if self.experiment else given
+    def regression(self, fit_terms: FitTerms, current: np.ndarray, among: Optional[np.ndarray] = None) -> Regression:
+        used, windows = fit_terms.used(len(self.orders)), self.windows
+        expected = self.balance.instrument(self.delay_s, self.lag_s) if self.experiment else current
         if among is None:
             among = np.ones(len(windows), bool)
-        return Regression(windows, windows.terms, given, used, bool(self.experiment), expected, among)
+        return Regression(windows, windows.terms, current, used, bool(self.experiment), expected, among)
 
 
 def clipped(values: np.ndarray) -> float:

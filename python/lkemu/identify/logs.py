@@ -17,7 +17,7 @@ from .motor import DEG, Motor, Unusable, run_program
 from .track import NOTHING, POSITION, SPEED, TORQUE, Orders, Track, joined
 
 FEWEST_SAMPLES = 200  # replies with speed and angle: ten seconds at 20 Hz (assumed)
-MOST_WAITING = 64  # pending queries per drive
+MAX_PENDING = 64  # pending queries per drive
 STOPS = {"80", "81", "88", "A0", "18", "07"}
 # Motion command: kind of order, key of its value, and unit.
 MOTION = {"torque": (TORQUE, "iq_A", 1.0), "speed": (SPEED, "speed_dps", DEG)}
@@ -75,37 +75,37 @@ class Builder:
         self.gains: Optional[Dict[str, int]] = None
         self.volts, self.states, self.queries, self.replies, self.ambiguous = 0.0, 0, 0, 0, 0
         self.latest: Optional[Tuple[int, float, float]] = None  # last order if absolute
-        self.waiting: List[Tuple[float, float]] = []  # pending queries: time of decode, stamp of the log
+        self.pending: List[Tuple[float, float]] = []  # pending queries: time of decode, stamp of the log
 
-    def query(self, frame: Dict[str, Any], at: float) -> None:
+    def add_query(self, frame: Dict[str, Any], at: float) -> None:
         self.queries += 1
-        self.waiting.append((frame["time_s"], at))
-        del self.waiting[:-MOST_WAITING]
+        self.pending.append((frame["time_s"], at))
+        del self.pending[:-MAX_PENDING]
         self.note_gains(frame)
         values, name = frame.get("values", {}), frame.get("name", "")
         what, key, unit = MOTION.get(name, (NOTHING, "", 1.0))
         if what:
             value = values.get(key, values.get(str(self.id)))  # commands for several drives have values by ID
             if value is not None:
-                self.order(at, what, value * unit)
+                self.add_order(at, what, value * unit)
         elif name.startswith("position"):
             if frame["drive"] == 0 and str(self.id) not in values:
                 return
             absolute = frame["drive"] == 0 or ("angle_deg" in values and "multi-turn" in name)
             angle = values.get("angle_deg", values.get(str(self.id), 0.0)) * DEG
-            self.order(at, POSITION, angle, values.get("max_speed_dps", 0.0) * DEG, absolute)
+            self.add_order(at, POSITION, angle, values.get("max_speed_dps", 0.0) * DEG, absolute)
         elif frame.get("command") in STOPS:
-            self.order(at, NOTHING, 0.0)
+            self.add_order(at, NOTHING, 0.0)
 
-    def asked(self, at: float) -> Optional[float]:
+    def take_query(self, at: float) -> Optional[float]:
         """Takes the query that decode has at this time, and returns its stamp. Drops older queries as unanswered."""
-        for n, (decoded_at, stamped) in enumerate(self.waiting):
+        for n, (decoded_at, stamped) in enumerate(self.pending):
             if abs(decoded_at - at) < 1.5e-6:
-                del self.waiting[: n + 1]
+                del self.pending[: n + 1]
                 return stamped
         return None
 
-    def order(self, at: float, what: int, value: float, limit: float = 0.0, absolute: bool = True) -> None:
+    def add_order(self, at: float, what: int, value: float, limit: float = 0.0, absolute: bool = True) -> None:
         """Adds an order. A repeated order is ignored unless it is an increment."""
         if absolute and (what, value, limit) == self.latest:
             return
@@ -118,7 +118,7 @@ class Builder:
         if "speed_kp" in values and "angle_kp" in values:
             self.gains = {key: int(value) for key, value in values.items() if key.endswith(("_kp", "_ki"))}
 
-    def answer(self, frame: Dict[str, Any], at: float) -> None:
+    def add_reply(self, frame: Dict[str, Any], at: float) -> None:
         self.replies += 1
         values = frame.get("values", {})
         self.note_gains(frame)
@@ -126,12 +126,12 @@ class Builder:
             self.volts += values["voltage_V"]
             self.states += 1
         self.ambiguous += frame.get("choices", 0) > 1
-        asked = self.asked(frame["time_s"] - frame["latency_ms"] / 1e3) if "latency_ms" in frame else None
-        if asked is None or "iq_A" not in values or "encoder_counts" not in values:
+        queried = self.take_query(frame["time_s"] - frame["latency_ms"] / 1e3) if "latency_ms" in frame else None
+        if queried is None or "iq_A" not in values or "encoder_counts" not in values:
             return
-        if self.rows["time"] and asked <= self.rows["time"][-1]:
+        if self.rows["time"] and queried <= self.rows["time"][-1]:
             return
-        for name, one in zip(self.rows, (asked, at, values["iq_A"], values["speed_dps"] * DEG, values["encoder_counts"])):
+        for name, one in zip(self.rows, (queried, at, values["iq_A"], values["speed_dps"] * DEG, values["encoder_counts"])):
             self.rows[name].append(one)
 
 
@@ -162,9 +162,9 @@ def fill(builders: Dict[Place, Builder], log: str, motor: str, generation: str) 
             start = at if start is None else start
             if frame["role"] == "query":
                 for one in [place] if place in builders else [key for key in builders if key[0] == place[0]]:
-                    builders[one].query(frame, at - start)
+                    builders[one].add_query(frame, at - start)
             elif frame["role"] == "reply" and place in builders:
-                builders[place].answer(frame, at - start)
+                builders[place].add_reply(frame, at - start)
     return back
 
 
@@ -176,9 +176,9 @@ def read_log(log: str, motor_name: str, motor: Motor, generation: Optional[str],
     for one in drives:
         by_generation[generation or one.get("nearest", "legacy")][one["interface"], one["drive"]] = one
     tracks = []
-    for spoken, wanted in by_generation.items():
+    for firmware, wanted in by_generation.items():
         builders = {place: Builder(place[1]) for place in wanted}
-        back = fill(builders, log, motor_name, spoken)
+        back = fill(builders, log, motor_name, firmware)
         for place, one in builders.items():
             if len(one.rows["time"]) < FEWEST_SAMPLES:
                 continue
@@ -187,7 +187,7 @@ def read_log(log: str, motor_name: str, motor: Motor, generation: Optional[str],
             angle = unwrapped(rows["time"], rows["speed"], rows.pop("counts"), motor.counts, span)
             tracks.append(
                 Track(
-                    interface=place[0], id=place[1], motor=motor, generation=spoken, generation_given=generation is not None,
+                    interface=place[0], id=place[1], motor=motor, generation=firmware, generation_given=generation is not None,
                     fits=wanted[place].get("fits", []), span_turns=span, angle=angle, orders=Orders(**orders), gains=one.gains,
                     supply_V=one.volts / one.states if one.states else 0.0, queries=one.queries,
                     unanswered=one.queries - min(one.replies, one.queries), ambiguous=one.ambiguous, backwards=back, **rows,

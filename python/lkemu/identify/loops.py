@@ -25,7 +25,7 @@ PARTS = 20  # groups of the jackknife
 T_95 = 2.093  # 97.5 % quantile of Student's t with 19 degrees of freedom
 
 
-def held(track: Track, what: int) -> Iterator[Tuple[int, int, int]]:
+def constant_orders(track: Track, what: int) -> Iterator[Tuple[int, int, int]]:
     """Yields (order, first, last) of samples [first, last) without a gap that follow one absolute order of this kind.
 
     Repetitions of an order count as one order."""
@@ -35,7 +35,7 @@ def held(track: Track, what: int) -> Iterator[Tuple[int, int, int]]:
     new = np.ones(len(orders.time), bool)
     new[1:] = (np.diff(orders.what) != 0) | (np.diff(orders.value) != 0) | (orders.absolute[1:] == 0)
     number = np.where(at >= 0, np.cumsum(new)[at], 0)
-    edge = np.flatnonzero((np.diff(number) != 0) | ~track.together) + 1
+    edge = np.flatnonzero((np.diff(number) != 0) | ~track.is_contiguous) + 1
     for first, last in zip([0, *edge], [*edge, len(number)]):
         order = at[first]
         if order >= 0 and orders.what[order] == what and orders.absolute[order]:
@@ -54,9 +54,9 @@ def ripple(time: np.ndarray, angle: np.ndarray, iq: np.ndarray, orders: List[int
         columns += [np.cos(order * angle), np.sin(order * angle)]
     rows, seen = np.column_stack(columns), np.column_stack((angle, iq))
     found = np.linalg.lstsq(rows, seen, rcond=None)[0]
-    left = np.sum((rows @ found - seen) ** 2, axis=0) / (len(u) - rows.shape[1])
+    variance = np.sum((rows @ found - seen) ** 2, axis=0) / (len(u) - rows.shape[1])
     waves = found[3::2] - 1j * found[4::2]
-    return waves, np.sqrt(2 * left / len(u)), (found[1, 0] + found[2, 0]) / length
+    return waves, np.sqrt(2 * variance / len(u)), (found[1, 0] + found[2, 0]) / length
 
 
 def mean(values: List[Tuple[float, float]]) -> Optional[Estimate]:
@@ -72,7 +72,7 @@ def mean(values: List[Tuple[float, float]]) -> Optional[Estimate]:
 
 def fit_speed_loop(track: Track, timing: Timing, balance: BalanceFit) -> "Tuple[Optional[Estimate], Optional[Estimate]]":
     """Fits Kp (A·s/rad) and Ki (A/rad) in iq = −(Kp + Ki/s)·ω to the ripple of cogging at steady speeds."""
-    orders = [one.order for one in balance.cogging if one.amplitude.told]
+    orders = [one.order for one in balance.cogging if one.amplitude.is_usable]
     kp: List[Tuple[float, float]] = []
     ki: List[Tuple[float, float]] = []
     if not orders:
@@ -81,7 +81,7 @@ def fit_speed_loop(track: Track, timing: Timing, balance: BalanceFit) -> "Tuple[
     pwm_s, motion_s = 1 / track.motor.number("inverter", "f_pwm_kHz", 1e3), track.motor.motion_period_s
     # Lags of estimator, motion period, PWM and current loop (docs/internals/model.md §10, §11).
     lag_s = 1 / control["estimator_bandwidth_rad_s"] + motion_s + pwm_s + 1 / control["current_bandwidth_rad_s"]
-    for order, first, last in held(track, SPEED):
+    for order, first, last in constant_orders(track, SPEED):
         first = int(np.searchsorted(track.time, track.time[first] + SETTLES_S))
         if first >= last or timing.time[last - 1] - timing.time[first] < SHORTEST_S:
             continue
@@ -118,13 +118,13 @@ def limited(track: Track) -> "Tuple[np.ndarray, np.ndarray]":
     if len(orders.time) == 0:
         return np.zeros(0), np.zeros(0)
     before = np.concatenate(([-1], now[:-1]))
-    told = np.where(now >= 0, orders.value[now], 0.0)
-    sign = np.sign(told)
+    commanded = np.where(now >= 0, orders.value[now], 0.0)
+    sign = np.sign(commanded)
     iq, speed = sign * track.iq, sign * track.speed
-    chosen = (before >= 0) & (orders.what[now] == TORQUE) & (told != 0)
+    chosen = (before >= 0) & (orders.what[now] == TORQUE) & (commanded != 0)
     # An equal order at the previous sample: the current has settled.
-    chosen &= (orders.value[before] == told) & (orders.what[before] == TORQUE)
-    chosen &= (speed > 0) & (iq <= LIMIT_SHARE * np.abs(told)) & (iq <= np.abs(told) - LIMIT_LESS_A)
+    chosen &= (orders.value[before] == commanded) & (orders.what[before] == TORQUE)
+    chosen &= (speed > 0) & (iq <= LIMIT_SHARE * np.abs(commanded)) & (iq <= np.abs(commanded) - LIMIT_LESS_A)
     speed, iq = speed[chosen], iq[chosen]
     # A torque limit also reduces the current, at any speed. Many samples at the largest current indicate one (assumed).
     if len(iq):

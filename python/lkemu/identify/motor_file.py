@@ -36,27 +36,27 @@ class Section:
 
 
 def efficiency_of(drive: Drive) -> float:
-    return 1 - drive.number("gear_loss") if drive.told("gear_loss") else drive.track.motor.efficiency
+    return 1 - drive.number("gear_loss") if drive.is_usable("gear_loss") else drive.track.motor.efficiency
 
 
 def mechanics(drive: Drive, k_t: float) -> Section:
     motor, section = drive.track.motor, Section(drive, "mechanics")
-    if drive.told("inertia_A_s2_rad"):
+    if drive.is_usable("inertia_A_s2_rad"):
         J = drive.number("inertia_A_s2_rad") * k_t - motor.J_out / motor.N**2
         section.add("J_g_cm2", max(J * 1e7, 0.1), "inertia_A_s2_rad")
-    if drive.told("coulomb_A"):
+    if drive.is_usable("coulomb_A"):
         tau = max(drive.number("coulomb_A") * k_t - motor.coulomb_out / motor.N / efficiency_of(drive), 0.0)
         excess = motor.static / motor.coulomb if motor.coulomb > 0 else 1.0
         section.add("tau_coulomb_mNm", tau * 1e3, "coulomb_A")
         origin = f"ratio to tau_coulomb_mNm as in {printable(motor.name)}"
         section.add_line(f"{'tau_static_mNm':<26} = {excess * tau * 1e3:<11.5g} # {origin}")
-    if drive.told("viscous_A_s_rad"):
+    if drive.is_usable("viscous_A_s_rad"):
         section.add("B_uNm_s_rad", drive.number("viscous_A_s_rad") * k_t * 1e6, "viscous_A_s_rad")
     cogging = drive.cogging()
-    if drive.told("cogging_A") and cogging:
+    if drive.is_usable("cogging_A") and cogging:
         section.add("tau_cogging_mNm", drive.number("cogging_A") * k_t * 1e3, "cogging_A")
         section.add_line(f"{'cogging_per_turn':<26} = {cogging.order}")
-    if drive.told("gear_loss"):
+    if drive.is_usable("gear_loss"):
         section.add("gear_efficiency", efficiency_of(drive), "gear_loss")
     return section
 
@@ -67,31 +67,31 @@ def control(drive: Drive, k_t: float) -> Section:
     if not drive.track.gains:
         section.add_line("# The log does not contain the gains: these values assume the factory gains.")
     J_nominal, bandwidth = base["J_nominal_g_cm2"] * 1e-7, base["speed_bandwidth_rad_s"]
-    if drive.told("speed_kp_A_s_rad") and gains["speed_kp"] > 0:
+    if drive.is_usable("speed_kp_A_s_rad") and gains["speed_kp"] > 0:
         bandwidth = drive.number("speed_kp_A_s_rad") * k_t / J_nominal * base["ref_speed_kp_byte"] / gains["speed_kp"]
         section.add("speed_bandwidth_rad_s", bandwidth, "speed_kp_A_s_rad")
-    if drive.told("speed_ki_A_rad") and gains["speed_ki"] > 0:
+    if drive.is_usable("speed_ki_A_rad") and gains["speed_ki"] > 0:
         rate = drive.number("speed_ki_A_rad") * k_t / J_nominal / bandwidth * base["ref_speed_ki_byte"] / gains["speed_ki"]
         section.add("speed_integral_rate_per_s", rate, "speed_ki_A_rad")
-    if drive.told("angle_kp_per_s") and gains["angle_kp"] > 0:
+    if drive.is_usable("angle_kp_per_s") and gains["angle_kp"] > 0:
         section.add("angle_kp_per_byte_per_s", drive.number("angle_kp_per_s") / gains["angle_kp"], "angle_kp_per_s")
-    if drive.told("current_lag_s"):
+    if drive.is_usable("current_lag_s"):
         section.add("current_bandwidth_rad_s", 1 / drive.number("current_lag_s"), "current_lag_s")
     return section
 
 
 def windings(drive: Drive) -> Section:
     motor, section = drive.track.motor, Section(drive, "motor")
-    if drive.told("R_ohm"):
+    if drive.is_usable("R_ohm"):
         rest = motor.resistance - motor.number("motor", "R_s_ohm")
         section.add("R_s_ohm", drive.number("R_ohm") - rest, "R_ohm")
-    if drive.told("k_t_Nm_A"):
+    if drive.is_usable("k_t_Nm_A"):
         section.add("psi_f_Wb", drive.number("k_t_Nm_A") / 1.5 / motor.pole_pairs, "k_t_Nm_A")
     return section
 
 
 def load_lines(drive: Drive, k_t: float) -> str:
-    if not drive.told("gravity_A"):
+    if not drive.is_usable("gravity_A"):
         return ""
     found, eta = drive.values["gravity_A"], efficiency_of(drive)  # the estimate is the mean of lifting and lowering
     assert found is not None
@@ -105,7 +105,7 @@ def load_lines(drive: Drive, k_t: float) -> str:
 
 def motor_text(drive: Drive, base: str, logs: List[str]) -> str:
     """Text of the motor file; `base` is its value of `extends`."""
-    motor, own_k_t = drive.track.motor, drive.told("k_t_Nm_A")
+    motor, own_k_t = drive.track.motor, drive.is_usable("k_t_Nm_A")
     k_t = drive.number("k_t_Nm_A") if own_k_t else motor.k_t
     of = "the torque constant of the log" if own_k_t else f"the torque constant of {motor.name}, because the log does not show it"
     text = (
@@ -116,7 +116,7 @@ def motor_text(drive: Drive, base: str, logs: List[str]) -> str:
         "# The inertia is that of the rotor and everything attached to it.\n"
     )
     text += load_lines(drive, k_t)
-    missing = [one for one in QUANTITIES if not drive.told(one.key)]
+    missing = [one for one in QUANTITIES if not drive.is_usable(one.key)]
     if missing:
         text += "#\n# Unknown, with the experiment that measures it:\n"
         text += "".join(f"#   {one.label}: {one.experiment}\n" for one in missing)

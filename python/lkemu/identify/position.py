@@ -18,7 +18,7 @@ from scipy.optimize import least_squares
 from ..program import find_program
 from .balance import BalanceFit
 from .estimate import Estimate
-from .loops import held
+from .loops import constant_orders
 from .motor import DEG
 from .timing import Timing
 from .track import POSITION, Track
@@ -45,7 +45,7 @@ class PositionFit:
 def moves_of(track: Track) -> Optional[Tuple[int, int, float]]:
     """Longest part without a gap under position commands: (first, last, offset of the multi-turn angle)."""
     best, zeros, begin, end = None, [], 0, -1
-    for order, first, last in held(track, POSITION):
+    for order, first, last in constant_orders(track, POSITION):
         if first != end or not zeros:
             zeros, begin = [], first
         end = last
@@ -77,7 +77,7 @@ class Emulation:
         m["B_uNm_s_rad"] = max(balance.viscous.value * k, 0.0) * 1e6
         m["tau_cogging_mNm"], ahead = 0.0, 0.0
         for one in balance.cogging:
-            if one.order != motor.pole_pairs and one.amplitude.told:
+            if one.order != motor.pole_pairs and one.amplitude.is_usable:
                 # Cogging is A·sin(n·θ + phase) in the log and A·sin(n·θ) in the emulation: the start angle is shifted.
                 m["tau_cogging_mNm"], m["cogging_per_turn"] = one.amplitude.value * k * 1e3, one.order
                 ahead = one.phase / one.order
@@ -141,11 +141,11 @@ class Emulation:
         return made - np.interp(BOOT_S, time, angle)
 
 
-def correlation_length(left: np.ndarray) -> float:
+def correlation_length(residuals: np.ndarray) -> float:
     """Number of correlated residuals that count as one independent residual."""
-    length, squares = 1.0, float(left @ left)
-    for lag in range(1, len(left) // 4):
-        rho = float(left[:-lag] @ left[lag:]) / squares
+    length, squares = 1.0, float(residuals @ residuals)
+    for lag in range(1, len(residuals) // 4):
+        rho = float(residuals[:-lag] @ residuals[lag:]) / squares
         if rho < 0.05:
             break
         length += 2 * rho
@@ -163,21 +163,22 @@ def fit_position_loop(track: Track, timing: Timing, balance: BalanceFit, speed_k
         return None
     expected, deviation = np.zeros(6), np.full(6, UNKNOWN_GAIN)
     deviation[DELAY] = DELAY_MS
-    for which, told, one in ((SPEED_KP, speed_kp, loops["speed_kp"]), (SPEED_KI, speed_ki, loops["speed_ki"]),
-                             (J, balance.inertia, balance.inertia.value), (FRICTION, balance.coulomb, balance.coulomb.value)):  # fmt: skip
-        if told is not None and told.letter != "U":
-            expected[which] = math.log(told.value / one)
-            deviation[which] = max(told.half_width / told.value / T_95, 1e-3)
+    for which, prior, one in ((SPEED_KP, speed_kp, loops["speed_kp"]), (SPEED_KI, speed_ki, loops["speed_ki"]),
+                              (J, balance.inertia, balance.inertia.value), (FRICTION, balance.coulomb, balance.coulomb.value)):  # fmt: skip
+        if prior is not None and prior.letter != "U":
+            expected[which] = math.log(prior.value / one)
+            deviation[which] = max(prior.half_width / prior.value / T_95, 1e-3)
     with tempfile.TemporaryDirectory() as folder:
         try:
             emulation = Emulation(track, timing, balance, moves, folder)
             noise, at = 1e-3, expected.copy()
 
-            def left(by: np.ndarray) -> np.ndarray:
+            def residuals(by: np.ndarray) -> np.ndarray:
                 return np.concatenate(((emulation.run(by) - emulation.logged) / noise, (by - expected) / deviation))
 
             for _ in range(2):  # the first fit gives the noise for the second
-                found = least_squares(left, at, method="lm", diff_step=STEP, x_scale=np.full(6, 0.3), max_nfev=40, ftol=1e-3, xtol=1e-3)
+                found = least_squares(residuals, at, method="lm", diff_step=STEP, x_scale=np.full(6, 0.3), max_nfev=40,
+                                      ftol=1e-3, xtol=1e-3)  # fmt: skip
                 at = found.x
                 rest = found.fun[: len(emulation.time)]
                 noise *= math.sqrt(float(np.mean(rest**2)) * correlation_length(rest))

@@ -40,9 +40,9 @@ class Drive:
         orders = self.balance.cogging if self.balance else []
         return next((one for one in orders if one.order != self.track.motor.pole_pairs), None)
 
-    def told(self, key: str) -> bool:
+    def is_usable(self, key: str) -> bool:
         value = self.values[key]
-        return value is not None and value.told
+        return value is not None and value.is_usable
 
     def number(self, key: str) -> float:
         value = self.values[key]
@@ -183,7 +183,7 @@ def changes(drive: Drive, expected: List[Expected], file: str) -> Changes:
         if not then.quantity.of_motor:
             continue
         now = drive.values[then.quantity.key]
-        if now is None or not now.told or not then.estimate.told:
+        if now is None or not now.is_usable or not then.estimate.is_usable:
             found.not_compared.append(then.quantity.label)
             continue
         found.compared += 1

@@ -25,11 +25,11 @@ CHUNK = 8192  # Windows per step, limits the memory.
 
 @dataclass
 class Regression:
-    """Regression of the current of each window, `given`, on the columns `used` of `terms`."""
+    """Regression of the current of each window, `current`, on the columns `used` of `terms`."""
 
     windows: Windows
     terms: np.ndarray
-    given: np.ndarray
+    current: np.ndarray
     used: List[int]
     experiment: bool  # the inertia is estimated from commanded torques only
     expected: np.ndarray  # current of each window without the noise of its stamps
@@ -39,7 +39,7 @@ class Regression:
     kept: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
-        count = len(self.given)
+        count = len(self.current)
         self.weights, self.kept = np.ones(count), self.among
         self.coefficients = np.zeros(self.terms.shape[1])
         self.instrument = self.terms[:, INERTIA].copy()
@@ -56,7 +56,7 @@ class Regression:
         self._fit()
 
     def residual(self) -> np.ndarray:
-        return self.given - self.terms @ self.coefficients
+        return self.current - self.terms @ self.coefficients
 
     def _sums(self, chosen: np.ndarray) -> "tuple[np.ndarray, np.ndarray]":
         count, at = len(self.used), self.used.index(INERTIA)
@@ -67,7 +67,7 @@ class Regression:
             left[:, at] = self.instrument[part]
             left *= self.weights[part, None]
             normal += left.T @ rows
-            right += left.T @ self.given[part]
+            right += left.T @ self.current[part]
         return normal, right
 
     def _solve(self, normal: np.ndarray, right: np.ndarray) -> np.ndarray:

@@ -37,7 +37,7 @@ def letter_of(drive: Drive, key: str) -> str:
     return found.letter if found is not None else "U"
 
 
-def of_stamps(drive: Drive) -> str:
+def stamp_note(drive: Drive) -> str:
     t = drive.timing
     return (
         f"Time stamp errors, rms: {t.query_s * 1e3:.2f} ms (queries), {t.reply_s * 1e3:.2f} ms (replies), "
@@ -45,7 +45,7 @@ def of_stamps(drive: Drive) -> str:
     )
 
 
-def of_pulses(drive: Drive, fit: BalanceFit) -> List[str]:
+def pulse_notes(drive: Drive, fit: BalanceFit) -> List[str]:
     if fit.commanded >= FEWEST_COMMANDED:
         return []
     if fit.weak_pulses:
@@ -61,7 +61,7 @@ def of_pulses(drive: Drive, fit: BalanceFit) -> List[str]:
     ]
 
 
-def of_generation(drive: Drive) -> List[str]:
+def generation_notes(drive: Drive) -> List[str]:
     """Warns about a guessed generation: a wrong one scales every value in amperes."""
     track = drive.track
     if track.generation_given or len(track.fits) < 2:
@@ -83,9 +83,9 @@ def notes(drive: Drive) -> List[str]:
     if not drive.track.motor.reports_current:
         return ["An MS drive reports no current, so its mechanics cannot be identified."]
     if drive.too_rough:
-        return [of_stamps(drive), drive.too_rough]
+        return [stamp_note(drive), drive.too_rough]
     fit = drive.balance
-    lines = of_generation(drive)
+    lines = generation_notes(drive)
     if fit is None:
         return [*lines, "The shaft hardly turned. Log the motor at work, or run a script of lk-emu identify --plan."]
     if not drive.voltage or not drive.voltage.k_t:
@@ -94,7 +94,7 @@ def notes(drive: Drive) -> List[str]:
             "To find k_t, attach a known weight or inertia to the shaft, or run at the voltage limit."
         )
     ratio = f"{fit.held_out_ratio:.2f} times those of the fitted half"
-    ratio += "" if fit.held_out_ratio <= 1.2 else ": the log is too short, or the motor changed during it"
+    ratio += "" if fit.held_out_ratio <= 1.2 else ", so the log is too short or the motor changed during it"
     lines.append(
         f"{len(fit.time)} windows of {1e3 * max(WINDOW_S, 2 * drive.track.step_s):.0f} ms, "
         f"{fit.commanded} with a commanded torque; residuals {fit.rms_A:.3g} A rms. "
@@ -103,8 +103,8 @@ def notes(drive: Drive) -> List[str]:
     is_small = abs(fit.autocorrelation) <= 0.2
     missing = "" if is_small else ", beyond ±0.2: the model lacks a torque on the shaft, e.g. of a load or a cable"
     lines.append(f"Autocorrelation of the residuals: {fit.autocorrelation:.2f}{missing}.")
-    lines += of_pulses(drive, fit)
-    lines.append(of_stamps(drive))
+    lines += pulse_notes(drive, fit)
+    lines.append(stamp_note(drive))
     if fit.commanded >= FEWEST_COMMANDED:
         lag = f", and the current follows with a lag of {fit.lag_s * 1e3:.1f} ms" if fit.lag_s > 0.5e-3 else ""
         lines.append(f"A command acts {fit.delay_s * 1e3:.2f} ms after its time stamp{lag}.")
@@ -166,20 +166,20 @@ def svg(figure: Any) -> str:
 def balance_picture(drive: Drive, fit: BalanceFit) -> str:
     # Show the part of the log with the largest currents.
     starts = fit.time[:: max(1, len(fit.time) // 200)]
-    begin = max(starts, key=lambda at: float(np.sum(fit.given[(fit.time >= at) & (fit.time <= at + SHOWN_S)] ** 2)))
+    begin = max(starts, key=lambda at: float(np.sum(fit.current[(fit.time >= at) & (fit.time <= at + SHOWN_S)] ** 2)))
     shown = (fit.time >= begin) & (fit.time <= begin + SHOWN_S)
-    time, given, expected = fit.time[shown], fit.given[shown], fit.expected()[shown]
+    time, current, expected = fit.time[shown], fit.current[shown], fit.expected()[shown]
     base = np.zeros(fit.terms.shape[1])
     for term, key in ((INERTIA, "inertia_A_s2_rad"), (COULOMB, "coulomb_A"), (VISCOUS, "viscous_A_s_rad")):
         base[term] = next(one for one in QUANTITIES if one.key == key).base(drive.track.motor)
-    figure, (currents, left, speed) = panels(8, (3, 1, 1))
+    figure, (currents, lower, speed) = panels(8, (3, 1, 1))
     currents.plot(time, fit.terms[shown] @ base, ":", color="0.6", label="predicted from the motor file, without cogging")
-    currents.plot(time, given, lw=2.5, alpha=0.5, label="log")
+    currents.plot(time, current, lw=2.5, alpha=0.5, label="log")
     currents.plot(time, expected, lw=1, label="predicted from the estimates")
     currents.set(ylabel="iq, A", title=f"Drive {drive.track.id}: measured and predicted torque current")
     currents.legend()
-    left.plot(time, given - expected, color="tab:green")
-    left.set(ylabel="residual, A")
+    lower.plot(time, current - expected, color="tab:green")
+    lower.set(ylabel="residual, A")
     speed.plot(time, fit.terms[shown, VISCOUS] * 180 / math.pi)
     speed.set(ylabel="speed, dps", xlabel="time, s")
     return svg(figure)
@@ -188,13 +188,13 @@ def balance_picture(drive: Drive, fit: BalanceFit) -> str:
 def moves_picture(drive: Drive) -> str:
     fit = drive.position
     assert fit is not None
-    figure, (angle, left) = panels(6, (3, 1))
+    figure, (angle, lower) = panels(6, (3, 1))
     angle.plot(fit.time, fit.logged * 180 / math.pi, lw=2.5, alpha=0.5, label="log")
     angle.plot(fit.time, fit.emulated * 180 / math.pi, lw=1, label="emulated")
     angle.set(ylabel="angle, degrees", title=f"Drive {drive.track.id}: moves in the log and emulated")
     angle.legend()
-    left.plot(fit.time, (fit.logged - fit.emulated) * 180 / math.pi, color="tab:green")
-    left.set(ylabel="difference, degrees", xlabel="time, s")
+    lower.plot(fit.time, (fit.logged - fit.emulated) * 180 / math.pi, color="tab:green")
+    lower.set(ylabel="difference, degrees", xlabel="time, s")
     return svg(figure)
 
 

@@ -40,35 +40,35 @@ def jitter_s(track: Track, stamps: np.ndarray) -> "float | None":
     """Jitter of these stamps; None if the shaft did not turn steadily."""
     before, after = track.speed[:-1], track.speed[1:]
     mean = (before + after) / 2
-    steady = track.together & (np.abs(after - before) <= STEADY * np.abs(mean)) & (np.abs(mean) > FAST_RAD_S)
+    steady = track.is_contiguous & (np.abs(after - before) <= STEADY * np.abs(mean)) & (np.abs(mean) > FAST_RAD_S)
     if np.count_nonzero(steady) < FEWEST:
         return None
-    left = np.diff(track.angle) - mean * np.diff(stamps)
-    slow = track.together & (np.abs(mean) > 0.3) & (np.abs(mean) < FAST_RAD_S)
-    noise = spread(left[slow]) if np.count_nonzero(slow) >= FEWEST else 0.0
+    residual = np.diff(track.angle) - mean * np.diff(stamps)
+    slow = track.is_contiguous & (np.abs(mean) > 0.3) & (np.abs(mean) < FAST_RAD_S)
+    noise = spread(residual[slow]) if np.count_nonzero(slow) >= FEWEST else 0.0
     fast = steady & (np.abs(mean) >= np.median(np.abs(mean[steady])))
     speed = float(np.sqrt(np.mean(mean[fast] ** 2)))
-    return float(np.sqrt(max(spread(left[fast]) ** 2 - noise**2, 0.0) / 2)) / speed
+    return float(np.sqrt(max(spread(residual[fast]) ** 2 - noise**2, 0.0) / 2)) / speed
 
 
 def speed_lag_s(track: Track, stamps: np.ndarray) -> float:
     """Lag of the reported speed: the angle step exceeds the integrated speed by lag times change of speed."""
     change = np.diff(track.speed)
-    left = np.diff(track.angle) - (track.speed[1:] + track.speed[:-1]) / 2 * np.diff(stamps)
-    chosen = np.flatnonzero(track.together & (np.abs(change) > np.percentile(np.abs(change), 50)))
+    residual = np.diff(track.angle) - (track.speed[1:] + track.speed[:-1]) / 2 * np.diff(stamps)
+    chosen = np.flatnonzero(track.is_contiguous & (np.abs(change) > np.percentile(np.abs(change), 50)))
     lag = 0.0
     for _ in range(5):
         if len(chosen) < FEWEST:
             return 0.0
-        lag = float(np.sum(change[chosen] * left[chosen]) / max(np.sum(change[chosen] ** 2), 1e-12))
-        off = np.abs(left[chosen] - lag * change[chosen])
+        lag = float(np.sum(change[chosen] * residual[chosen]) / max(np.sum(change[chosen] ** 2), 1e-12))
+        off = np.abs(residual[chosen] - lag * change[chosen])
         chosen = chosen[off <= max(5 * np.median(off), 1e-9)]
     return min(max(lag, 0.0), MOST_LAG_S)
 
 
 def angle_ratio(track: Track) -> float:
     mean = (track.speed[1:] + track.speed[:-1]) / 2
-    fast = track.together & (np.abs(mean) > FAST_RAD_S)
+    fast = track.is_contiguous & (np.abs(mean) > FAST_RAD_S)
     if np.count_nonzero(fast) < FEWEST:
         return 1.0
     return float(np.median(np.diff(track.angle)[fast] / (mean * np.diff(track.time))[fast]))

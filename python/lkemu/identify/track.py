@@ -62,7 +62,7 @@ class Track:
         return np.searchsorted(self.first, samples, side="right")
 
     @property
-    def together(self) -> np.ndarray:
+    def is_contiguous(self) -> np.ndarray:
         """For each sample but the first: whether it is in the stretch of the previous sample."""
         made = np.ones(len(self.time) - 1, bool)
         made[self.first[1:] - 1] = False

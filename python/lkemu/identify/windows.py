@@ -26,7 +26,7 @@ WINDOW_S = 0.020  # Length of the shortest pulse of a plan (assumed); a window h
 SLOWEST_RAD_S = 1.0  # Lowest speed of a window: below it, static friction may balance the torque (assumed).
 PART = 1 << 16  # Samples per step, limits the memory.
 TIE_S = 1e-6  # Resolution of stamps: of two equally near samples, the later ends a window.
-FOLLOWS_S = 0.020  # Time under torque commands only, after which the current depends on them alone (assumed).
+SETTLED_S = 0.020  # Time under torque commands only, after which the current depends on them alone (assumed).
 EVEN_SAMPLES = 21
 FEWEST_PULSES = 100  # Samples with a commanded torque (assumed).
 # Longer logs have windows that start half a window apart, then a whole window apart (assumed).
@@ -56,7 +56,7 @@ def parts(count: int) -> Iterator[slice]:
     return (slice(first, first + PART) for first in range(0, count, PART))
 
 
-def counted(values: np.ndarray) -> np.ndarray:
+def cumulative_count(values: np.ndarray) -> np.ndarray:
     """Number of true values before each index."""
     return np.concatenate((np.zeros(1, np.int32), np.cumsum(values, dtype=np.int32)))
 
@@ -101,8 +101,8 @@ class Balance:
         even = np.concatenate([even_times(part) for part in np.split(timing.time, track.first[1:])])
         self.even = even + np.median(self.time - timing.time)
         self.even_orders = np.interp(timing.orders, timing.time, even)
-        # Mask of samples after at least FOLLOWS_S of torque commands only.
-        self.follows = self.commands.only_torque(timing.time - FOLLOWS_S, timing.time)
+        # Mask of samples after at least SETTLED_S of torque commands only.
+        self.is_settled = self.commands.only_torque(timing.time - SETTLED_S, timing.time)
         self.windows = self._windows(WINDOW_S)
 
     def _less_noise_by_angles(self) -> bool:
@@ -121,7 +121,7 @@ class Balance:
         of_reports = np.hypot(np.sqrt(np.mean(acceleration**2)) * timing.speed_lag_s / np.sqrt(12), REPORT_NOISE_RAD_S)
         return bool(of_angles < of_reports)
 
-    def shortened(self, window_s: float) -> "Balance":
+    def with_window(self, window_s: float) -> "Balance":
         """Copy with windows of another length."""
         made = object.__new__(Balance)
         made.__dict__.update(self.__dict__)
@@ -148,7 +148,7 @@ class Balance:
         one_way = np.zeros(len(first), bool)
         turned = np.diff(track.angle)
         for sign in (1, -1):
-            way, move = counted(sign * speed >= SLOWEST_RAD_S), counted(sign * turned > 0)
+            way, move = cumulative_count(sign * speed >= SLOWEST_RAD_S), cumulative_count(sign * turned > 0)
             one_way |= (way[last + 1] - way[first] == last + 1 - first) & (move[last] - move[first] == last - first)
         first, last, length = first[one_way], last[one_way], length[one_way]
         commanded = self.commands.only_torque(time[first] - BEFORE_S, time[last])
@@ -179,16 +179,16 @@ class Balance:
         """Mean of an integral over the averaging interval of each sample."""
         return sum(np.interp(self.time + share * self.half, time, integral) for share in SHARES) / len(SHARES)
 
-    def integrated(self, values: np.ndarray) -> np.ndarray:
+    def window_mean(self, values: np.ndarray) -> np.ndarray:
         """Means over each window of values at the times of the samples, averaged like the speeds."""
         w, whole = self.windows, self.smoothed(self.timing.time, trapezoids(self.timing.time, values))
         return (whole[w.last] - whole[w.first]) / w.length
 
-    def taken(self) -> np.ndarray:
+    def measured_current(self) -> np.ndarray:
         """Measured current of each window."""
-        return self.integrated(self.track.iq)
+        return self.window_mean(self.track.iq)
 
-    def followed(self, delay_s: float, lag_s: float) -> np.ndarray:
+    def predicted_current(self, delay_s: float, lag_s: float) -> np.ndarray:
         """Current of each window predicted from the commands."""
         w, path = self.windows, self.commands.path(delay_s, lag_s)
         if len(path.at) == 0:
@@ -196,7 +196,7 @@ class Balance:
         return self.average(path, self.time)
 
     def instrument(self, delay_s: float, lag_s: float) -> np.ndarray:
-        """As `followed`, but without the noise of the stamps."""
+        """As `predicted_current`, but without the noise of the stamps."""
         commands = self.commands
         path = commands.path(delay_s, lag_s, self.even_orders)
         return self.average(path, self.even)
@@ -207,7 +207,7 @@ class Balance:
         areas = (path.integral(end + share * half[w.last]) - path.integral(begin + share * half[w.first]) for share in SHARES)
         return sum(areas) / len(SHARES) / (end - begin)
 
-    def beyond(self, delay_s: float, lag_s: float, samples: "np.ndarray | slice") -> np.ndarray:
+    def current_error(self, delay_s: float, lag_s: float, samples: "np.ndarray | slice") -> np.ndarray:
         """Measured less predicted current at these samples."""
         made, time = self.track.iq[samples].copy(), self.timing.time[samples]
         path = self.commands.path(delay_s, lag_s)
@@ -215,12 +215,12 @@ class Balance:
             made[part] -= path.current(time[part])
         return made
 
-    def over(self, values: np.ndarray) -> np.ndarray:
+    def sample_mean(self, values: np.ndarray) -> np.ndarray:
         """Mean over the samples of each window."""
         w, sums = self.windows, np.concatenate(([0.0], np.cumsum(values, dtype=float)))
         return (sums[w.last + 1] - sums[w.first]) / (w.last + 1 - w.first)
 
-    def some(self, chosen: "np.ndarray | slice") -> "Balance":
+    def subset(self, chosen: "np.ndarray | slice") -> "Balance":
         """Copy with some of the windows."""
         made = object.__new__(Balance)
         made.__dict__.update(self.__dict__)

@@ -226,9 +226,9 @@ class Thorough(Logs):
         _, _, _, found = self.identify(log_of(record(moves, rate_Hz=83)))
         self.assertAlmostEqual(found["coulomb_A"][0], Motor.friction, delta=0.05 * Motor.friction)
         self.assertEqual(found["cogging_order"], Motor.order)
-        self.assertFalse("inertia_A_s2_rad" in found and self.is_told(found["inertia_A_s2_rad"]))
+        self.assertFalse("inertia_A_s2_rad" in found and self.is_usable(found["inertia_A_s2_rad"]))
 
-    def is_told(self, three):
+    def is_usable(self, three):
         return (three[2] - three[1]) / 2 <= 0.15 * three[0]
 
     def test_weak_pulses_are_named(self):

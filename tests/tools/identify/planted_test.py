@@ -41,7 +41,7 @@ class Found:
         self.inside += abs(estimate.value - true) <= estimate.half_width
 
     def __str__(self):
-        return f"{len(self.errors)} told, median error {statistics.median(self.errors):.2%}, {self.inside} inside the interval"
+        return f"{len(self.errors)} usable, median error {statistics.median(self.errors):.2%}, {self.inside} inside the interval"
 
 
 class PlantedMotors(unittest.TestCase):
@@ -73,11 +73,11 @@ class PlantedMotors(unittest.TestCase):
             truth = motor.truth()
             orders += drive.cogging() is not None and drive.cogging().order == truth["cogging_order"]
             for key, true in truth.items():
-                if key in drive.values and drive.told(key):
+                if key in drive.values and drive.is_usable(key):
                     found.setdefault(key, Found()).add(drive.values[key], true)
             # A log of a free shaft cannot determine these.
             for key in ("gravity_A", "k_t_Nm_A", "R_ohm"):
-                self.assertFalse(drive.told(key), f"{motor.seed}: {key}")
+                self.assertFalse(drive.is_usable(key), f"{motor.seed}: {key}")
         for key, one in found.items():
             print(f"{key}: {one}")
         self.assertGreaterEqual(orders, math.floor(0.95 * MOTORS))
@@ -92,7 +92,7 @@ class PlantedMotors(unittest.TestCase):
         """Half of the logs have small jitter.
 
         Half of the adapters stamp queries early and replies late; the others have errors of both signs."""
-        told, answered, small = Found(), 0, 0
+        found, answered, small = Found(), 0, 0
         for number in range(LOGS):
             motor, frames = self.motors[number % MOTORS]
             draw = random.Random(number)
@@ -106,10 +106,10 @@ class PlantedMotors(unittest.TestCase):
             if jitter <= SMALL_JITTER_S:
                 small += 1
                 answered += inertia is not None and inertia.letter == "A"
-            if inertia is not None and inertia.told:
-                told.add(inertia, motor.truth()["inertia_A_s2_rad"])
-        print(f"jitter: {told} of {LOGS}; within 5 % of {small} with small jitter: {answered}")
-        self.assertCovers(told, "inertia")
+            if inertia is not None and inertia.is_usable:
+                found.add(inertia, motor.truth()["inertia_A_s2_rad"])
+        print(f"jitter: {found} of {LOGS}; within 5 % of {small} with small jitter: {answered}")
+        self.assertCovers(found, "inertia")
         self.assertGreaterEqual(answered, 0.95 * small)
 
     def test_play_of_a_gear_does_not_make_the_inertia_wrong(self):
@@ -161,7 +161,7 @@ class PlantedMotors(unittest.TestCase):
         print(f"inertia {inertia.value / true:.3f} ± {inertia.half_width / true:.3f} of the true one")
         if inertia.letter == "A":
             self.assertLessEqual(abs(inertia.value / true - 1), 0.05)
-        if inertia.told:
+        if inertia.is_usable:
             self.assertLessEqual(abs(inertia.value - true), inertia.half_width)
 
 
