@@ -57,7 +57,7 @@ def test_messages_are_found_by_topic_and_time():
     assert {encoding for _, _, encoding in read.channels.values()} == {"json"}
 
 
-def test_a_file_without_messages_is_whole():
+def test_file_without_messages_is_complete():
     assert written(McapWriter("")).complete
 
 
@@ -120,7 +120,7 @@ def test_a_recording(recording, capsys):
     assert (recording.parent / "again.mcap").read_bytes() == first
 
 
-def test_a_line_that_a_kill_has_cut_off_does_not_count(recording, capsys):
+def test_truncated_last_line_is_skipped(recording, capsys):
     with open(recording / "frames.log", "a", encoding="utf-8") as file:
         file.write("(0000000000.002000) vcan0 141#9C")
     with open(recording / "directives.jsonl", "a", encoding="utf-8") as file:
@@ -129,7 +129,7 @@ def test_a_line_that_a_kill_has_cut_off_does_not_count(recording, capsys):
     assert capsys.readouterr().out == "recording.mcap: 2 frames\n"
 
 
-def test_what_is_no_recording_is_refused(recording):
+def test_invalid_recordings_are_refused(recording):
     assert refusal("none") == "mcap: cannot read none/directives.jsonl: No such file or directory"
     assert refusal("recording", "-o", "no/a.mcap") == "--output: cannot write no/a.mcap: No such file or directory"
     os.rename(recording / "directives.jsonl", "kept")
@@ -154,13 +154,13 @@ def test_what_is_no_recording_is_refused(recording):
     ("frames.log", "(9000000000000.000000) vcan0 141#9C T\n", "frames.log:1: not as lk-emu writes it"),
     ("recording.json", "x" * (17 << 20), "recording.json: is larger than 16 MiB, so it is not of lk-emu"),
 ], ids=range(8))  # fmt: skip
-def test_damaged_and_huge_files_are_one_line(recording, name, text, reason):
+def test_damaged_and_huge_files_give_one_error_line(recording, name, text, reason):
     (recording / name).write_text(text)
     assert refusal("recording") == f"mcap: recording/{reason}"
 
 
 @pytest.mark.parametrize("name", ["directives.jsonl", "frames.log", "robot.toml"])
-def test_a_pipe_is_refused_instead_of_waited_for(recording, name):
+def test_pipe_is_refused(recording, name):
     (recording / name).unlink(missing_ok=True)
     os.mkfifo(recording / name)
     assert refusal("recording") == f"mcap: recording/{name}: is not a regular file"

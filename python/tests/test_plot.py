@@ -112,7 +112,7 @@ def test_temperature_and_voltage_have_an_axis_each(figure):
     assert left.get_ylim() == (14, 126) and right.get_ylim() == pytest.approx((13.4, 24.6))
 
 
-def test_the_true_is_broad_and_the_reference_dashed_and_darker(figure):
+def test_true_line_is_broad_and_reference_is_dashed_and_darker(figure):
     (axes,) = panels(figure("time_s,1.true_rotor_dps,1.speed_dps,1.speed_ref_dps\n0,0,1,2\n1,100,101,102\n"))
     true, measured, reference = lines(axes)
     assert [to_hex(line.get_color()) for line in (true, measured, reference)] == [BLUE, BLUE, DARK_BLUE]
@@ -123,7 +123,7 @@ def test_the_true_is_broad_and_the_reference_dashed_and_darker(figure):
     assert [key.get_linewidth() for key in keys.get_lines()] == [line.get_linewidth() for line in (true, measured, reference)]
 
 
-def test_the_rotor_begins_where_the_first_angle_was_measured(figure):
+def test_rotor_angle_starts_at_the_first_measured_angle(figure):
     # The zero of the rotor angle is arbitrary: the rotor was at 32 when 10 was measured, so 43 is drawn as 21.
     (axes,) = panels(figure("time_s,1.angle_deg,1.true_rotor_deg\n0,10,32\n1,20,43\n"))
     assert lines(axes)[0].get_ydata().tolist() == [10, 21]
@@ -174,7 +174,7 @@ def test_signals_are_those_of_the_program():
             assert {quantity.signal, quantity.instead_of or quantity.signal, quantity.begins_with or quantity.signal} <= set(known)
 
 
-def test_another_signal_stands_in(figure):
+def test_alternative_signal_replaces_a_missing_one(figure):
     (axes,) = panels(figure("time_s,1.true_angle_deg,1.angle_deg\n0,1,2\n"))
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["true, output shaft", "measured"]
     (axes,) = panels(figure("time_s,1.true_angle_deg,1.angle_deg,1.true_rotor_deg\n0,1,2,3\n"))
@@ -192,7 +192,7 @@ def test_gaps_break_lines_and_lone_points_are_dots(figure):
     assert line.get_xdata()[np.isnan(line.get_ydata())].tolist() == [20000] and not dots
 
 
-def test_an_instant_is_in_the_middle(figure):
+def test_single_time_is_centred(figure):
     (axes,) = panels(figure("time_s,1.iq_A\n7,3\n"))
     assert axes.get_xlim() == (6.5, 7.5)
     assert lines(axes)[-1].get_marker() == "."

@@ -62,7 +62,7 @@ def test_refuses(read, data, problem):
     assert refusal(read, data) == problem
 
 
-def test_refuses_what_cannot_be_opened(tmp_path, monkeypatch):
+def test_refuses_unreadable_files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for path, problem in (("none.csv", "plot: cannot read none.csv: No such file or directory"), (".", "plot: .: is a directory")):
         with pytest.raises(StartError, match=problem):

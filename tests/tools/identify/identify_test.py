@@ -167,7 +167,7 @@ class Quick(Logs):
 
 
 class Thorough(Logs):
-    def test_rough_stamps_do_not_make_the_inertia_wrong(self):
+    def test_interval_covers_inertia_despite_stamp_errors(self):
         for early, late in ((1e-3, 1e-3), (2e-3, 2e-3)):
             with self.subTest(early=early, late=late):
                 _, out, _, found = self.identify(log_of(self.frames, early, late))
@@ -175,12 +175,12 @@ class Thorough(Logs):
                 if "inertia_A_s2_rad" in found:
                     self.assertInside(found["inertia_A_s2_rad"], Motor.J)
 
-    def test_answers_where_stamps_are_a_little_off(self):
+    def test_small_stamp_errors_keep_inertia_within_5_percent(self):
         _, _, _, found = self.identify(log_of(self.frames, 0.3e-3, 0.3e-3))
         self.assertWithin(found["inertia_A_s2_rad"], 0.05)
         self.assertInside(found["inertia_A_s2_rad"], Motor.J)
 
-    def test_a_microsecond_changes_no_verdict(self):
+    def test_grades_do_not_depend_on_a_microsecond(self):
         def letters(shift_s):
             out = self.identify(log_of(self.frames, shift_s=shift_s))[1]
             return [line[2] for line in out.splitlines()[1:14]]
@@ -189,7 +189,7 @@ class Thorough(Logs):
         self.assertEqual(letters(1e-6), at_zero)
         self.assertEqual(letters(-1e-6), at_zero)
 
-    def test_late_replies_do_not_make_the_inertia_wrong(self):
+    def test_interval_covers_inertia_despite_late_replies(self):
         """3 ms late, and later than the next query: the reply then looks like the reply to that query."""
         for late_s in (3e-3, 5.5e-3):
             late = sorted((at + (0 if is_query else late_s), data, is_query) for at, data, is_query in self.frames)
@@ -199,7 +199,7 @@ class Thorough(Logs):
                 if "inertia_A_s2_rad" in found:
                     self.assertInside(found["inertia_A_s2_rad"], Motor.J)
 
-    def test_commands_that_act_before_their_stamps_are_refused(self):
+    def test_refuses_commands_that_act_before_their_stamps(self):
         # Each query gets the reply to the next query, as if replies were paired with the wrong queries.
         queries = [one for one in self.frames if one[2]]
         replies = [one for one in self.frames if not one[2]][1:]
@@ -210,18 +210,18 @@ class Thorough(Logs):
         self.assertNotIn("inertia_A_s2_rad", found)
         self.assertIn("which is impossible", out)
 
-    def test_a_slow_current_loop_does_not_make_the_inertia_wrong(self):
+    def test_slow_current_loop_does_not_bias_the_inertia(self):
         _, _, _, found = self.identify(log_of(record(planned(), lag_s=5e-3)))
         if "inertia_A_s2_rad" in found:
             self.assertInside(found["inertia_A_s2_rad"], Motor.J)
         self.assertInside(found["current_lag_s"], 5e-3)
 
-    def test_one_speed_shows_no_cogging(self):
+    def test_one_speed_gives_no_cogging(self):
         _, out, _, found = self.identify(log_of(record([("torque", 0, 1), ("speed", 200, 25)])))
         self.assertNotIn("cogging_A", found)
         self.assertIn("at one speed only", out)
 
-    def test_a_robot_at_work_tells_friction_and_cogging(self):
+    def test_normal_work_gives_friction_and_cogging(self):
         moves = [("position", 0.0 if n % 2 else 720.0, 1.7) for n in range(24)]
         _, _, _, found = self.identify(log_of(record(moves, rate_Hz=83)))
         self.assertAlmostEqual(found["coulomb_A"][0], Motor.friction, delta=0.05 * Motor.friction)
@@ -231,12 +231,12 @@ class Thorough(Logs):
     def is_usable(self, three):
         return (three[2] - three[1]) / 2 <= 0.15 * three[0]
 
-    def test_weak_pulses_are_named(self):
+    def test_reports_weak_pulses(self):
         weak = [(what, value * 0.45 if what == "torque" else value, seconds) for what, value, seconds in planned()]
         _, out, _, _ = self.identify(log_of(record(weak)))
         self.assertIn("--motor ./my_motor.toml", out)
 
-    def test_a_guessed_generation_is_marked(self):
+    def test_marks_a_guessed_generation(self):
         with mock.patch.object(sys, "argv", ["identify", self.path("a.log"), "--motor", "mf7015"]):
             with open(self.path("a.log"), "w", encoding="ascii") as file:
                 file.write(log_of(self.frames[:2000]))
@@ -245,7 +245,7 @@ class Thorough(Logs):
                 command.main()
         self.assertIn("a guess", out.getvalue().splitlines()[0])
 
-    def test_a_report_is_the_same_each_time(self):
+    def test_report_is_reproducible(self):
         pages = []
         for name in ("one.html", "two.html"):
             self.identify(log_of(self.frames), "--report", self.path(name))
@@ -255,7 +255,7 @@ class Thorough(Logs):
         self.assertIn("<svg", pages[0])
         self.assertNotIn("clip-path", pages[0])  # names of clip paths differ between runs
 
-    def test_expect_names_what_has_changed(self):
+    def test_expect_reports_changed_values(self):
         then = self.path("then.toml")
         with open(then, "w", encoding="ascii") as file:
             file.write(f"[identified]\ncoulomb_A = [{Motor.friction / 1.4}, {Motor.friction / 1.42}, {Motor.friction / 1.38}]\n")

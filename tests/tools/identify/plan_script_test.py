@@ -144,7 +144,7 @@ class PlanScript(unittest.TestCase):
                 self.assertEqual(lines[0], "(100.250000) can0 141#9200000000000000")
                 self.assertEqual(lines[1].split()[0], "(100.250300)")
 
-    def test_takes_no_late_echo_for_a_reply(self):
+    def test_late_echo_is_not_a_reply(self):
         motor, late, kept = Socket(), [], []
         receive = motor.recv
 
@@ -163,7 +163,7 @@ class PlanScript(unittest.TestCase):
         self.assertEqual((len(kept), late), (1, []))
         self.assertEqual(len(lines), 2 * (len(motor.sent) - len((0x81, 0x80))))
 
-    def test_keeps_to_the_speed_that_it_announces(self):
+    def test_stays_below_the_announced_speed(self):
         output = subprocess.run([LK_EMU, "identify", "--plan", self.script, "--id", "1", "--motor", "mg4005"], check=True,
                                 capture_output=True, text=True).stdout
         most = float(re.search(r"and (\d+) dps at its rotor", output)[1])
@@ -172,14 +172,14 @@ class PlanScript(unittest.TestCase):
         self.assertGreater(motor.fastest_dps, 0.5 * most)
         self.assertLessEqual(motor.fastest_dps, most)
 
-    def test_moves_nothing_unless_told(self):
+    def test_does_not_move_without_confirmation(self):
         for answer in ("", "\n", "no\n"):
             motor = Motor()
             with self.assertRaisesRegex(SystemExit, "nothing was moved"):
                 self.run_script(motor, answer=answer)
             self.assertEqual(motor.sent, [])
 
-    def test_goes_when_told(self):
+    def test_moves_after_confirmation(self):
         motor = Motor()
         self.run_script(motor, answer="y\n")
         self.assertTrue(motor.sent)
@@ -190,13 +190,13 @@ class PlanScript(unittest.TestCase):
             self.run_script(motor, "--yes")
         self.assertEqual([motor.sent[-2][0], motor.sent[-1][0]], [0x81, 0x80])
 
-    def test_takes_no_late_reply_for_another(self):
+    def test_late_reply_is_ignored(self):
         motor = Motor()
         motor.replies.append(bytes([0x9C, 25, 0, 0, 0xFF, 0x7F, 0, 0]))  # late reply to an earlier host
         self.run_script(motor, "--yes")
         self.assertTrue(any(data[0] == 0xA4 for data in motor.sent))
 
-    def test_frees_the_shaft_whatever_cannot_be_sent(self):
+    def test_frees_the_shaft_after_send_errors(self):
         motor = Motor()
         send = motor.send
 
@@ -212,14 +212,14 @@ class PlanScript(unittest.TestCase):
             self.run_script(motor, "--yes")
         self.assertEqual(motor.sent[-1][0], 0x80)
 
-    def test_has_its_motor_as_it_is(self):
+    def test_quotes_the_motor_name(self):
         odd = Path(self.folder.name) / "a\"b.toml"
         odd.write_text('extends = "mf7015"\n')
         subprocess.run([LK_EMU, "identify", "--plan", self.script, "--id", "1", "--motor", odd], check=True,
                        stdout=subprocess.DEVNULL)
         self.run_script(Motor(), "--yes")
 
-    def test_says_that_nobody_answers(self):
+    def test_reports_a_missing_drive(self):
         motor = Motor()
         motor.send = lambda message: None
         with self.assertRaisesRegex(SystemExit, "drive 1 does not answer"):

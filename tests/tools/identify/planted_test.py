@@ -64,7 +64,7 @@ class PlantedMotors(unittest.TestCase):
         tries = len(found.errors)
         self.assertGreaterEqual(binomial(found.inside, tries), 0.01, f"{key}: {found.inside} of {tries}")
 
-    def test_are_found_in_logs_of_plans(self):
+    def test_intervals_cover_truth_in_logs_of_plans(self):
         found, orders = {}, 0
         for motor, frames in self.motors:
             drive = identify(self.track(motor, planted.log_text(frames, random.Random(motor.seed))))
@@ -88,7 +88,7 @@ class PlantedMotors(unittest.TestCase):
         for key in ("inertia_A_s2_rad", "coulomb_A", "cogging_A"):
             self.assertGreaterEqual(len(found[key].errors), math.floor(0.9 * MOTORS), key)
 
-    def test_are_found_in_spite_of_rough_stamps(self):
+    def test_intervals_cover_inertia_despite_jitter(self):
         """Half of the logs have small jitter.
 
         Half of the adapters stamp queries early and replies late; the others have errors of both signs."""
@@ -112,7 +112,7 @@ class PlantedMotors(unittest.TestCase):
         self.assertCovers(found, "inertia")
         self.assertGreaterEqual(answered, 0.95 * small)
 
-    def test_play_of_a_gear_does_not_make_the_inertia_wrong(self):
+    def test_backlash_does_not_bias_the_inertia(self):
         for seed, backlash_arcmin in ((2, 30), (2, 10), (5, 30), (7, 10)):
             with self.subTest(seed=seed, backlash_arcmin=backlash_arcmin):
                 motor = planted.Planted(seed)
@@ -121,12 +121,12 @@ class PlantedMotors(unittest.TestCase):
                 motor.profile["mechanics"]["backlash_arcmin"] = backlash_arcmin
                 self.check_inertia(motor, planted.frames(motor, planted.script_of(motor.motor)))
 
-    def test_a_slow_current_loop_does_not_make_the_inertia_wrong(self):
+    def test_slow_current_loop_does_not_bias_the_inertia(self):
         motor = planted.Planted(2)
         motor.profile["control"]["current_bandwidth_rad_s"] = 200
         self.check_inertia(motor, planted.frames(motor, planted.script_of(motor.motor)))
 
-    def test_show_the_arm_on_the_output(self):
+    def test_finds_gravity_and_gear_loss_of_an_arm(self):
         motor = planted.Planted(2)
         eta = motor.base.efficiency
         motor.drive["load"] = {"J_g_cm2": 200_000, "tau_gravity_Nm": 1.5}
@@ -138,7 +138,7 @@ class PlantedMotors(unittest.TestCase):
         self.assertAlmostEqual(drive.number("gravity_A"), gravity_A, delta=0.05 * gravity_A)
         self.assertAlmostEqual(drive.number("gear_loss"), 1 - eta, delta=0.05)
 
-    def test_show_their_windings_at_the_limit_of_the_voltage(self):
+    def test_finds_windings_at_the_voltage_limit(self):
         motor = planted.Planted(1)
         self.assertEqual(motor.base.N, 1)
         windings = dict(motor.base.data["motor"])
