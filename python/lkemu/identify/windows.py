@@ -22,7 +22,8 @@ from .motor import Motor
 from .timing import Timing
 from .track import TORQUE, Track
 
-WINDOW_S = 0.020  # Length of the shortest pulse of a plan (assumed); a window has at least two samples.
+# Window length with torque pulses: the shortest pulse of a plan, at least two sample intervals. Half without (assumed).
+WINDOW_S = 0.020
 SLOWEST_RAD_S = 1.0  # Lowest speed of a window: below it, static friction may balance the torque (assumed).
 PART = 1 << 16  # Samples per step, limits the memory.
 TIE_S = 1e-6  # Resolution of stamps: of two equally near samples, the later ends a window.
