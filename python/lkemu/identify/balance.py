@@ -151,8 +151,8 @@ def unexplained(fit: Fit, regression: Regression) -> float:
 
 
 def weak_pulses(fit: Fit) -> int:
-    orders = fit.track.orders
-    pulses = int(np.count_nonzero((orders.what == TORQUE) & (orders.value != 0)))
+    set_points = fit.track.set_points
+    pulses = int(np.count_nonzero((set_points.what == TORQUE) & (set_points.value != 0)))
     return pulses if not fit.experiment and pulses >= FEWEST_COMMANDED else 0
 
 

@@ -61,10 +61,10 @@ class Commands:
     """Torque commands of a track. Other commands are replaced by the current measured at their end."""
 
     def __init__(self, track: Track, timing: Timing) -> None:
-        torque = track.orders.what == TORQUE
-        ends = np.append(timing.orders[1:], np.inf)
-        self.value = np.where(torque, track.orders.value, np.interp(ends, timing.time, track.iq))
-        self.time = timing.orders
+        torque = track.set_points.what == TORQUE
+        ends = np.append(timing.set_points[1:], np.inf)
+        self.value = np.where(torque, track.set_points.value, np.interp(ends, timing.time, track.iq))
+        self.time = timing.set_points
         self._others = np.concatenate(([0], np.cumsum(~torque)))
 
     def only_torque(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:

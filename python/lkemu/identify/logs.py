@@ -14,12 +14,12 @@ import numpy as np
 from ..command import printable
 from ..program import find_program
 from .motor import DEG, Motor, Unusable, run_program
-from .track import NOTHING, POSITION, SPEED, TORQUE, Orders, Track, joined
+from .track import NOTHING, POSITION, SPEED, TORQUE, SetPoints, Track, joined
 
 FEWEST_SAMPLES = 200  # replies with speed and angle: ten seconds at 20 Hz (assumed)
 MAX_PENDING = 64  # pending queries per drive
 STOPS = {"80", "81", "88", "A0", "18", "07"}
-# Motion command: kind of order, key of its value, and unit.
+# Motion command: kind of set point, key of its value, and unit.
 MOTION = {"torque": (TORQUE, "iq_A", 1.0), "speed": (SPEED, "speed_dps", DEG)}
 
 
@@ -66,15 +66,16 @@ def decoded(log: IO[bytes], name: str, motor: str, generation: str) -> Iterator[
 
 
 class Builder:
-    """Collects samples and orders of one drive from the frames of one log."""
+    """Collects samples and set points of one drive from the frames of one log."""
 
     def __init__(self, id: int) -> None:
         self.id = id
         self.rows = {name: array(code) for name, code in zip(("time", "reply", "iq", "speed", "counts"), "ddffH")}
-        self.orders = {name: array(code) for name, code in zip(("time", "what", "value", "limit", "absolute"), "dbdfb")}
+        columns = zip(("time", "what", "value", "limit", "absolute"), "dbdfb")
+        self.set_points = {name: array(code) for name, code in columns}
         self.gains: Optional[Dict[str, int]] = None
         self.volts, self.states, self.queries, self.replies, self.ambiguous = 0.0, 0, 0, 0, 0
-        self.latest: Optional[Tuple[int, float, float]] = None  # last order if absolute
+        self.latest: Optional[Tuple[int, float, float]] = None  # last set point if absolute
         self.pending: List[Tuple[float, float]] = []  # pending queries: time of decode, stamp of the log
 
     def add_query(self, frame: Dict[str, Any], at: float) -> None:
@@ -87,15 +88,15 @@ class Builder:
         if what:
             value = values.get(key, values.get(str(self.id)))  # commands for several drives have values by ID
             if value is not None:
-                self.add_order(at, what, value * unit)
+                self.add_set_point(at, what, value * unit)
         elif name.startswith("position"):
             if frame["drive"] == 0 and str(self.id) not in values:
                 return
             absolute = frame["drive"] == 0 or ("angle_deg" in values and "multi-turn" in name)
             angle = values.get("angle_deg", values.get(str(self.id), 0.0)) * DEG
-            self.add_order(at, POSITION, angle, values.get("max_speed_dps", 0.0) * DEG, absolute)
+            self.add_set_point(at, POSITION, angle, values.get("max_speed_dps", 0.0) * DEG, absolute)
         elif frame.get("command") in STOPS:
-            self.add_order(at, NOTHING, 0.0)
+            self.add_set_point(at, NOTHING, 0.0)
 
     def take_query(self, at: float) -> Optional[float]:
         """Takes the query that decode has at this time, and returns its stamp. Drops older queries as unanswered."""
@@ -105,13 +106,13 @@ class Builder:
                 return stamped
         return None
 
-    def add_order(self, at: float, what: int, value: float, limit: float = 0.0, absolute: bool = True) -> None:
-        """Adds an order. A repeated order is ignored unless it is an increment."""
+    def add_set_point(self, at: float, what: int, value: float, limit: float = 0.0, absolute: bool = True) -> None:
+        """Adds a set point. A repeated one is ignored unless it is an increment."""
         if absolute and (what, value, limit) == self.latest:
             return
         self.latest = (what, value, limit) if absolute else None
-        for name, one in zip(self.orders, (at, what, value, limit, absolute)):
-            self.orders[name].append(one)
+        for name, one in zip(self.set_points, (at, what, value, limit, absolute)):
+            self.set_points[name].append(one)
 
     def note_gains(self, frame: Dict[str, Any]) -> None:
         values = frame.get("values", {})
@@ -182,13 +183,14 @@ def read_log(log: str, motor_name: str, motor: Motor, generation: Optional[str],
         for place, one in builders.items():
             if len(one.rows["time"]) < FEWEST_SAMPLES:
                 continue
-            rows, orders = as_arrays(one.rows), as_arrays(one.orders)
+            rows, set_points = as_arrays(one.rows), as_arrays(one.set_points)
             span = motor.span_turns(wanted[place].get("quirks", {}).get("encoder_span", ""))
             angle = unwrapped(rows["time"], rows["speed"], rows.pop("counts"), motor.counts, span)
             tracks.append(
                 Track(
                     interface=place[0], id=place[1], motor=motor, generation=firmware, generation_given=generation is not None,
-                    fits=wanted[place].get("fits", []), span_turns=span, angle=angle, orders=Orders(**orders), gains=one.gains,
+                    fits=wanted[place].get("fits", []), span_turns=span, angle=angle,
+                    set_points=SetPoints(**set_points), gains=one.gains,
                     supply_V=one.volts / one.states if one.states else 0.0, queries=one.queries,
                     unanswered=one.queries - min(one.replies, one.queries), ambiguous=one.ambiguous, backwards=back, **rows,
                 )

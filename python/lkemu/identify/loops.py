@@ -25,21 +25,21 @@ PARTS = 20  # groups of the jackknife
 T_95 = 2.093  # 97.5 % quantile of Student's t with 19 degrees of freedom
 
 
-def constant_orders(track: Track, what: int) -> Iterator[Tuple[int, int, int]]:
-    """Yields (order, first, last) of samples [first, last) without a gap that follow one absolute order of this kind.
+def constant_set_points(track: Track, what: int) -> Iterator[Tuple[int, int, int]]:
+    """Yields (index of the set point, first, last): samples [first, last) have this absolute set point, without a gap.
 
-    Repetitions of an order count as one order."""
-    orders, at = track.orders, track.orders.at(track.time)
-    if len(orders.time) == 0:
+    Repetitions of a set point count as one."""
+    set_points, at = track.set_points, track.set_points.at(track.time)
+    if len(set_points.time) == 0:
         return
-    new = np.ones(len(orders.time), bool)
-    new[1:] = (np.diff(orders.what) != 0) | (np.diff(orders.value) != 0) | (orders.absolute[1:] == 0)
+    new = np.ones(len(set_points.time), bool)
+    new[1:] = (np.diff(set_points.what) != 0) | (np.diff(set_points.value) != 0) | (set_points.absolute[1:] == 0)
     number = np.where(at >= 0, np.cumsum(new)[at], 0)
     edge = np.flatnonzero((np.diff(number) != 0) | ~track.is_contiguous) + 1
     for first, last in zip([0, *edge], [*edge, len(number)]):
-        order = at[first]
-        if order >= 0 and orders.what[order] == what and orders.absolute[order]:
-            yield int(order), int(first), int(last)
+        index = at[first]
+        if index >= 0 and set_points.what[index] == what and set_points.absolute[index]:
+            yield int(index), int(first), int(last)
 
 
 # --- the speed loop ---
@@ -81,11 +81,11 @@ def fit_speed_loop(track: Track, timing: Timing, balance: BalanceFit) -> "Tuple[
     pwm_s, motion_s = 1 / track.motor.number("inverter", "f_pwm_kHz", 1e3), track.motor.motion_period_s
     # Lags of estimator, motion period, PWM and current loop (docs/internals/model.md §10, §11).
     lag_s = 1 / control["estimator_bandwidth_rad_s"] + motion_s + pwm_s + 1 / control["current_bandwidth_rad_s"]
-    for order, first, last in constant_orders(track, SPEED):
+    for index, first, last in constant_set_points(track, SPEED):
         first = int(np.searchsorted(track.time, track.time[first] + SETTLES_S))
         if first >= last or timing.time[last - 1] - timing.time[first] < SHORTEST_S:
             continue
-        if abs(track.orders.value[order]) < SLOWEST_RAD_S or last - first < 4 * (3 + 2 * len(orders)):
+        if abs(track.set_points.value[index]) < SLOWEST_RAD_S or last - first < 4 * (3 + 2 * len(orders)):
             continue
         part = slice(first, last)
         waves, deviation, speed = ripple(timing.time[part], track.angle[part], track.iq[part], orders)
@@ -114,16 +114,16 @@ class VoltageFit:
 
 def limited(track: Track) -> "Tuple[np.ndarray, np.ndarray]":
     """Speeds and currents, in the direction of the command, of samples with less current than commanded."""
-    orders, now = track.orders, track.orders.at(track.time)
-    if len(orders.time) == 0:
+    set_points, now = track.set_points, track.set_points.at(track.time)
+    if len(set_points.time) == 0:
         return np.zeros(0), np.zeros(0)
     before = np.concatenate(([-1], now[:-1]))
-    commanded = np.where(now >= 0, orders.value[now], 0.0)
+    commanded = np.where(now >= 0, set_points.value[now], 0.0)
     sign = np.sign(commanded)
     iq, speed = sign * track.iq, sign * track.speed
-    chosen = (before >= 0) & (orders.what[now] == TORQUE) & (commanded != 0)
-    # An equal order at the previous sample: the current has settled.
-    chosen &= (orders.value[before] == commanded) & (orders.what[before] == TORQUE)
+    chosen = (before >= 0) & (set_points.what[now] == TORQUE) & (commanded != 0)
+    # An equal set point at the previous sample: the current has settled.
+    chosen &= (set_points.value[before] == commanded) & (set_points.what[before] == TORQUE)
     chosen &= (speed > 0) & (iq <= LIMIT_SHARE * np.abs(commanded)) & (iq <= np.abs(commanded) - LIMIT_LESS_A)
     speed, iq = speed[chosen], iq[chosen]
     # A torque limit also reduces the current, at any speed. Many samples at the largest current indicate one (assumed).

@@ -18,7 +18,7 @@ from scipy.optimize import least_squares
 from ..program import find_program
 from .balance import BalanceFit
 from .estimate import Estimate
-from .loops import constant_orders
+from .loops import constant_set_points
 from .motor import DEG
 from .timing import Timing
 from .track import POSITION, Track
@@ -45,11 +45,11 @@ class PositionFit:
 def moves_of(track: Track) -> Optional[Tuple[int, int, float]]:
     """Longest part without a gap under position commands: (first, last, offset of the multi-turn angle)."""
     best, zeros, begin, end = None, [], 0, -1
-    for order, first, last in constant_orders(track, POSITION):
+    for index, first, last in constant_set_points(track, POSITION):
         if first != end or not zeros:
             zeros, begin = [], first
         end = last
-        zeros.append(track.orders.value[order] - track.angle[last - 1])
+        zeros.append(track.set_points.value[index] - track.angle[last - 1])
         if track.time[last - 1] - track.time[begin] > MOST_MOVES_S:
             zeros = []  # the next part begins here
         elif best is None or last - begin > best[1] - best[0]:
@@ -68,7 +68,7 @@ class Emulation:
         self.time = timing.time[moves[0] : moves[1]]
         self.logged = track.angle[moves[0] : moves[1]] - track.angle[moves[0]]
         self.delay_s = balance.delay_s + balance.lag_s - 1 / motor.number("control", "current_bandwidth_rad_s")
-        self.orders, self.at = track.orders, timing.orders
+        self.set_points, self.at = track.set_points, timing.set_points
         m = {key: float(value) for key, value in motor.data["mechanics"].items()}
         excess = motor.static / max(motor.coulomb, 1e-9)
         coulomb = max(balance.coulomb.value * k - motor.coulomb_out / motor.N / motor.efficiency, 0.0)
@@ -126,14 +126,15 @@ class Emulation:
 
     def run(self, by: np.ndarray) -> np.ndarray:
         """Emulated angle relative to the start, at each sample."""
-        first, orders = self.moves[0], self.orders
+        first, set_points = self.moves[0], self.set_points
         delay = self.delay_s + float(np.clip(by[DELAY], -3, 3)) * 1e-3
         zero = self.time[0] - BOOT_S
         n = max(int(np.searchsorted(self.at, self.time[0], side="right")) - 1, 0)
         lines = []
         while n < len(self.at) and self.at[n] + delay <= self.time[-1]:
-            way = orders.value[n] - self.moves[2] - self.track.angle[first]
-            frame = struct.pack("<BxHi", 0xA4, round(orders.limit[n] / DEG), round(100 * (self.start_deg + way / DEG)))
+            way = set_points.value[n] - self.moves[2] - self.track.angle[first]
+            target_cdeg = round(100 * (self.start_deg + way / DEG))
+            frame = struct.pack("<BxHi", 0xA4, round(set_points.limit[n] / DEG), target_cdeg)
             lines.append(f"({max(BOOT_S, self.at[n] + delay - zero):.6f}) log 141#{frame.hex().upper()}")
             n += 1
         _, (time, angle) = self._play(lines, by)

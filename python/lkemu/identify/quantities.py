@@ -64,11 +64,11 @@ class Quantity:
 
 def current_noise(drive: Drive) -> Optional[Estimate]:
     """Standard deviation of iq at rest with torque 0."""
-    track, orders = drive.track, drive.track.orders
-    if len(orders.time) == 0:
+    track, set_points = drive.track, drive.track.set_points
+    if len(set_points.time) == 0:
         return None
-    now = orders.at(track.time)
-    free = (now >= 0) & (orders.what[now] == TORQUE) & (np.abs(orders.value[now]) < 1e-3)
+    now = set_points.at(track.time)
+    free = (now >= 0) & (set_points.what[now] == TORQUE) & (np.abs(set_points.value[now]) < 1e-3)
     chosen = free & (np.abs(track.speed) <= REST_RAD_S)
     chosen[2:] &= free[:-2]
     chosen[:2] = False
@@ -136,7 +136,7 @@ QUANTITIES = (
              lambda m: m.modulation * m.supply_V / (m.k_t / 1.5), False),
     Quantity("k_t_Nm_A", "torque constant", "Nm/A", LIMIT, LIMIT_RUN + ", with 0x9A among the queries", of_voltage("k_t"),
              lambda m: m.k_t),
-    Quantity("R_ohm", "resistance of phase, switch and half the supply", "ohm", LIMIT,
+    Quantity("R_ohm", "resistance of phase, switch, half the supply", "ohm", LIMIT,
              LIMIT_RUN + ", with 0x9A among the queries", of_voltage("resistance"), lambda m: m.resistance, False),
 )  # fmt: skip
 

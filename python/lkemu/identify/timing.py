@@ -21,7 +21,7 @@ MOST_LAG_S = 10e-3  # largest lag of a reported speed (assumed)
 @dataclass
 class Timing:
     time: np.ndarray  # times of the samples, estimated from both stamps
-    orders: np.ndarray  # times of the orders
+    set_points: np.ndarray  # times of the set points
     query_s: float  # standard deviation of query stamps
     reply_s: float
     sample_s: float  # standard deviation of `time`
@@ -88,9 +88,10 @@ def timing(track: Track) -> Timing:
     sample = jitter_s(track, time)
     if sample is None:
         sample = float(np.sqrt(share**2 * query**2 + (1 - share) ** 2 * reply**2))
-    # An order acts at the time of its exchange. Without a reply only the query stamp is known.
-    place = np.searchsorted(track.time, track.orders.time)
+    # A set point acts at the time of its exchange. Without a reply only the query stamp is known.
+    place = np.searchsorted(track.time, track.set_points.time)
     place = np.minimum(place, len(time) - 1)
-    known = track.time[place] == track.orders.time
-    orders = np.where(known, time[place], track.orders.time + float(np.median(time - track.time)))
-    return Timing(time, np.maximum.accumulate(orders), float(query), float(reply), sample, speed_lag_s(track, time), angle_ratio(track))
+    known = track.time[place] == track.set_points.time
+    set_points = np.where(known, time[place], track.set_points.time + float(np.median(time - track.time)))
+    lag_s, ratio = speed_lag_s(track, time), angle_ratio(track)
+    return Timing(time, np.maximum.accumulate(set_points), float(query), float(reply), sample, lag_s, ratio)

@@ -1,4 +1,4 @@
-"""Orders and samples of one drive over time."""
+"""Set points and samples of one drive over time."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from .motor import Motor
 
 GAP_STEPS = 5  # least length of a gap in median sample intervals (assumed)
 BETWEEN_LOGS_S = 3600.0
-NOTHING, TORQUE, SPEED, POSITION = range(4)  # kinds of orders
+NOTHING, TORQUE, SPEED, POSITION = range(4)  # kinds of set points
 
 
 @dataclass
-class Orders:
+class SetPoints:
     """Set points with the times from which they apply. Values in A, rad/s or rad of the multi-turn angle."""
 
     time: np.ndarray
@@ -25,7 +25,7 @@ class Orders:
     absolute: np.ndarray  # else an increment, or an angle within one turn
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """Index of the active order at these times; -1 before the first."""
+        """Index of the active set point at these times; -1 before the first."""
         return np.searchsorted(self.time, times, side="right") - 1
 
 
@@ -43,7 +43,7 @@ class Track:
     iq: np.ndarray  # A.
     speed: np.ndarray  # As reported, rad/s.
     angle: np.ndarray  # Multi-turn angle of the rotor, rad.
-    orders: Orders
+    set_points: SetPoints
     gains: Optional[Dict[str, int]]
     supply_V: float  # mean of the reported voltages; 0: none reported
     queries: int
@@ -79,17 +79,18 @@ class Track:
 
 
 def joined(track: Track, more: Track) -> Track:
-    """Appends another log of the same drive, after a gap of BETWEEN_LOGS_S without an order."""
-    last = max(track.time[-1], track.orders.time[-1] if len(track.orders.time) else 0.0)
+    """Appends another log of the same drive, after a gap of BETWEEN_LOGS_S without a set point."""
+    last = max(track.time[-1], track.set_points.time[-1] if len(track.set_points.time) else 0.0)
     shift = last + BETWEEN_LOGS_S
-    gap = Orders(*(np.array([one]) for one in (last, NOTHING, 0.0, 0.0, 1.0)))
-    moved = Orders(more.orders.time + shift, *(getattr(more.orders, key) for key in ("what", "value", "limit", "absolute")))
+    gap = SetPoints(*(np.array([one]) for one in (last, NOTHING, 0.0, 0.0, 1.0)))
+    rest = (getattr(more.set_points, key) for key in ("what", "value", "limit", "absolute"))
+    moved = SetPoints(more.set_points.time + shift, *rest)
 
     def both(key: str, by: float = 0.0) -> np.ndarray:
         return np.concatenate((getattr(track, key), getattr(more, key) + by))
 
-    orders = Orders(*(
-        np.concatenate([getattr(one, key) for one in (track.orders, gap, moved)])
+    set_points = SetPoints(*(
+        np.concatenate([getattr(one, key) for one in (track.set_points, gap, moved)])
         for key in ("time", "what", "value", "limit", "absolute")
     ))  # fmt: skip
     return Track(
@@ -97,7 +98,7 @@ def joined(track: Track, more: Track) -> Track:
         generation_given=track.generation_given, fits=[one for one in track.fits if one in more.fits], span_turns=track.span_turns,
         time=both("time", shift),
         reply=both("reply", shift), iq=both("iq"), speed=both("speed"), angle=both("angle"),
-        orders=orders, gains=more.gains or track.gains, supply_V=track.supply_V or more.supply_V,
+        set_points=set_points, gains=more.gains or track.gains, supply_V=track.supply_V or more.supply_V,
         queries=track.queries + more.queries, unanswered=track.unanswered + more.unanswered,
         ambiguous=track.ambiguous + more.ambiguous, backwards=track.backwards + more.backwards,
     )  # fmt: skip

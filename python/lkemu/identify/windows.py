@@ -83,8 +83,9 @@ class Balance:
         self.track, self.timing = track, timing
         self.commands = Commands(track, timing)
         # Each sample has an averaging interval: its mean speed, half length and middle, and the angle at the middle.
-        torque = np.append((track.orders.what == TORQUE) & (track.orders.value != 0), False)  # False for index -1
-        self.pulses = bool(np.count_nonzero(torque[track.orders.at(track.time)]) >= FEWEST_PULSES)
+        is_torque = (track.set_points.what == TORQUE) & (track.set_points.value != 0)
+        torque = np.append(is_torque, False)  # False for index -1
+        self.pulses = bool(np.count_nonzero(torque[track.set_points.at(track.time)]) >= FEWEST_PULSES)
         self.by_angles = self.pulses and self._less_noise_by_angles()
         if self.by_angles:
             before, after = np.arange(-1, len(timing.time) - 1), np.arange(1, len(timing.time) + 1)
@@ -101,7 +102,7 @@ class Balance:
         # Smoothed times for the instrument, without the jitter of the stamps. They also lack the jitter of the host.
         even = np.concatenate([even_times(part) for part in np.split(timing.time, track.first[1:])])
         self.even = even + np.median(self.time - timing.time)
-        self.even_orders = np.interp(timing.orders, timing.time, even)
+        self.even_set_points = np.interp(timing.set_points, timing.time, even)
         # Mask of samples after at least SETTLED_S of torque commands only.
         self.is_settled = self.commands.only_torque(timing.time - SETTLED_S, timing.time)
         self.windows = self._windows(WINDOW_S)
@@ -199,7 +200,7 @@ class Balance:
     def instrument(self, delay_s: float, lag_s: float) -> np.ndarray:
         """As `predicted_current`, but without the noise of the stamps."""
         commands = self.commands
-        path = commands.path(delay_s, lag_s, self.even_orders)
+        path = commands.path(delay_s, lag_s, self.even_set_points)
         return self.average(path, self.even)
 
     def average(self, path: Path, time: np.ndarray) -> np.ndarray:
