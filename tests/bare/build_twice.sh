@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Programs, packages and tarball of two builds are compared: of this clone, whose build/ may have been begun before, and
-# of another, from nothing, by another user.
+# Compares the programs, packages and tarball of two builds. The first is of this clone, which may reuse build/. The second
+# is of a fresh clone, by another user.
 set -euxo pipefail
 
-# make_all UMASK: prints their SHA-256.
+# make_all UMASK: builds the programs, packages and tarball; prints their SHA-256.
 make_all() {
   cd "$(dirname -- "${BASH_SOURCE[0]}")/../.."
   umask "$1"

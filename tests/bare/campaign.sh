@@ -1,6 +1,6 @@
 # shellcheck shell=bash
-# Sourced by use_slurm.sh and use_snakemake.sh with their arguments PROGRAM FILE PLAN: a directory to work in, with the program
-# in PATH as lk-emu, and FILE and PLAN whole in file and plan.
+# Sourced by use_slurm.sh and use_snakemake.sh with their arguments PROGRAM FILE PLAN. Creates a working directory, puts the
+# program into PATH as lk-emu, and sets file and plan to the absolute paths of FILE and PLAN.
 set -euo pipefail
 # shellcheck disable=SC2034 # for those who source this
 program=$(realpath -- "$1") file=$(realpath -- "$2") plan=$(realpath -- "$3")
@@ -12,7 +12,7 @@ ln -s "$program" "$work/bin/lk-emu"
 cd "$work"
 export PATH=$work/bin:$PATH
 
-# until_true COMMAND...: asked again and again, for two minutes at most.
+# until_true COMMAND...: polls until the command succeeds; time-out: two minutes.
 until_true() {
   local end=$((SECONDS + 120))
   until "$@" >/dev/null 2>&1; do
@@ -25,14 +25,14 @@ until_true() {
   done
 }
 
-# has_cases SHARD: its file has results already.
+# has_cases SHARD: succeeds if the shard's file contains results.
 has_cases() {
   python3 -c '
 import sqlite3, sys
 sys.exit(not sqlite3.connect(f"file:{sys.argv[1]}?mode=ro", uri=True).execute("SELECT count(*) FROM cases").fetchone()[0])' "shard-$1.db"
 }
 
-# kill_program SHARD: the process that computes it, the only one with its file as an argument.
+# kill_program SHARD: kills the process that computes the shard. Only this process has the shard's file as an argument.
 kill_program() {
   local directory
   for directory in /proc/[0-9]*; do
@@ -45,7 +45,7 @@ kill_program() {
   exit 1
 }
 
-# is_the_whole STORE: it has what one process gives.
+# is_the_whole STORE: succeeds if the store equals the result of one process.
 is_the_whole() {
   lk-emu campaign "$plan" --jobs 1 --quiet -o one.db
   cmp <(lk-emu campaign export "$1") <(lk-emu campaign export one.db)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Tests an installed program as the built one is tested: the frozen hashes, hosts on slcan, socketcand, multicast and
-# RS-485, and the commands in Python. On Debian 12, whose Python the tests are written for; elsewhere it does nothing.
+# Runs tests of the build on an installed program: the frozen hashes, hosts on slcan, socketcand, multicast and RS-485, and
+# the commands in Python. Does nothing except on Debian 12, because the tests need its Python.
 # usage: conformance.sh PROGRAM
 set -euxo pipefail
 # shellcheck source=/dev/null
@@ -13,7 +13,7 @@ cd "$(mktemp -d)"
 "$1" plot run.csv -o run.png
 "$1" identify run.log --motor mg4010 --report motor.html
 "$1" campaign "$tests/engines/plan.toml" --quiet -o plan.db --html plan.html
-grep -q 'data-theme="light"' plan.html # the dashboard's style sheet
+grep -q 'data-theme="light"' plan.html # part of the dashboard's style sheet
 "$1" campaign "$tests/../configs/campaigns/controller.toml" --case 1 # with a host program
 /usr/bin/python3 -B "$tests/golden/freeze" "$1"
 for hosts in python_can_hosts pyserial_hosts rs485_tcp_hosts bad_clients; do

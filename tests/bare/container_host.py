@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""A host outside of a container that runs lk-emu's image as it is: it turns a motor and looks at the dashboard.
+"""A host outside a container with lk-emu's unchanged image. It turns a motor and loads the dashboard.
 
 usage: container_host.py IMAGE PODMAN [OPTION...]   (python-can: Debian's python3-can)
 """

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The inside of tests/bare/root: process 1 of its namespaces.
+# Process 1 in the namespaces of tests/bare/root.
 # usage: enter_root.sh all|few SCRATCH BASE_TAR BUILD_DIRECTORY_OR_NOTHING [FILE...] -- COMMAND [ARGUMENT...]
 set -euo pipefail
 privileges=$1 scratch=$2 base=$3 build=$4
@@ -29,11 +29,11 @@ cp -L /etc/resolv.conf "$root/etc/resolv.conf"
 printf '127.0.0.1 localhost\n127.0.1.1 %s\n' "$(hostname)" >"$root/etc/hosts"
 enter=(chroot)
 if [[ $privileges == few ]]; then
-  # The capabilities that Docker leaves to a container. A process in a chroot cannot make user namespaces.
+  # Docker's default capabilities of a container. A process in a chroot cannot create user namespaces.
   enter=(setpriv --no-new-privs --bounding-set "-all,+chown,+dac_override,+fowner,+fsetid,+kill,+setgid,+setuid,+setpcap,\
 +net_bind_service,+net_raw,+sys_chroot,+mknod,+audit_write,+setfcap" chroot)
 else
-  # Not a plain chroot: a root inside of this root needs namespaces, as tests/bare makes them.
+  # Not a plain chroot: nested roots need namespaces, which tests/bare creates.
   cd "$root"
   pivot_root . .
   umount --lazy .

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# What README tells a newcomer to type, typed; run in a clone on a machine that has nothing.
+# Types the commands of README's first sections. Runs in a clone on a bare machine.
 set -euo pipefail
 
-# block SECTION NUMBER [LANGUAGE]: that block of the README's section; ```sh if nothing else is said.
+# block SECTION NUMBER [LANGUAGE]: prints a code block of a section of the README; default language: sh.
 block() {
   awk -v section="## $1" -v number="$2" -v fence="\`\`\`${3:-sh}" '
     /^## / { inside = $0 == section }
@@ -15,10 +15,10 @@ block() {
   }
 }
 
-# Sockets that hear vcan0.
+# Prints the number of sockets that receive frames of vcan0.
 count_listeners() { cat /proc/net/can/rcvlist_* | grep -c vcan0; }
 
-# On a bus: with a CAN in the kernel, and no interface yet.
+# Runs the conversation on a CAN interface. Pre: the kernel supports CAN, and no interface exists.
 talk() {
   local start conversation expected listeners line frame lines=0 frames=()
   ip link del vcan0
@@ -32,12 +32,12 @@ talk() {
   expected=$(grep -c '^cansend' <<<"$conversation")
   # shellcheck disable=SC2034 # the trap reads it
   listeners=$(count_listeners)
-  # A person types after candump has started; this waits for it.
+  # Waits until candump has started, as a person does.
   exec 4< <(
     trap '[[ $BASH_COMMAND != cansend* ]] || until (($(count_listeners) > listeners)); do sleep 0.1; done' DEBUG
     eval "$conversation"
   )
-  # Each query, and a reply with its interface, identifier, length and command byte.
+  # Each query must have a reply with its interface, identifier, length and command byte.
   for ((; lines < 2 * expected; ++lines)); do
     read -t 30 -r frame <&4 || { echo "bare: no more frames after $lines" >&2 && return 1; }
     echo "$frame"
@@ -47,7 +47,7 @@ talk() {
     { echo "bare: a query without its reply" >&2 && return 1; }
 }
 
-# The same without a vcan.
+# Runs the conversation on a machine without vcan.
 talk_without_vcan() {
   local start answer
   # shellcheck disable=SC2016 # README's backquotes

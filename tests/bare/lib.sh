@@ -2,8 +2,8 @@
 # Sourced by the steps.
 set -euo pipefail
 
-# root RELEASE [OPTION...] COMMAND...: in a new root with the build/ that its release keeps. What was found on an earlier
-# machine is looked for again; what was compiled stays.
+# root RELEASE [OPTION...] COMMAND...: runs the command in a new root, with the build/ kept for this release. CMake searches
+# for dependencies again; compiled files are kept.
 root() {
   local release=$1
   shift
@@ -12,7 +12,7 @@ root() {
   "$BARE/root" --release "$release" --build "$BARE_BUILDS/$release" "$@"
 }
 
-# make_deb RELEASE: into build/release, as docs/start/install.md has it.
+# make_deb RELEASE: makes the Debian packages in build/release, as in docs/start/install.md.
 make_deb() {
   root "$1" bash -exc '
     scripts/packages build package
@@ -22,14 +22,14 @@ make_deb() {
     cpack'
 }
 
-# install_deb RELEASE: where there is nothing else.
+# install_deb RELEASE: installs the packages on a bare machine.
 install_deb() {
   local debs=("$BARE_BUILDS/$1"/release/lk-emu_*.deb)
   "$BARE/root" --release "$1" --file "${debs[0]}" tests/bare/use_deb.sh
 }
 
-# run_campaign ENGINE PACKAGES WRAPPER FILE: tests/engines/plan.toml, with more cases, by an engine of these packages, with lk-emu
-# and the engine's FILE from the Debian package.
+# run_campaign ENGINE PACKAGES WRAPPER FILE: runs tests/engines/plan.toml, with more cases, by an engine from these packages.
+# lk-emu and the engine's FILE come from the Debian package.
 run_campaign() {
   make_deb bookworm
   local debs=("$BARE_BUILDS"/bookworm/release/lk-emu_*.deb)

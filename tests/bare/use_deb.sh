@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The Debian package beside this clone, installed by apt-get with what it depends on, and used.
+# Installs the Debian package next to this clone with its dependencies by apt-get, and uses it.
 set -euxo pipefail
 cd /root
 apt-get -q update
@@ -8,7 +8,7 @@ mv lk-emu checkout # only conformance.sh needs it
 lk-emu --version
 lk-emu run --quiet /usr/share/lk-emu/scenarios/jammed_joint.toml --csv run.csv
 
-# What is missing is named in one line; what the package recommends is enough.
+# One line names the missing packages; installing the recommended packages is enough.
 refuses() {
   local said status=0
   said=$(lk-emu "${@:2}" 2>&1) || status=$?

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The simulators of examples/shafts, with mujoco.tgz beside the clone; none of them is skipped.
+# Tests all simulators of examples/shafts without skips. Pre: mujoco.tgz is next to the clone.
 set -euxo pipefail
 scripts/packages build body test release
 apt-get -q -y --no-install-recommends install nodejs

@@ -1,12 +1,11 @@
 #!/usr/bin/env bash
-# A Slurm of one node, in a root and a network of its own, and a campaign as a job array: the program of one task is
-# killed and another task requeued while they run, and what comes out is what one process gives.
+# Runs a campaign as a job array on a Slurm cluster of one node, in its own root and network namespace. Kills the program of
+# one running task and requeues another. The result must equal that of one process.
 # usage: unshare --net tests/bare/use_slurm.sh PROGRAM SBATCH_FILE PLAN
 # shellcheck source=tests/bare/campaign.sh
 source "$(dirname -- "${BASH_SOURCE[0]}")/campaign.sh" "$@"
 
-# Nothing here takes the machine's cgroups; the scheduler looks every second, and a task that was requeued waits for five
-# instead of 120.
+# Uses no cgroups of the machine. The scheduler runs every second, and a requeued task waits for 5 s instead of 120 s.
 cat >/etc/slurm/slurm.conf <<END
 ClusterName=bare
 SlurmctldHost=$(hostname)
@@ -29,14 +28,14 @@ printf 'CgroupPlugin=cgroup/v1\nCgroupAutomount=no\n' >/etc/slurm/cgroup.conf
 mkdir -p /var/spool/slurmctld
 install -d -o munge -g munge -m 755 /run/munge
 ip link set lo up
-ip address add 127.0.1.1/8 dev lo # of the host name; with 127.0.0.1 alone a machine counts as one without IPv4
+ip address add 127.0.1.1/8 dev lo # the host name's address; a machine with only 127.0.0.1 counts as one without IPv4
 runuser -u munge -- munged
 slurmctld
 slurmd
 
 node_is_idle() { [[ $(sinfo -h -o %T) == idle ]]; }
 is_over() { [[ -z $(squeue -h -j "$1") ]]; }
-# of_task TASK FIELD: a field of scontrol's.
+# of_task TASK FIELD: prints a field of `scontrol show job`.
 of_task() { scontrol show job "${job}_$1" | grep -oP "\b$2=\K\S+"; }
 
 until_true node_is_idle

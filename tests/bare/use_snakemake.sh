@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# A campaign in shards by Snakemake: the program of one shard is killed, then all of it, and what comes out is what one
-# process gives.
+# Runs a campaign in shards by Snakemake. Kills the program of one shard, then Snakemake with all its processes. The result
+# must equal that of one process.
 # usage: tests/bare/use_snakemake.sh PROGRAM SNAKEFILE PLAN
 # shellcheck source=tests/bare/campaign.sh
 source "$(dirname -- "${BASH_SOURCE[0]}")/campaign.sh" "$@"
@@ -11,8 +11,8 @@ computes() { grep -qsz "^shard-$1.db\$" /proc/[0-9]*/cmdline; }
 first=$!
 until_true has_cases 0
 kill_program 0
-until_true computes 0 # again
-# As where the machine goes off: Snakemake, and what it has started.
+until_true computes 0 # after the restart
+# Like a power failure: kills Snakemake and all processes that it has started.
 kill -KILL "$first"
 for shard in $(seq 0 $((shards - 1))); do
   (kill_program "$shard" 2>/dev/null) || true

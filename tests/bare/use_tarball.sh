@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The tarball beside this clone, unpacked where there is nothing else, and used.
+# Unpacks the tarball next to this clone on a bare machine, and uses it.
 set -euxo pipefail
 cd /root
 mv lk-emu checkout # only conformance.sh needs it
@@ -15,7 +15,7 @@ lk-emu motors | grep mf7015
 lk-emu --bus vcan0 --ids 1 --check
 lk-emu run --quiet "$top/share/lk-emu/scenarios/jammed_joint.toml"
 
-# What is missing is named in one line, by the program and by with-vcan.
+# The program and with-vcan name missing packages in one line.
 refuses() {
   local said status=0
   said=$(lk-emu campaign every_fault --dry-run 2>&1) || status=$?
@@ -34,7 +34,7 @@ refuses 'apt install python3-jinja2 python3-regex python3-scipy' || refuses 'nee
 WITH_VCAN=uml lacks 'apt-get install user-mode-linux'
 apt-get -q -y --no-install-recommends install user-mode-linux iproute2
 
-# On a bus: the Python package with the program beside it, and a name that is looked up without NSS.
+# On a bus: the Python package with the program next to it, and a host name that is resolved without NSS.
 export PYTHONPATH="$top/share/lk-emu/python"
 with-vcan --timeout 120 python3 -B -c '
 import subprocess, urllib.request

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The wheel beside this clone in a venv where there is nothing else, and no index to ask: libraries of the commands come from
-# the distribution.
+# Installs the wheel next to this clone in an empty venv without a package index. The commands' libraries come from the
+# distribution.
 set -euxo pipefail
 cd /root
 mv lk-emu checkout # only conformance.sh needs it
@@ -11,7 +11,7 @@ python3 -m venv --system-site-packages '/opt/any where'
 [[ $('/opt/any where/bin/lk-emu' --version) == 'lk-emu '* ]]
 '/opt/any where/bin/lk-emu' motors | grep mf7015
 [[ -e '/opt/any where/share/doc/lk-emu/licenses/glibc' ]]
-# It runs the Python of its environment, which lacks the libraries, or is too old on Debian 11.
+# The program runs the Python of its environment, which lacks the libraries, or is too old on Debian 11.
 for command in 'plot run.csv' 'campaign every_fault'; do
   status=0
   # shellcheck disable=SC2086 # words
@@ -20,7 +20,7 @@ for command in 'plot run.csv' 'campaign every_fault'; do
   [[ $said == *"pip install 'lk-emu[${command%% *}]'" || $said == *'needs Python 3.11 or newer; '*' is 3.9' ]]
 done
 
-# It is not in PATH; the package finds it all the same. No vcan here, and python-can is not there.
+# The package finds the program although it is not in PATH. This machine has no vcan and no python-can.
 '/opt/any where/bin/python' -c '
 import socket, sys
 import lkemu, lkemu.program
