@@ -16,7 +16,7 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME lk-emu)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION electronics)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "python3, python3-jinja2, python3-matplotlib, python3-numpy, python3-regex, python3-scipy")  # of lk-emu campaign, identify and plot
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "python3, python3-jinja2, python3-matplotlib, python3-numpy, python3-regex, python3-scipy")  # for lk-emu campaign, identify and plot
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "can-utils, iproute2, python3-pytest, python3-can, python3-distributed, user-mode-linux, wireshark")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_CONTROL_EXTRA
   ${PROJECT_SOURCE_DIR}/packaging/debian/prerm ${PROJECT_SOURCE_DIR}/packaging/debian/postrm)

@@ -83,8 +83,8 @@ if(LKEMU_PROGRAM)
   lkemu_require(Eigen3 3.4)
   lkemu_require(nlohmann_json 3.11)
 endif()
-# Bodies of robots: where MuJoCo is, unless it is not wanted; a program that is linked with nothing shared has none.
-# Debian's own mujocoConfig.cmake names a directory that its package does not bring, and CMake refuses that.
+# Robot bodies need MuJoCo and can be disabled; a static program has none. Debian's mujocoConfig.cmake names a directory
+# that its package lacks, which CMake refuses.
 set(mujoco_is_there OFF)
 if(LKEMU_PROGRAM AND NOT LKEMU_STATIC)
   find_path(mujoco_INCLUDE_DIR mujoco/mujoco.h)

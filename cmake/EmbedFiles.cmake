@@ -1,5 +1,5 @@
-# Embeds files in a C++ file: cmake -DOUT=… -DROOT=… -DDIR=… "-DFILES=a;b" -DNAME=… -DHEADER=… -P EmbedFiles.cmake
-# The C++ file defines find_NAME, which HEADER declares; lk_embed_files (Rooms.cmake) calls this script.
+# Embeds files in a C++ file: cmake -DOUT=… -DROOT=… -DDIR=… "-DFILES=a;b" -DNAME=… -DHEADER=… -P EmbedFiles.cmake.
+# The C++ file defines find_NAME, which HEADER declares. lk_embed_files (Rooms.cmake) calls this script.
 # The assembler includes the files by .incbin from DIR below ROOT. ROOT is on its include path, so the output does not
 # depend on the build directory.
 function(type_of extension result)

@@ -23,8 +23,8 @@ function(lk_build_for_labels)
   endforeach()
 endfunction()
 
-# lk_add_test(NAME NAME LABELS KIND ROOM [sanitized] [TIMEOUT SECONDS] [SKIP STATUS] [COST SECONDS] COMMAND COMMAND...):
-# adds a command as a test; it depends on the targets whose files it names. COST: CTest starts long tests first.
+# lk_add_test(NAME NAME LABELS KIND ROOM [sanitized] [TIMEOUT SECONDS] [SKIP STATUS] [COST SECONDS] COMMAND COMMAND...).
+# Adds a command as a test; it depends on the targets whose files it names. COST: CTest starts long tests first.
 function(lk_add_test)
   cmake_parse_arguments(PARSE_ARGV 0 test "" "NAME;TIMEOUT;SKIP;COST" "LABELS;COMMAND")
   string(REGEX MATCHALL "\\$<TARGET_FILE(_DIR)?:[^>]+" targets "${test_COMMAND}")

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # usage: tests/elsewhere/twice_test.sh TRACES FOLDER
-# Two runs of the program TRACES give equal results. Their files stay in FOLDER.
+# Checks that two runs of the program TRACES give equal results. Their files stay in FOLDER.
 set -euo pipefail
 
 for run in first second; do

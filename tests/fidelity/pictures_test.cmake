@@ -1,4 +1,4 @@
-# The pictures of docs/internals/model.md equal those that PROGRAM draws.
+# Checks that the pictures of docs/internals/model.md equal those that PROGRAM draws.
 file(MAKE_DIRECTORY ${OUT})
 execute_process(COMMAND ${PROGRAM} ${OUT} COMMAND_ERROR_IS_FATAL ANY)
 foreach(picture torque-speed.svg joints.svg)

@@ -1,7 +1,7 @@
 #!/bin/sh
 # usage: kernel_symbols_test.sh LIBRARY
-# A kernel for AVX2 or AVX-512 must not define symbols that the rest of the program may use: the linker keeps one of several
-# definitions, and processors without these instructions cannot run it.
+# A kernel for AVX2 or AVX-512 must not define symbols that the rest of the program may use. The linker keeps one of several
+# definitions, and processors without these instructions could not run it.
 shared=$(nm -A -C "$1" | grep 'lane_kernel_avx' | grep -E ' [WV] ' |
   grep -vE 'isa_avx|DW\.ref\.|_VecBltnBtmsk<64>|_VecBuiltin<32>')
 [ -z "$shared" ] && exit 0
