@@ -55,7 +55,7 @@ def write_shard(path, head, shard):
 
 
 def measure(*words):
-    """Whether a command of lk-emu campaign is within the limits."""
+    """Returns whether a command of lk-emu campaign stays within the limits."""
     began = time.monotonic()
     child = os.posix_spawn(sys.executable, [sys.executable, "-m", "lkemu.campaign", *words], {**os.environ, "PYTHONPATH": str(ROOT / "python")},
                            file_actions=[(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)])  # fmt: skip

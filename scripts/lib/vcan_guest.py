@@ -395,7 +395,7 @@ def kernel(control, on_terminal, argv):
     write_all(control, b"exit %d\n" % wait_for(pid))
 
 
-if os.getpid() != 1:  # it kills all processes around it when the command ends
+if os.getpid() != 1:  # this program kills all other processes when the command ends
     sys.exit("vcan_guest.py is for with-vcan alone")
 while os.open("/dev/null", os.O_RDWR) <= 2:  # open files must not get the number of a closed stream
     pass

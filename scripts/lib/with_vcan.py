@@ -1,7 +1,7 @@
 """with-vcan: runs a command on a real SocketCAN bus (the outside; vcan_guest.py is the inside).
 
-The bus is either a private network namespace of the running kernel, if it offers vcan, or user-mode Linux,
-a kernel that is an ordinary process. docs/guides/buses.md describes both.
+The bus is a private network namespace of the running kernel, if it supports vcan. Otherwise it is user-mode Linux, a
+kernel that runs as an ordinary process. docs/guides/buses.md describes both.
 """
 
 import signal
