@@ -151,7 +151,7 @@ quietly dpkg-deb --root-owner-group -Zgzip -z1 --build "$scratch/newer" "$scratc
 in_root --install "$scratch/newer.deb"
 [[ $(installed lk-emu) == "ii $(dpkg-deb -f "$deb" Version)+1" ]] || fail "not upgraded"
 [[ -e $rom && -L $wants/lk-emu@arm.service ]] || fail "an upgrade takes away what is not the package's"
-mkdir "$root/usr/share/lk-emu/python/lkemu/campaign/__pycache__" # by a campaign of root's
+mkdir "$root/usr/share/lk-emu/python/lkemu/campaign/__pycache__" # left by a campaign of root
 : >"$root/usr/share/lk-emu/python/lkemu/campaign/__pycache__/plan.cpython-311.pyc"
 in_root --remove lk-emu-dev lk-emu
 [[ -e $rom ]] || fail "ROM is gone before a purge"

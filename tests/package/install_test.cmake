@@ -1,4 +1,4 @@
-# Installs into a prefix of its own, moves that elsewhere, and runs the program from there.
+# Installs into a private prefix, moves the prefix, and runs the program from its new place.
 # Variables: BUILD_DIR, SCRATCH
 file(REMOVE_RECURSE ${SCRATCH})
 execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${SCRATCH}/first
@@ -7,7 +7,7 @@ file(RENAME ${SCRATCH}/first ${SCRATCH}/moved)
 
 set(program ${SCRATCH}/moved/bin/lk-emu)
 execute_process(COMMAND ${program} --version WORKING_DIRECTORY / OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
-# An unknown motor makes it list the motors found.
+# With an unknown motor the program lists the motors that it has found.
 execute_process(COMMAND ${program} --bus vcan0 --ids 1 --motor none WORKING_DIRECTORY /
   ERROR_VARIABLE message RESULT_VARIABLE status)
 if(NOT status EQUAL 2 OR NOT message MATCHES "there are: .*mf7015, .*mg4005, .*ms3506")
@@ -19,7 +19,7 @@ foreach(file share/lk-emu/buses/example.toml share/doc/lk-emu/README.md share/do
     message(FATAL_ERROR "${file} is not installed")
   endif()
 endforeach()
-# It draws by the Python package that came with it.
+# The program draws with the Python package of its installation.
 file(WRITE ${SCRATCH}/run.csv "time_s,1.iq_A\n0,1\n")
 execute_process(COMMAND ${CMAKE_COMMAND} -E env --unset=PYTHONPATH PATH=/usr/bin:/bin ${program} plot ${SCRATCH}/run.csv
   WORKING_DIRECTORY / OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
@@ -36,7 +36,7 @@ if(NOT page MATCHES "data-theme")
 endif()
 execute_process(COMMAND ${CMAKE_COMMAND} -E env --unset=PYTHONPATH PATH=/usr/bin:/bin ${program} campaign controller --case 1
   WORKING_DIRECTORY / OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
-# The Python package finds the program that it came with.
+# The Python package finds the program of its installation.
 execute_process(COMMAND ${CMAKE_COMMAND} -E env --unset=LKEMU PYTHONDONTWRITEBYTECODE=1
   PYTHONPATH=${SCRATCH}/moved/share/lk-emu/python /usr/bin/python3 -c "import lkemu.program as p; print(p.find_program())"
   WORKING_DIRECTORY / OUTPUT_VARIABLE found OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)

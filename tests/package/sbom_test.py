@@ -18,9 +18,9 @@ from license_expression import get_spdx_licensing
 
 BUILD = os.path.abspath(sys.argv.pop(1))
 LIBRARIES = [f"emulator/liblk_{name}.a" for name in ("core", "config")]
-# Headers of these declare what is somewhere else: in the kernel, in shared libraries, in the compiler itself.
+# Headers of these packages only declare code of the kernel, of shared libraries or of the compiler.
 DECLARATIONS = re.compile(r"linux-libc-dev|libc6-dev|libgcc-[0-9]+-dev|libclang-common-[0-9]+-dev|libmujoco-dev")
-# lk-emu-body is there where MuJoCo is.
+# lk-emu-body exists only with MuJoCo.
 PACKAGES = [name for name in ("lk-emu", "lk-emu-dev", "lk-emu-body") if os.path.exists(f"{BUILD}/sbom/{name}.spdx.json")]
 
 
