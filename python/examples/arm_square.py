@@ -3,9 +3,9 @@
     CAN_INTERFACE=socketcan CAN_CHANNEL=vcan0 python3 arm_square.py two     configs/buses/two_joint_arm.toml
     CAN_INTERFACE=socketcan CAN_CHANNEL=vcan0 python3 arm_square.py six     configs/buses/six_joint_arm.toml
 
-Prints the largest distance of the tip from the square's sides, by the angles that the drives report. Exit status: 0: within
---tolerance, or --forever was ended by Ctrl-C; 1: outside; 3: the program noticed that a drive cannot go on; others: a bug of this
-program.
+Prints the largest distance of the tip from the square's sides, computed from the angles that the drives report.
+Exit status 0: the distance is within --tolerance, or Ctrl-C ended --forever. 1: the distance is too large.
+3: a drive failed. Others: a bug of this program.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""A robot, the dashboard that shows it and a host that moves it, until Ctrl-C: what `lk-emu-body demo` runs.
+"""Runs a robot, its dashboard and a host that moves it, until Ctrl-C. `lk-emu-body demo` runs this program.
 
     python3 demo.py [--no-browser] LK-EMU-BODY ROBOT HOST [WORD...]
 
@@ -19,7 +19,7 @@ from pathlib import Path
 HTTP_PORT = 8474  # used by the first demo, if free
 DEBIANS_PYTHON = "/usr/bin/python3"
 ENDS = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
-PATIENCE_S = 10.0  # for a program to end
+PATIENCE_S = 10.0  # time limit for a program to end
 PR_SET_PDEATHSIG = 1
 
 
@@ -59,7 +59,8 @@ def is_first(mark):
 
 
 def in_a_child():
-    """Runs in a child before exec: no Ctrl-C from the terminal, SIGTERM when the parent ends, default signals."""
+    """Runs in a child before exec. Ignores Ctrl-C of the terminal, requests SIGTERM when the parent ends, and restores
+    the default signal handlers."""
     os.setsid()
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDS | {signal.SIGCHLD})

@@ -1,7 +1,7 @@
 """A joint of a robot: one LK-TECH motor (legacy firmware) on SocketCAN, with python-can.
 
-Moves to angles, repeats lost queries, reports when the joint is stuck, and finds its reference again after the drive has lost
-power. Knows nothing of virtual drives.
+Moves to angles, repeats lost queries, reports when the joint is stuck, and finds its reference again after the drive has
+lost power. Works with real and virtual drives.
 """
 
 import struct
@@ -10,7 +10,7 @@ import time
 import can
 
 REPLY_LIMIT_S = 0.02
-RETRIES = 5  # after that the drive counts as lost
+RETRIES = 5  # the drive counts as lost afterwards
 RETURN_LIMIT_S = 5.0  # from power loss until the move fails
 POLL_S = 0.005
 STALL_LIMIT_S = 0.3  # without progress
@@ -112,7 +112,7 @@ class Joint:
         self.ask(MOVE, struct.pack("<xHi", speed_dps, round((target_deg + self.zero_deg) * 100)))
 
     def return_to_service(self):
-        """Waits for a drive that has restarted: it has lost its turns and commands."""
+        """Waits for a drive that has restarted. It has lost its turn count and its commands."""
         self.zero_deg = None
         limit = self.now() + RETURN_LIMIT_S
         while self.zero_deg is None:

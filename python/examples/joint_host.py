@@ -1,11 +1,11 @@
-"""The joint's controller as a program: moves to angles and back, and says what goes wrong.
+"""The joint's controller as a program: moves to angles and back, and reports problems.
 
 Uses any bus of python-can, selected by CAN_INTERFACE and CAN_CHANNEL or can.rc:
 
     CAN_INTERFACE=socketcan CAN_CHANNEL=vcan0 python3 joint_host.py 90 0
 
-or runs as the host of `lk-emu campaign`, which sets these, in real time or with a stepped clock. Exit status: 0: the joint
-reached all angles; 3: the controller noticed that it did not; others: a bug of the controller.
+Also runs as the host of `lk-emu campaign`, which sets these variables, in real time or with a stepped clock.
+Exit status 0: the joint reached all angles. 3: the controller noticed that it did not. Others: a bug of the controller.
 """
 
 import argparse

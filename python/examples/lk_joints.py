@@ -1,6 +1,6 @@
 """The joints of a robot: LK-TECH motors on one CAN bus, commanded in rounds, with python-can.
 
-Angles are in degrees, at the joint; frames have rotor angles. Knows nothing of virtual drives.
+Angles are in degrees, at the joint; frames have rotor angles. Works with real and virtual drives.
 """
 
 import os
@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import can
 
-REPLY_LIMIT_S = 0.003  # for a round, in addition to its frames
+REPLY_LIMIT_S = 0.003  # time limit of a round, in addition to its frames
 WIRE_S = 0.00026  # one frame and its reply at 1 Mbit/s
-SILENT_ROUNDS = 20  # after that a drive counts as lost
+SILENT_ROUNDS = 20  # a drive counts as lost afterwards
 RETRIES = 20  # for queries that need an answer: a busy machine may be late by 0.1 s
 CATCH_UP_DPS = 20  # of the joint, in addition to the targets' speed
 COUNTS = 65536  # of the encoder field; for motors whose field spans a turn of the rotor
@@ -24,7 +24,7 @@ ERRORS = ["under-voltage", "over-voltage", "hot driver", "hot motor", "over-curr
 
 
 class JointError(Exception):
-    """The robot cannot go on."""
+    """The robot cannot continue."""
 
 
 class NoReply(JointError):

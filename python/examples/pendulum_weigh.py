@@ -2,8 +2,8 @@
 
     CAN_INTERFACE=socketcan CAN_CHANNEL=vcan0 python3 pendulum_weigh.py     configs/buses/pendulum.toml
 
-Friction opposes the motion both ways: the mean of both torques is free of it, and half their difference is the friction. Exit
-status: 0: measured; 3: a drive cannot go on; others: a bug of this program.
+Friction opposes the motion in both directions. The mean of both torques is therefore free of friction, and half of
+their difference is the friction. Exit status 0: measured. 3: a drive failed. Others: a bug of this program.
 """
 
 import math

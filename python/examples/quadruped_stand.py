@@ -2,9 +2,9 @@
 
     CAN_INTERFACE=socketcan CAN_CHANNEL=vcan0 python3 quadruped_stand.py --seconds 10
 
-By default the drives hold positions (0xA4). With --torques this program computes springs and dampers from each reply and commands
-torques (0xA1). Exit status: 0: stood all the time, by its joint angles; 1: a joint was pushed away; 3: the program noticed that a
-drive cannot go on; others: a bug of this program.
+By default the drives hold positions (0xA4). With --torques this program computes springs and dampers from each reply,
+and commands torques (0xA1). Exit status 0: the joint angles show that the dog stood all the time. 1: a joint was pushed
+away. 3: a drive failed. Others: a bug of this program.
 """
 
 import argparse

@@ -2,8 +2,8 @@
 
     CAN_INTERFACE=socketcan CAN_CHANNEL=vcan0 python3 quadruped_walk.py --seconds 10 --speed 0.2
 
-The feet follow a fixed path, since the bus does not report the trunk's attitude. Exit status: 0: walked, by its joint angles, or
---forever was ended by Ctrl-C; 3: the program noticed that a drive cannot go on; others: a bug of this program.
+The feet follow a fixed path, since the bus does not report the trunk's attitude. Exit status 0: the joint angles show
+that the dog walked, or Ctrl-C ended --forever. 3: a drive failed. Others: a bug of this program.
 """
 
 import argparse
@@ -24,7 +24,8 @@ LATE = {"lf": 0.0, "rh": 0.0, "rf": 0.5, "lh": 0.5}  # phase, as a share of a st
 
 
 def foot(leg, at_s, speed_m_s, ease):
-    """Returns the foot's offset from the point below the hip: forward and up, in metres. Half of the time: ground."""
+    """Returns the foot's offset from the point below the hip: forward and up, in metres. The foot is on the ground half
+    of the time."""
     share = (at_s / STEP_S + LATE[leg]) % 1.0
     half_m = speed_m_s * STEP_S / 4 * ease
     if share < 0.5:

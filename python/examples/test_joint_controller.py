@@ -1,6 +1,7 @@
 """Tests the joint's controller with a virtual drive, in cases that a test bench cannot easily produce.
 
-    pytest python/examples          where there is a CAN bus; else scripts/with-vcan pytest python/examples
+    pytest python/examples                          with a CAN bus
+    scripts/with-vcan pytest python/examples        without one
 """
 
 import can
