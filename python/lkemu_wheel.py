@@ -17,14 +17,14 @@ PLACE = os.path.join("share", "lk-emu", "python")  # below the prefix of an inst
 # Below share/: files that the program uses, its manual, and its licences. Without share/lk-emu/python, the package.
 DATA = ("lk-emu/motors", "lk-emu/buses", "lk-emu/scenarios", "lk-emu/campaigns", "doc/lk-emu/licenses",
         "doc/lk-emu/LICENSE", "doc/lk-emu/lk-emu.spdx.json")  # fmt: skip
-MANUAL = "man/man1"  # installed only where there is help2man
+MANUAL = "man/man1"  # installed only if help2man is available
 # As in Debian 12; matplotlib brings numpy.
 EXTRAS = {"campaign": ["jinja2 >=3.1", "regex", "scipy >=1.10"], "identify": ["matplotlib >=3.6", "numpy >=1.24", "scipy >=1.10"], "plot": ["matplotlib >=3.6"]}
 EXTRAS["campaign-dask"] = [*EXTRAS["campaign"], "distributed >=2022.12"]
 PT_INTERP = 3
 MACHINES = {62: "x86_64", 183: "aarch64"}  # e_machine of ELF, and pip's name for it
 EXECUTABLE, READABLE = 0o100755, 0o100644
-# Of the pages that campaigns write: as installed, and in the sources, where pip before 21.3 does not look.
+# Style sheet of the pages that campaigns write: installed place, and place in the sources, which pip before 21.3 omits.
 STYLE_SHEET, DASHBOARD_STYLE = f"{PACKAGE}/campaign/style.css", os.path.join(HERE, "..", "web", "style.css")
 
 
@@ -53,12 +53,12 @@ def machine_of(program):
 
 
 def tag(machine):
-    """A static program needs no glibc, so the tag names the oldest glibc that pip has a policy for."""
+    """Returns the wheel's tag. A static program needs no glibc, so the tag names the oldest glibc in pip's policies."""
     return f"py3-none-manylinux_2_17_{machine}" if machine else "py3-none-any"
 
 
 def about(machine):
-    """Files of the .dist-info directory; `machine` is what the program is for, if there is one."""
+    """Returns the files of the .dist-info directory; `machine` is that of the program, None without a program."""
     extras = "".join(
         f"Provides-Extra: {extra}\n" + "".join(f"Requires-Dist: {library}; extra == '{extra}'\n" for library in libraries)
         for extra, libraries in EXTRAS.items()

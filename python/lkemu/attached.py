@@ -11,14 +11,14 @@ from .client import Client
 from .clock import LEAST_S, Clock
 from .errors import Ended, StartError
 
-TIMEOUT_S = 600.0  # an answer is late when the machine is busy; what started the host limits its time
+TIMEOUT_S = 600.0  # long, for busy machines; the program that started the host limits its run time
 
 
 class Attached:
     """A bus and its clock.
 
-    `now()` and `sleep(s)` use the drives' time if their clock is stepped, else the module `time`. `clock` is None if
-    time is real.
+    `now()` and `sleep(s)` use the drives' time if their clock is stepped, else the module `time`. `clock` is None in
+    real time.
     """
 
     def __init__(self, bus: str, control: Optional[str] = None) -> None:

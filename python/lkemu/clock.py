@@ -9,7 +9,7 @@ from .client import Client
 from .faults import Evidence
 
 UNITS_S = {"ns": 1e-9, "us": 1e-6, "µs": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
-LEAST_S = 1e-6  # resolution of the clock; a step of less than half of it would not advance it
+LEAST_S = 1e-6  # resolution of the clock; steps below half of it would not advance the clock
 Duration = Union[str, float, int]
 
 
@@ -46,7 +46,7 @@ class Clock:
         return float(self._client.get("/clock")["time_s"])
 
     def faults(self) -> List[Evidence]:
-        """Returns every fault that was set on the drives of this clock, with its evidence."""
+        """Returns the evidence of all faults that were set on the drives of this clock."""
         return [Evidence.from_json(row) for row in self._client.get("/faults")]
 
     def advance(self, by: Duration) -> float:

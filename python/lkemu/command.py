@@ -12,13 +12,13 @@ from typing import BinaryIO, Callable, Iterator, List, NoReturn, Optional
 
 from .errors import Error, StartError
 
-# Commands that need all their libraries from the start: a night of cases must not end without a report.
+# Libraries that a command needs from the start. Otherwise a campaign could run all night and then print no report.
 LIBRARIES = {"campaign": ("jinja2", "regex", "scipy")}
 
 
 def run(main: Callable[[], Optional[int]]) -> None:
-    """Ends the process with the status that `main` returns, 0 for None; 2 after one line for a StartError, 1 after
-    one line for another failure."""
+    """Ends the process with the status that `main` returns, 0 for None. Prints one line on failure: status 2 for a
+    StartError, 1 for other exceptions."""
     status = 0
     try:
         status = main() or 0
@@ -47,9 +47,10 @@ def tell(problem: str, status: int) -> int:
 
 @contextlib.contextmanager
 def libraries(command: str, name: str) -> Iterator[None]:
-    """Around imports of libraries that only this command needs; `name` is the __name__ of its module.
+    """Context for imports of libraries that only this command needs; `name` is the __name__ of its module.
 
-    Run as a program, the module ends with one line that says how to install a missing library."""
+    If a library is missing and the module runs as a program, ends it with one line that says how to install it.
+    """
     try:
         yield
     except ImportError as problem:
@@ -71,13 +72,13 @@ def tell_missing(command: str, problem: str, missing: List[str]) -> int:
 
 
 def printable(text: str) -> str:
-    """The text on one line, with ? for control characters and what is not UTF-8."""
+    """Returns the text on one line, with ? for control characters and invalid UTF-8."""
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
 @contextlib.contextmanager
 def output_file(path: str, option: str) -> Iterator[BinaryIO]:
-    """A file that replaces `path` when all of it was written. Raises StartError."""
+    """Yields a file that replaces `path` once it is written completely. Raises StartError."""
     part = ""
     try:
         with tempfile.NamedTemporaryFile(dir=os.path.dirname(path) or ".", suffix=".part", delete=False) as file:
@@ -96,7 +97,7 @@ def output_file(path: str, option: str) -> Iterator[BinaryIO]:
 
 
 def parse_ids(text: str) -> List[int]:
-    """The IDs of "1-4" or "1,3,7-9", sorted. Raises StartError."""
+    """Parses "1-4" or "1,3,7-9"; returns the sorted IDs. Raises StartError."""
     ids: List[int] = []
     for part in text.split(","):
         first, dash, last = part.partition("-")

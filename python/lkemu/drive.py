@@ -31,7 +31,7 @@ class Power:
         return self._targets.do(power="off", **timing)
 
     def cycle(self, off_s: Optional[float] = None, **timing: Any) -> float:
-        """Switches the supply off, and on again after `off_s` seconds (0.5)."""
+        """Switches the supply off, and on again after `off_s` seconds (default: 0.5)."""
         return self._targets.do(power="cycle", off_s=off_s, **timing)
 
 
@@ -49,7 +49,7 @@ class Targets:
         self.power = Power(self)
 
     def do(self, **words: Any) -> float:
-        """Sends a directive in the words of docs/reference/events.md. Omits words that are None."""
+        """Sends a directive with the keys of docs/reference/events.md. Omits keys whose value is None."""
         return float(self._emulator.directive(bus=self.bus, ids=self.ids, **words)["time_s"])
 
     def supply(self, volts: float, ramp_s: Optional[float] = None, **timing: Any) -> float:
@@ -57,7 +57,7 @@ class Targets:
         return self.do(supply_V=volts, ramp_s=ramp_s, **timing)
 
     def sag(self, to_V: float, s: float, **timing: Any) -> float:
-        """Lowers the supply to `to_V` volts for `s` seconds. `fault("sag", …)` also has evidence."""
+        """Lowers the supply to `to_V` volts for `s` seconds. `fault("sag", …)` does so with evidence."""
         return self.do(sag_to_V=to_V, sag_s=s, **timing)
 
     def ambient(self, C: float, **timing: Any) -> float:
@@ -92,8 +92,8 @@ class Targets:
     ) -> Fault:
         """Sets a fault of this kind; `lk-emu faults` lists kinds and parameters.
 
-        for_s, every_s, times: its course; probability: for each frame, for kinds that act on frames; optional: a test
-        does not fail if the fault never takes effect.
+        for_s, every_s, times: duration, period and number of repetitions. probability: per frame, for kinds that act on
+        frames. optional: a test does not fail if the fault never takes effect.
         """
         course = {"name": name, "for_s": for_s, "every_s": every_s, "times": times, "probability": probability}
         words = {"kind": kind, **{key: value for key, value in course.items() if value is not None}, **parameters}
@@ -149,7 +149,7 @@ class Drive(Targets):
 
     @property
     def state(self) -> str:
-        """off, stopped or running."""
+        """State of the motor: off, stopped or running."""
         return str(self.view()["state"])
 
     @property

@@ -48,15 +48,21 @@ class Drives:
 class Emulator:
     """Virtual drives on a CAN bus that run within a `with` block.
 
-    bus: interface, or a URI (docs/guides/buses.md); None or "free": a free one, created if needed and permitted; "auto": as
-    "free", or slcan over TCP if not possible; None with `config`: those of the file; {"vcan0": "1-4", "vcan1": "1,2"}:
-    several. ids: "1-4" (default), "1,3", 3 or [1, 3].
+    bus: interface, or a URI (docs/guides/buses.md).
+        None or "free": a free interface, created if needed and permitted.
+        "auto": as "free", or slcan over TCP if no interface is available.
+        None with `config`: the buses of the file.
+        {"vcan0": "1-4", "vcan1": "1,2"}: several buses with their IDs.
+    ids: "1-4" (default), "1,3", 3 or [1, 3].
     config, motor, generation, seed, bitrate (bit/s), rom, scenario, record (directory), log_level: as lk-emu's options.
-    boot_angle_deg: of the rotor of every drive at the start; None: drawn from the seed.
-    quirks: {"pid_commands": True, "state_1": "centivolt"}, of all drives.
-    clock: "realtime", "stepped", "x10". program: path of lk-emu; default: $LKEMU, this build's, the one in PATH.
-    create_bus: create missing interfaces; None: if needed and permitted. log_dir: directory for lk-emu's output.
-    arguments: more arguments for lk-emu. timeout_s: of each request; start_timeout_s: until the drives answer.
+    boot_angle_deg: rotor angle of every drive at the start; None: drawn from the seed.
+    quirks: {"pid_commands": True, "state_1": "centivolt"}, for all drives.
+    clock: "realtime", "stepped", "x10".
+    program: path of lk-emu; default: $LKEMU, else the program of this build, else the one in PATH.
+    create_bus: create missing interfaces; None: if needed and permitted.
+    log_dir: directory for lk-emu's output.
+    arguments: more arguments for lk-emu.
+    timeout_s: time limit of each request. start_timeout_s: time limit until the drives answer.
     """
 
     def __init__(
@@ -230,12 +236,12 @@ class Emulator:
         return dict(self.client.get("/status"))
 
     def advice(self) -> List[Dict[str, Any]]:
-        """Returns the mistakes of hosts so far, once for each kind and drive (docs/guides/host-mistakes.md)."""
+        """Returns the mistakes of hosts so far, one entry for each kind and drive (docs/guides/host-mistakes.md)."""
         return [dict(row) for row in self.client.get("/advice")]
 
     @property
     def bus(self) -> str:
-        """The interface, the first one of several: for `can.Bus(channel=emu.bus, …)`."""
+        """The first interface, for `can.Bus(channel=emu.bus, …)`."""
         if not self.buses:
             raise Error("lk-emu was not started")
         return self.buses[0]
@@ -253,7 +259,7 @@ class Emulator:
         return self.drives[id if bus is None else (bus, id)]
 
     def targets(self, ids: Optional[Sequence[int]] = None, bus: Optional[str] = None) -> Targets:
-        """Returns several drives of a bus, all of them without `ids`: `emu.targets([1, 2]).power.cycle()`."""
+        """Returns several drives of a bus, e.g. `emu.targets([1, 2]).power.cycle()`. Default: all drives."""
         if ids is not None and not ids:
             raise ValueError("ids is empty: leave it out for all drives")
         on = bus or self.bus
@@ -291,7 +297,7 @@ class Emulator:
     # --- commands ---
 
     def directive(self, **words: Any) -> Dict[str, Any]:
-        """Sends a directive in the words of docs/reference/events.md, without None and empty ones. Raises Refused."""
+        """Sends a directive with the keys of docs/reference/events.md. Omits None and empty values. Raises Refused."""
         said = {key: value for key, value in words.items() if value is not None and value != []}
         if "ids" in said:
             said["ids"] = ids_text(said["ids"])
@@ -347,12 +353,12 @@ class Emulator:
         return Fault(self, bus, name, str(words["kind"]), optional)
 
     def clear(self, which: str = "all", bus: Optional[str] = None) -> None:
-        """Ends the fault of this name, all faults of this kind, or all; on one bus, or on every one."""
+        """Ends the fault with this name, all faults of this kind, or all faults; on one bus, or on all buses."""
         for one in self.buses if bus is None else [bus]:
             self.directive(bus=one, clear=which)
 
     def faults(self) -> List[Evidence]:
-        """Returns the evidence of every fault that was set; after `stop`, as at the end."""
+        """Returns the evidence of every fault that was set; after `stop`, its state at the end."""
         if self._last_faults is not None:
             return self._last_faults
         return self.clock.faults()
@@ -362,7 +368,7 @@ class Emulator:
         return [fault for fault in self.faults() if not fault.fired and (fault.bus, fault.name) not in self._optional]
 
     def check_faults(self) -> None:
-        """Raises NoEffect if a fault has not taken effect: the test has then not tested it."""
+        """Raises NoEffect if a fault has not taken effect, because the test has then not tested it."""
         idle = self.idle_faults()
         if idle:
             raise NoEffect("\n".join(map(str, idle)))

@@ -29,7 +29,7 @@ class Ended(Error):
 
 
 class NoReply(Error, AssertionError):
-    """A host waited longer than the patience of its SteppedBus; otherwise it would wait for ever."""
+    """A host waited longer than the patience of its SteppedBus. Without this limit it would wait for ever."""
 
 
 class NoEffect(Error, AssertionError):

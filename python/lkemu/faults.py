@@ -80,7 +80,7 @@ class Evidence:
 
     @property
     def title(self) -> str:
-        """fault jam on drive 2"""
+        """Title such as "fault jam on drive 2"."""
         name = "" if self.name == self.kind else f' "{self.name}"'
         return f"fault {self.kind}{name} on {on_whom(self.bus, self.ids)}"
 

@@ -1,4 +1,4 @@
-"""Options of lk-emu, and its command line from them."""
+"""Options of lk-emu, and their conversion to a command line."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Options:
         return self.bus in (FREE, AUTO) or (self.bus is None and self.config is None)
 
     def buses(self, free: Optional[str]) -> List[Tuple[str, Optional[str]]]:
-        """Returns interfaces and the drives on each; empty if the file lists them. `free` is a claimed bus."""
+        """Returns the interfaces and the drives on each; empty if the file lists them. `free`: a claimed bus."""
         ids = None if self.ids is None else ids_text(self.ids)
         if isinstance(self.bus, Mapping):
             if ids is not None:

@@ -11,12 +11,12 @@ from typing import IO, Optional, Sequence
 
 from .errors import StartError
 
-STOP_TIMEOUT_S = 10.0  # assumed; before its end lk-emu waits for the disk with its ROM
+STOP_TIMEOUT_S = 10.0  # assumed; lk-emu writes its ROM to disk before it ends
 BUILDS = ("release", "dev", "")  # directories below build/
 
 
 def find_program(given: Optional[str] = None) -> str:
-    """Returns the given program, or $LKEMU, or that of our own build or installation, or the one in PATH."""
+    """Returns the first that exists: `given`, $LKEMU, the program of our build or installation, the one in PATH."""
     for source, path in (("program", given), ("LKEMU", os.environ.get("LKEMU"))):
         if path:
             found = shutil.which(os.path.expanduser(path))
@@ -56,7 +56,7 @@ class Process:
         # A forked child that outlives this process must not hold the pipe open.
         pipe = weakref.ref(self._popen.stdin)
         os.register_at_fork(after_in_child=lambda: close(pipe()))
-        # Ends lk-emu at exit, even if the caller forgot.
+        # Ends lk-emu at exit, even if the caller did not.
         self._last_resort = weakref.finalize(self, end, self._popen)
         assert self._popen.stdout is not None
         self._reader = threading.Thread(

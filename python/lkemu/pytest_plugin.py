@@ -1,7 +1,7 @@
 """pytest plugin: virtual drives for tests; a test fails if one of its faults had no effect.
 
-Fixtures: `lkemu` (a running `Emulator`), `drives`, `clock`, `lkemu_start` (starts more). Options are those of
-`Emulator`; they come from the marker `@pytest.mark.lkemu(ids="1-4", clock="stepped", …)` and from the ini file.
+Fixtures: `lkemu` (a running `Emulator`), `drives`, `clock`, `lkemu_start` (starts more). The options are those of
+`Emulator`. Set them by the marker `@pytest.mark.lkemu(ids="1-4", clock="stepped", …)` or in the ini file.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def lkemu_start(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Callable[..., Emulator]]:
-    """Starts an `Emulator` with the test's options and those given; it ends with the test."""
+    """Starts an `Emulator` with the test's options, which arguments override; it ends with the test."""
     runs = request.node.stash.setdefault(_RUNS, [])
 
     def start(**more: Any) -> Emulator:
@@ -123,7 +123,7 @@ def clock(lkemu: Emulator) -> Clock:
 
 
 def seen_from(directory: Path, option: str, given: Union[str, "os.PathLike[str]"]) -> str:
-    """Makes a path of an option absolute from `directory`; leaves names that lk-emu knows."""
+    """Makes the path in an option absolute, relative to `directory`; does not change names that lk-emu knows."""
     text = os.fspath(given)
     is_path = "/" in text or text.endswith(".toml") or (option == "config" and (directory / text).is_file())
     return str(directory / text) if is_path else text
@@ -168,7 +168,7 @@ def options_of(request: pytest.FixtureRequest) -> Dict[str, Any]:
 
 def end(run: Run, request: pytest.FixtureRequest) -> List[str]:
     """Ends the run; returns its problems that were not yet reported."""
-    problems = verdict(run)  # not yet reported only if no test function was called, as with unittest methods
+    problems = verdict(run)  # already reported, unless no test function was called (unittest methods)
     was_alive = run.emulator.exit_status is None
     if run.emulator.stop() and was_alive:
         problems.append(run.emulator.how_it_ended())
@@ -186,7 +186,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Iterator[None]:
     runs = pyfuncitem.stash.get(_RUNS, [])
     if outcome.excinfo is not None:  # type: ignore[attr-defined]
         for run in runs:
-            run.judged = True  # the test failed or was skipped: its own message counts
+            run.judged = True  # the test failed or was skipped, so its own message is reported
         return
     problems = [problem for run in runs for problem in verdict(run)]
     if problems:

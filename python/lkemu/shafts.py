@@ -44,15 +44,15 @@ class State(NamedTuple):
 
     angle_rad: float = 0.0
     speed_rad_s: float = 0.0
-    inertia_kg_m2: float = 0.0  # that the shaft feels, with the armature; 0: unknown. For DRIVE: the load's
-    torque_Nm: float = 0.0  # total on this inertia, except the drive's
+    inertia_kg_m2: float = 0.0  # on the shaft, including the armature; 0: unknown. For DRIVE: of the load
+    torque_Nm: float = 0.0  # sum of the torques on this inertia, without the drive's
 
 
 class Torque(NamedTuple):
     """Output of a drive in a step."""
 
     torque_Nm: float  # on the joint, mean of the step
-    torque_slope_Nm_s: float  # within the step, about its middle
+    torque_slope_Nm_s: float  # slope within the step, relative to its middle
     armature_kg_m2: float  # to be added to the joint, in this step
     angle_rad: float  # of the output shaft at the end of the step
     speed_rad_s: float
@@ -61,11 +61,11 @@ class Torque(NamedTuple):
 class Shafts:
     """A connection. `place` is the argument of lk-emu --shafts: "unix:/tmp/shafts", "tcp:29600".
 
-    `time`: "simulator": lk-emu does one step per `exchange`, and its clock stops in between; "drives": its clock keeps
-    running, and a late simulator gets the mean of several steps (`steps`).
+    `time`: who owns the clock. "simulator": lk-emu does one step per `exchange` and stops its clock in between.
+    "drives": the clock of lk-emu keeps running; a late simulator gets the mean of several steps (`steps`).
     `step_s`: None, as offered (1 ms), or 50 us to 10 ms, a whole number of PWM periods of each drive.
     `owners`: SIMULATOR (default), DRIVE or NOT_COUPLED, by name of the joint.
-    `torque_untold`: lk-emu estimates the torques on a joint other than the drive's.
+    `torque_untold`: the simulator does not send torques; lk-emu estimates those on a joint, except the drive's.
     Raises StartError if lk-emu does not listen, Refused with lk-emu's reason.
     """
 
@@ -127,7 +127,7 @@ class Shafts:
         try:
             self._socket.sendall(_HEAD.pack(b"LKSH", VERSION, kind, size, len(self.joints), what, number) + records)
         except (BrokenPipeError, ConnectionResetError):
-            pass  # the reason may still be readable
+            pass  # lk-emu's reason may still be in the receive buffer
 
     def _read_head(self, kind: int) -> tuple[bytes, int, int, int, int, int, int]:
         head = _HEAD.unpack(self._read(_HEAD.size))

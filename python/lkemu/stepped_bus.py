@@ -23,9 +23,9 @@ def has_more(bus: Any) -> bool:
 class SteppedBus(can.BusABC):
     """A can.Bus of python-can that advances time while its host waits; otherwise time stands still.
 
-    All other calls go to `bus`. For one thread: a can.Notifier would advance the clock on its own.
-    patience: simulated time without a frame, over one or several calls, after which a further wait raises NoReply. It
-    restarts with the first frame sent after one was received. A call with a time-out is never cut short.
+    Passes all other calls to `bus`. Use it from one thread only: a can.Notifier would advance the clock on its own.
+    patience: simulated time without a frame, over one or several calls; a longer wait raises NoReply. The time restarts
+    with the first frame sent after one was received. A call with a time-out is never cut short.
     """
 
     def __init__(self, bus: Any, clock: Clock, step: Duration = "1ms", patience: Duration = PATIENCE) -> None:
@@ -41,7 +41,7 @@ class SteppedBus(can.BusABC):
     def recv(self, timeout: Optional[float] = None) -> Optional[Any]:
         """Returns the next frame, or None after `timeout` s of the drives' time. Raises NoReply, see `patience`."""
         left_s = float("inf") if timeout is None else timeout
-        gives_up = True  # on entry; without a time-out, always
+        gives_up = True  # with a time-out: only on entry
         while True:
             message = self.bus.recv(0)
             while message is None and has_more(self.bus):
@@ -55,11 +55,11 @@ class SteppedBus(can.BusABC):
             if gives_up and self._waited_s > self._patience_s - LEAST_S:
                 raise NoReply(self._why())
             gives_up = timeout is None
-            # A host that waits until `deadline - now()` is 0 also waits for the rounding error of its subtraction.
+            # A host may wait until `deadline - now()` is 0, and so also for the rounding error of this subtraction.
             step_s = max(min(self._step_s, left_s), LEAST_S)
             self.clock.advance(step_s)
             self._waited_s += step_s
-            # A rest below the clock's microsecond is a rounding error.
+            # A remainder below 1 us, the clock's resolution, is a rounding error.
             left_s = left_s - step_s if left_s - step_s > LEAST_S else 0
 
     def send(self, msg: Any, timeout: Optional[float] = None) -> None:
@@ -112,7 +112,7 @@ class SteppedBus(can.BusABC):
             raise AttributeError(name)
         return getattr(self.bus, name)
 
-    # --- the text of NoReply ---
+    # --- message of NoReply ---
 
     def _why(self) -> str:
         waited = f"no frame in {self._waited_s:g} s of simulated time"
@@ -133,7 +133,7 @@ class SteppedBus(can.BusABC):
         return "; ".join(map(str, fired)) or nothing
 
     def _is_asked(self, fault: Evidence) -> bool:
-        """Returns whether the fault is on the drive of the last frame, on all drives, or on the bus."""
+        """Returns whether the fault acts on the drive of the last frame, on all drives, or on the bus."""
         id = self._sent.arbitration_id - 0x140 if self._sent is not None else 0
         return not fault.ids or not 1 <= id <= 32 or id in fault.ids
 

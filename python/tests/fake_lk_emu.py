@@ -1,4 +1,4 @@
-"""Stands in for lk-emu: same command line, ready line and control interface, but no drives.
+"""Test double of lk-emu: has its command line, ready line and control interface, but no drives.
 
 Faults of kind "silent" never take effect, all others at once. Marks: "die" ends the process with status 3, "hang" never
 answers the request, "hangup" closes the connection without an answer.

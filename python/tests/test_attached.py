@@ -1,4 +1,4 @@
-"""Tests a program that was started with a bus by another one."""
+"""Tests a program that another program has started with a bus."""
 
 import lkemu
 import pytest

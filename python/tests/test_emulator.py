@@ -1,4 +1,4 @@
-"""Tests Emulator, drives, faults and clock with a stand-in for lk-emu."""
+"""Tests Emulator, drives, faults and clock with a test double of lk-emu."""
 
 import os
 import signal
@@ -104,7 +104,7 @@ def test_directives_say_what_was_said_and_no_more(emu):
     assert sent(emu) == {"bus": "vcan0", "ids": "2", "supply_V": 20, "ramp_s": 0.5}
     drive.sag(8, 0.1)
     assert sent(emu) == {"bus": "vcan0", "ids": "2", "sag_to_V": 8, "sag_s": 0.1}
-    drive.ambient(0)  # zero, but not omitted
+    drive.ambient(0)  # zero must not be omitted
     assert sent(emu) == {"bus": "vcan0", "ids": "2", "ambient_C": 0}
     drive.load(J_g_cm2=900, at_s=2)
     assert sent(emu) == {"bus": "vcan0", "ids": "2", "load": {"J_g_cm2": 900}, "at_s": 2}

@@ -71,7 +71,7 @@ def test_the_wheel_has_package_and_plugin(tmp_path):
 
 
 def test_the_wheel_has_every_file_of_the_package(tmp_path):
-    """Templates of pages, the style sheet, the script of identify --plan."""
+    """Includes templates of pages, the style sheet, and the script of identify --plan."""
     with zipfile.ZipFile(build(ROOT, tmp_path / "wheels")) as packed:
         names = {name for name in packed.namelist() if name.startswith("lkemu/")}
         style = packed.read("lkemu/campaign/style.css")

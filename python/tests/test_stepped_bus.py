@@ -90,7 +90,7 @@ def test_what_a_subtraction_leaves_over_lets_time_pass():
 
     clock = Microseconds()
     bus = lkemu.SteppedBus(Bus(clock), clock)
-    deadline_s, turns = 0.1 + 0.2, 0  # not 0.3, and no reading of the clock
+    deadline_s, turns = 0.1 + 0.2, 0  # differs from 0.3 and from every reading of the clock
     while (left_s := deadline_s - clock.time_s) > 0:
         assert bus.recv(left_s) is None
         turns += 1
