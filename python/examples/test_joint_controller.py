@@ -27,13 +27,13 @@ def joint(bus):
     return joint
 
 
-def test_it_arrives(joint, drives):
+def test_reaches_the_target(joint, drives):
     joint.move_to(90)
     assert drives[1].telemetry("angle_deg") == pytest.approx(90, abs=2 * TOLERANCE_DEG)
     assert joint.homings == 1
 
 
-def test_it_reports_that_it_is_stuck(joint, drives):
+def test_reports_a_stall(joint, drives):
     jam = drives[1].jam(percent=100, when=HALF_WAY)
     with pytest.raises(Stalled):
         joint.move_to(90)
@@ -41,14 +41,14 @@ def test_it_reports_that_it_is_stuck(joint, drives):
     joint.move_to(90)
 
 
-def test_it_arrives_although_replies_are_lost(joint, drives):
+def test_reaches_the_target_despite_lost_replies(joint, drives):
     drives[1].drop(probability=0.1)
     joint.move_to(90)
     assert joint.retries > 0
     assert drives[1].telemetry("angle_deg") == pytest.approx(90, abs=2 * TOLERANCE_DEG)
 
 
-def test_it_finds_its_reference_again_after_a_brown_out(joint, drives):
+def test_finds_its_reference_after_a_brown_out(joint, drives):
     drives[1].sag(to_V=3, s=1.0, when=HALF_WAY)
     joint.move_to(90)
     assert joint.homings == 2
@@ -59,7 +59,7 @@ def test_it_finds_its_reference_again_after_a_brown_out(joint, drives):
 
 
 @pytest.mark.lkemu(clock="stepped")
-def test_it_reports_a_jam_in_time(bus, drives, clock):
+def test_reports_a_jam_within_the_time_limit(bus, drives, clock):
     clock.advance("100ms")  # the drive has booted
     joint = Joint(SteppedBus(bus, clock), 1, now=lambda: clock.time_s, sleep=clock.advance)
     joint.move_to(0)

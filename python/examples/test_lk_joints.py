@@ -60,13 +60,13 @@ def joints_on(bus, joints=(ROLL, PITCH)):
     return Joints(bus, joints, now=bus.now, sleep=bus.sleep)
 
 
-def test_turns_of_the_rotor_are_found_from_where_power_came():
+def test_start_derives_rotor_turns_from_the_boot_angle():
     # pitch: at power-on the rotor was at 6*77 = 462 degrees, reported as 102; since then it has turned by 10
     bus = IdealBus({1: 136.0, 2: 112.0})
     assert joints_on(bus).start() == pytest.approx([17, -472 / 6])
 
 
-def test_a_move_is_of_the_rotor_and_the_other_way_round():
+def test_move_sends_rotor_angles_with_the_joint_direction():
     bus = IdealBus({1: 136.0, 2: 102.0})
     robot = joints_on(bus)
     robot.start()
@@ -77,7 +77,7 @@ def test_a_move_is_of_the_rotor_and_the_other_way_round():
     assert robot.angles() == pytest.approx([16, -75])
 
 
-def test_a_torque_becomes_a_current_and_is_limited():
+def test_push_converts_torque_to_a_limited_current():
     bus = IdealBus({1: 136.0, 2: 102.0})
     robot = joints_on(bus)
     robot.start()
@@ -87,7 +87,7 @@ def test_a_torque_becomes_a_current_and_is_limited():
     assert seen == [pytest.approx((17, 60 / 8), abs=0.01), pytest.approx((-77, -60 / 6), abs=0.01)]
 
 
-def test_angles_of_torque_replies_go_on_over_the_encoder_s_end():
+def test_angles_of_torque_replies_unwrap_the_encoder():
     bus = IdealBus({1: 170.0, 2: 102.0})
     robot = joints_on(bus)
     robot.start()
@@ -96,7 +96,7 @@ def test_angles_of_torque_replies_go_on_over_the_encoder_s_end():
         assert robot.push([0, 0])[0][0] == pytest.approx(rotor_deg / 8, abs=0.01)
 
 
-def test_a_reply_that_is_late_is_that_of_the_next_round():
+def test_late_reply_counts_for_the_next_round():
     bus = IdealBus({1: 136.0, 2: 102.0})
     robot = joints_on(bus)
     robot.start()
@@ -107,7 +107,7 @@ def test_a_reply_that_is_late_is_that_of_the_next_round():
     assert robot.push([0, 0])[0][0] == pytest.approx(18, abs=0.01)
 
 
-def test_lost_replies_are_asked_for_again_and_counted():
+def test_lost_replies_are_queried_again_and_counted():
     bus = IdealBus({1: 136.0, 2: 102.0})
     bus.deaf_for = {2: 3}
     robot = joints_on(bus)
@@ -115,7 +115,7 @@ def test_lost_replies_are_asked_for_again_and_counted():
     assert robot.lost == 3
 
 
-def test_a_drive_that_is_gone_is_named():
+def test_error_names_a_silent_drive():
     bus = IdealBus({1: 136.0, 2: 102.0})
     robot = joints_on(bus)
     robot.start()
@@ -125,7 +125,7 @@ def test_a_drive_that_is_gone_is_named():
             robot.move([0, 0], within_s=0.01)
 
 
-def test_a_drive_that_has_switched_itself_off_is_named_with_its_errors():
+def test_error_names_a_faulted_drive_and_its_errors():
     bus = IdealBus({1: 136.0, 2: 102.0})
     robot = joints_on(bus)
     robot.start()
@@ -135,7 +135,7 @@ def test_a_drive_that_has_switched_itself_off_is_named_with_its_errors():
             robot.move([0, 0], within_s=0.01)
 
 
-def test_rounds_keep_their_time():
+def test_rounds_keep_their_period():
     bus = IdealBus({})
     rounds = Rounds(0.01, bus.now, bus.sleep)
     for number in range(5):
@@ -146,7 +146,7 @@ def test_rounds_keep_their_time():
 
 @pytest.mark.parametrize("leg", LEGS)
 @pytest.mark.parametrize("place", [(0.0, 0.08, -0.4), (0.1, 0.15, -0.3), (-0.08, 0.02, -0.35)])
-def test_a_leg_reaches_where_it_is_told(leg, place):
+def test_leg_angles_reach_the_foot_position(leg, place):
     x_m, y_m, z_m = place[0], place[1] * side(leg), place[2]
     roll, pitch, knee = (math.radians(angle) for angle in leg_angles(leg, x_m, y_m, z_m))
     down_m = SEGMENT_M * (math.cos(pitch) + math.cos(pitch + knee))
@@ -157,11 +157,11 @@ def test_a_leg_reaches_where_it_is_told(leg, place):
 
 
 @pytest.mark.parametrize("arm", [TwoJointArm(), SixJointArm()])
-def test_an_arm_s_tip_is_where_its_angles_say(arm):
+def test_arm_angles_reach_the_tip_position(arm):
     for corner in arm.corners:
         assert arm.tip(arm.angles(corner)) == pytest.approx(corner)
 
 
-def test_distance_from_a_side():
+def test_off_m_measures_the_distance_from_a_side():
     assert off_m((0.05, 0.003), (0, 0), (0.2, 0)) == pytest.approx(0.003)
     assert off_m((0.203, 0.004), (0, 0), (0.2, 0)) == pytest.approx(0.005)

@@ -10,13 +10,13 @@ def stepped(fake):
         yield emulator
 
 
-def test_without_a_bus_one_line_says_what_is_missing(monkeypatch):
+def test_attach_without_a_bus_names_the_missing_variable(monkeypatch):
     monkeypatch.delenv("LKEMU_BUS", raising=False)
     with pytest.raises(lkemu.StartError, match="LKEMU_BUS is not set"):
         lkemu.attach()
 
 
-def test_in_real_time_it_is_the_bus_alone(monkeypatch):
+def test_real_time_bus_has_no_clock(monkeypatch):
     monkeypatch.setenv("LKEMU_BUS", "udp-multicast:239.74.163.2:40001")
     monkeypatch.setenv("LKEMU_CONTROL", "")
     attached = lkemu.attach()
@@ -29,7 +29,7 @@ def test_in_real_time_it_is_the_bus_alone(monkeypatch):
     assert attached.now() >= before
 
 
-def test_with_a_stepped_clock_time_is_the_drives(stepped, monkeypatch):
+def test_stepped_clock_gives_the_time_of_the_drives(stepped, monkeypatch):
     monkeypatch.setenv("LKEMU_BUS", "slcan-tcp:29536")
     monkeypatch.setenv("LKEMU_CONTROL", stepped.control)
     attached = lkemu.attach()
@@ -39,7 +39,7 @@ def test_with_a_stepped_clock_time_is_the_drives(stepped, monkeypatch):
     assert attached.now() == stepped.clock.time_s == 0.25
 
 
-def test_a_clock_that_goes_by_itself_is_not_moved(stepped, monkeypatch):
+def test_running_clock_is_not_advanced(stepped, monkeypatch):
     stepped.clock.mode = "realtime"
     monkeypatch.setenv("LKEMU_BUS", "vcan0")
     monkeypatch.setenv("LKEMU_CONTROL", stepped.control)

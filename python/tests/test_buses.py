@@ -21,7 +21,7 @@ def world(monkeypatch, tmp_path):
     return interfaces
 
 
-def test_the_first_that_is_up_and_nobody_has(world):
+def test_claims_the_first_unused_interface_that_is_up(world):
     world.update({"lo": True, "vcan10": True, "vcan0": False, "vcan2": True, "can0": True})
     first, second = buses.claim_free_bus(), buses.claim_free_bus()
     assert (first.bus, first.create, second.bus) == ("vcan2", False, "vcan10")
@@ -31,12 +31,12 @@ def test_the_first_that_is_up_and_nobody_has(world):
     assert buses.claim_free_bus().bus == "vcan2"
 
 
-def test_no_interface_at_all(world):
+def test_missing_interface_is_reported(world):
     with pytest.raises(lkemu.StartError, match="there is no vcan interface.*scripts/with-vcan.*ip link add vcan0"):
         buses.claim_free_bus()
 
 
-def test_where_there_is_none_auto_takes_a_port(world, monkeypatch):
+def test_auto_takes_a_port_without_an_interface(world, monkeypatch):
     monkeypatch.setattr(buses, "FIRST_PORT", 52000)  # not used by other tests
     first, second = buses.claim_any_bus(), buses.claim_any_bus()
     names = [first.bus, second.bus]
@@ -47,7 +47,7 @@ def test_where_there_is_none_auto_takes_a_port(world, monkeypatch):
     assert buses.claim_any_bus().bus == "vcan3"
 
 
-def test_a_port_that_somebody_has_is_not_taken(world, monkeypatch):
+def test_port_in_use_is_not_taken(world, monkeypatch):
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
@@ -59,7 +59,7 @@ def test_a_port_that_somebody_has_is_not_taken(world, monkeypatch):
     assert buses.claim_any_bus().bus == f"slcan-tcp:{port}"
 
 
-def test_how_hosts_get_on_a_bus():
+def test_can_args_fit_every_kind_of_bus():
     slcan = {"interface": "slcan", "sleep_after_open": 0.0}
     assert buses.can_args("vcan0") == {"interface": "socketcan", "channel": "vcan0"}
     assert buses.can_args("slcan-tcp:29536") == {**slcan, "channel": "socket://127.0.0.1:29536"}
@@ -73,7 +73,7 @@ def test_how_hosts_get_on_a_bus():
             buses.can_args(bus)
 
 
-def test_one_is_made_where_that_is_allowed(world, monkeypatch):
+def test_interface_is_created_if_permitted(world, monkeypatch):
     world.update({"vcan0": False, "vcan1": True})
     monkeypatch.setattr(buses, "may_make_interfaces", lambda: True)
     assert buses.claim_free_bus()[::2] == ("vcan1", False)
@@ -83,7 +83,7 @@ def test_one_is_made_where_that_is_allowed(world, monkeypatch):
         buses.claim_free_bus(may_create=False)
 
 
-def test_buses_of_a_program_that_answers_are_in_use(world, fake, tmp_path):
+def test_buses_of_an_answering_program_are_in_use(world, fake, tmp_path):
     world.update({"vcan0": True, "vcan1": True, "vcan2": True})
     control = buses.runtime_directory() + "/vcan0-1.sock"
     with lkemu.Emulator(bus={"vcan0": "1", "vcan1": "1"}, program=fake, arguments=[]) as emu:
@@ -92,7 +92,7 @@ def test_buses_of_a_program_that_answers_are_in_use(world, fake, tmp_path):
     assert buses.claim_free_bus().bus == "vcan0"  # the socket file still exists, but without a listener
 
 
-def test_the_bus_stays_taken_for_as_long_as_the_program_runs(world, fake):
+def test_bus_stays_claimed_while_the_program_runs(world, fake):
     world.update({"vcan5": True})
     with lkemu.Emulator(program=fake) as emu:
         assert emu.bus == "vcan5"
@@ -102,7 +102,7 @@ def test_the_bus_stays_taken_for_as_long_as_the_program_runs(world, fake):
         assert emu.bus == "vcan5"
 
 
-def test_the_runtime_directory_is_ours_alone(world):
+def test_runtime_directory_must_be_private(world):
     directory = buses.runtime_directory()
     assert os.stat(directory).st_mode & 0o777 == 0o700
     assert os.listdir(directory) == []
@@ -117,7 +117,7 @@ def test_the_runtime_directory_is_ours_alone(world):
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root gives a directory away")
-def test_root_does_not_trust_what_others_made(world):
+def test_root_refuses_a_directory_of_another_user(world):
     os.chown(buses.runtime_directory(), 65534, -1)
     with pytest.raises(lkemu.StartError, match="belongs to another user"):
         buses.runtime_directory()
@@ -151,7 +151,7 @@ def test_options_become_a_command_line(options, line):
     assert " ".join(words) == "--control C --rom :memory: " + line
 
 
-def test_options_that_do_not_go_together():
+def test_conflicting_options_are_refused():
     with pytest.raises(ValueError, match="which bus"):
         Options(config="a.toml", ids="1").buses(None)
     with pytest.raises(ValueError, match="says it already"):
@@ -161,7 +161,7 @@ def test_options_that_do_not_go_together():
 # --- the program ---
 
 
-def test_the_program_that_is_named_wins(monkeypatch, fake):
+def test_named_program_takes_precedence(monkeypatch, fake):
     monkeypatch.setenv("LKEMU", "/bin/true")
     assert program.find_program(fake) == fake
     assert program.find_program() == "/bin/true"
@@ -170,7 +170,7 @@ def test_the_program_that_is_named_wins(monkeypatch, fake):
         program.find_program()
 
 
-def test_the_program_of_the_build_comes_before_the_one_in_path(monkeypatch, fake, tmp_path):
+def test_program_of_the_build_precedes_the_one_in_path(monkeypatch, fake, tmp_path):
     monkeypatch.delenv("LKEMU", raising=False)
     monkeypatch.setenv("PATH", os.path.dirname(fake))
     package = tmp_path / "python" / "lkemu"
@@ -182,7 +182,7 @@ def test_the_program_of_the_build_comes_before_the_one_in_path(monkeypatch, fake
     assert program.find_program() == str(built)
 
 
-def test_no_program_anywhere(monkeypatch, tmp_path):
+def test_missing_program_is_reported(monkeypatch, tmp_path):
     monkeypatch.delenv("LKEMU", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setattr(program, "__file__", str(tmp_path / "a" / "b" / "c.py"))

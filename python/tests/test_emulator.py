@@ -20,7 +20,7 @@ def sent(emu):
     return emu.client.get("/directives")[-1]
 
 
-def test_it_runs_within_the_with_and_not_beyond(fake):
+def test_program_ends_with_the_with_block(fake):
     with lkemu.Emulator(bus="vcan0", ids=[1, 3], program=fake) as emu:
         directory = os.path.dirname(emu.control)
         assert emu.exit_status is None and os.path.exists(emu.control)
@@ -30,40 +30,40 @@ def test_it_runs_within_the_with_and_not_beyond(fake):
     assert not os.path.exists(directory)
 
 
-def test_logs_stay_where_they_were_asked_for(fake, tmp_path):
+def test_logs_are_kept_in_log_dir(fake, tmp_path):
     with lkemu.Emulator(bus="vcan0", program=fake, log_dir=tmp_path / "logs"):
         pass
     assert "ready" in (tmp_path / "logs" / "lk-emu.out").read_text()
     assert "log" in (tmp_path / "logs" / "lk-emu.err").read_text()
 
 
-def test_what_it_says_when_it_does_not_start(fake):
+def test_failed_start_gives_the_reason(fake):
     with pytest.raises(lkemu.StartError, match=r"^lk-emu: --refuse: there is no such option$"):
         lkemu.Emulator(bus="vcan0", program=fake, arguments=["--refuse"]).start()
 
 
-def test_a_start_that_takes_too_long(fake):
+def test_start_times_out(fake):
     emulator = lkemu.Emulator(bus="vcan0", program=fake, arguments=["--never-ready"], start_timeout_s=0.2)
     with pytest.raises(lkemu.StartError, match="not ready within 0.2 s"):
         emulator.start()
     assert emulator.exit_status is not None
 
 
-def test_one_that_does_not_want_to_end_is_killed(fake, monkeypatch):
+def test_stop_kills_a_program_that_ignores_sigterm(fake, monkeypatch):
     monkeypatch.setattr("lkemu.program.STOP_TIMEOUT_S", 0.2)
     with pytest.raises(lkemu.Ended, match="SIGKILL"):
         with lkemu.Emulator(bus="vcan0", program=fake, arguments=["--stubborn"]):
             pass
 
 
-def test_a_death_is_told_with_its_last_words(fake):
+def test_unexpected_end_is_reported_with_the_last_log_lines(fake):
     with pytest.raises(lkemu.Ended, match="status 3(.|\n)*the fake was told so"):
         with lkemu.Emulator(bus="vcan0", program=fake) as emu:
             emu.mark("die")
     assert emu.died
 
 
-def test_a_signal_that_killed_it_has_a_name(fake):
+def test_unexpected_end_names_the_signal(fake):
     with pytest.raises(lkemu.Ended, match="SIGSEGV"):
         with lkemu.Emulator(bus="vcan0", program=fake) as emu:
             os.kill(emu.pid, signal.SIGSEGV)
@@ -71,14 +71,14 @@ def test_a_signal_that_killed_it_has_a_name(fake):
                 emu.status()
 
 
-def test_a_forgotten_one_ends_at_exit(fake):
+def test_unstopped_program_ends_at_exit(fake):
     script = f"import lkemu; print(lkemu.Emulator(bus='vcan0', program={fake!r}).start().pid)"
     pid = int(subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True).stdout)
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
 
 
-def test_two_buses_and_an_id_on_both(fake):
+def test_equal_ids_on_two_buses_need_the_bus_name(fake):
     with lkemu.Emulator(bus={"vcan0": "1-2", "vcan1": "2,3"}, program=fake) as emu:
         assert emu.drives[3].bus == "vcan1" and emu.drive(2, "vcan1").bus == "vcan1"
         with pytest.raises(KeyError, match="vcan0 and vcan1"):
@@ -87,14 +87,14 @@ def test_two_buses_and_an_id_on_both(fake):
             emu.drives[7]
 
 
-def test_advice_is_a_list_of_what_hosts_do_wrong(emu):
+def test_advice_lists_mistakes_of_hosts(emu):
     assert [(one["kind"], one["drive"], one["count"]) for one in emu.advice()] == [("wrong-length", 1, 2)]
 
 
 # --- directives ---
 
 
-def test_directives_say_what_was_said_and_no_more(emu):
+def test_directives_contain_only_given_values(emu):
     drive = emu.drives[2]
     drive.power.cycle(off_s=0.2)
     assert sent(emu) == {"bus": "vcan0", "ids": "2", "power": "cycle", "off_s": 0.2}
@@ -118,14 +118,14 @@ def test_directives_say_what_was_said_and_no_more(emu):
     assert sent(emu) == {"bus": "vcan0", "mark": "here"}
 
 
-def test_a_refusal_says_where_and_why(emu):
+def test_refusal_has_place_and_reason(emu):
     with pytest.raises(lkemu.Refused) as refused:
         emu.drives[1].supply(500)
     assert (refused.value.where, refused.value.reason, refused.value.status) == ("supply_V", "must be 0 to 100", 400)
     assert emu.status()["version"]  # and lk-emu still runs
 
 
-def test_no_answer_is_an_error_and_the_next_request_a_new_connection(emu):
+def test_request_after_a_missing_answer_reconnects(emu):
     with pytest.raises(lkemu.Error, match="did not answer within 0.2 s"):
         emu.client.post("/directives", {"bus": "vcan0", "mark": "hang"}, timeout_s=0.2)
     with pytest.raises(lkemu.Error, match="POST /directives"):
@@ -133,12 +133,12 @@ def test_no_answer_is_an_error_and_the_next_request_a_new_connection(emu):
     assert emu.status()["version"]
 
 
-def test_the_name_of_a_bus_may_have_slashes(fake):
+def test_bus_name_may_contain_slashes(fake):
     with lkemu.Emulator(bus="slcan-pty:/tmp/left leg", program=fake) as emu:
         assert emu.drives[1].view()["bus"] == "slcan-pty:/tmp/left leg"
 
 
-def test_what_is_read_of_a_drive(emu):
+def test_drive_readings_have_their_values(emu):
     drive = emu.drives[1]
     assert drive.telemetry("angle_deg") == 12.5
     assert drive.telemetry("angle_deg", "speed_dps") == {"angle_deg": 12.5, "speed_dps": drive.telemetry()["speed_dps"]}
@@ -147,7 +147,7 @@ def test_what_is_read_of_a_drive(emu):
     assert (drive.state, drive.alive, drive.errors, drive.counters) == ("running", True, [], {"replies": 7})
 
 
-def test_what_is_read_of_the_body(emu):
+def test_body_signals_have_their_values(emu):
     assert emu.body("body.trunk.z_m") == 0.37
     assert emu.body() == {"body.fallen": 0, "body.trunk.z_m": 0.37}
     with pytest.raises(lkemu.Refused, match="signals: there is no signal 'body.trunk.z', did you mean body.trunk.z_m?"):
@@ -174,7 +174,7 @@ def test_faults_are_methods(emu):
     assert "ids" not in sent(emu)
 
 
-def test_faults_that_there_are_not(emu):
+def test_unknown_faults_are_refused(emu):
     with pytest.raises(AttributeError, match="did you mean jam"):
         emu.drives[1].jamm()
     with pytest.raises(TypeError, match="it has: percent"):
@@ -183,7 +183,7 @@ def test_faults_that_there_are_not(emu):
     assert "clamped" in emu.drives[1].jam.__doc__
 
 
-def test_a_fault_without_effect_is_told(emu):
+def test_fault_without_effect_is_reported(emu):
     emu.drives[1].jam()
     emu.drives[3].silent(optional=True)
     emu.check_faults()
@@ -194,7 +194,7 @@ def test_a_fault_without_effect_is_told(emu):
     assert "has not begun" in str(problem.value) and "drive 3" not in str(problem.value)
 
 
-def test_what_faults_did_is_known_after_the_end(emu):
+def test_evidence_of_faults_is_kept_after_stop(emu):
     emu.drives[1].jam()
     emu.stop()
     assert [str(fault) for fault in emu.faults()] == [
@@ -206,7 +206,7 @@ def test_what_faults_did_is_known_after_the_end(emu):
 # --- time ---
 
 
-def test_a_stepped_clock(fake):
+def test_stepped_clock_advances_on_request(fake):
     with lkemu.Emulator(bus="vcan0", program=fake, clock="stepped") as emu:
         assert emu.clock.mode == "stepped"
         assert emu.clock.advance("250ms") == 0.25 and emu.clock.advance(0.25) == 0.5
@@ -224,7 +224,7 @@ def test_durations(text, value_s):
 
 
 @pytest.mark.parametrize("text", ["", "ms", "10 parsecs", "1.2.3s"])
-def test_what_is_no_duration(text):
+def test_invalid_durations_are_refused(text):
     with pytest.raises(ValueError, match="is not a duration"):
         lkemu.clock.seconds(text)
 
@@ -232,7 +232,7 @@ def test_what_is_no_duration(text):
 # --- telemetry ---
 
 
-def test_samples_come_until_the_stream_ends(emu):
+def test_telemetry_yields_samples_until_the_stream_ends(emu):
     with emu.telemetry(["angle_deg", "speed_dps"], ids="1-2", rate_Hz=100) as stream:
         assert (stream.bus, stream.ids, stream.signals, stream.rate_Hz) == ("vcan0", [1, 2], ("angle_deg", "speed_dps"), 100)
         samples = list(stream)
@@ -240,7 +240,7 @@ def test_samples_come_until_the_stream_ends(emu):
     assert samples[2].drives == {1: {"angle_deg": 2, "speed_dps": 10}, 2: {"angle_deg": -2, "speed_dps": 20}}
 
 
-def test_samples_have_the_body_too(emu):
+def test_telemetry_includes_the_body(emu):
     with emu.telemetry(["angle_deg", "body.trunk.z_m"]) as stream:
         assert (stream.signals, stream.body) == (("angle_deg",), ("body.trunk.z_m",))
         samples = list(stream)
@@ -248,12 +248,12 @@ def test_samples_have_the_body_too(emu):
     assert samples[2].drives[1] == {"angle_deg": 2}
 
 
-def test_telemetry_that_is_refused(emu):
+def test_refused_telemetry_raises(emu):
     with pytest.raises(lkemu.Refused, match="signals: no signal"):
         emu.telemetry("nonsense")
 
 
-def test_telemetry_that_pauses(emu):
+def test_telemetry_without_samples_times_out(emu):
     stream = emu.telemetry("angle_deg", rate_Hz=1)
     assert [next(stream).time_s for _ in range(3)] == [0, 0.01, 0.02]
     stream._socket._sock.settimeout(0.1)  # shorter than the time limit so far

@@ -51,7 +51,7 @@ def install(prefix, program):
     return copy_source(prefix / "share" / "lk-emu" / "python")
 
 
-def test_the_wheel_has_package_and_plugin(tmp_path):
+def test_wheel_has_package_and_plugin(tmp_path):
     wheel = build(copy_source(tmp_path / "source"), tmp_path / "wheels")
     assert wheel.name == f"lk_emu-{lkemu.__version__}-py3-none-any.whl"
     site = tmp_path / "site"
@@ -70,7 +70,7 @@ def test_the_wheel_has_package_and_plugin(tmp_path):
     assert """"scipy >=1.10; extra == 'identify'\"""" in libraries and """"matplotlib >=3.6; extra == 'plot'\"""" in libraries
 
 
-def test_the_wheel_has_every_file_of_the_package(tmp_path):
+def test_wheel_has_every_file_of_the_package(tmp_path):
     """Includes templates of pages, the style sheet, and the script of identify --plan."""
     with zipfile.ZipFile(build(ROOT, tmp_path / "wheels")) as packed:
         names = {name for name in packed.namelist() if name.startswith("lkemu/")}
@@ -82,7 +82,7 @@ def test_the_wheel_has_every_file_of_the_package(tmp_path):
     assert style == pathlib.Path(ROOT, "../web/style.css").read_bytes()
 
 
-def test_a_program_that_needs_nothing_is_carried(tmp_path):
+def test_wheel_contains_a_static_program(tmp_path):
     source = install(tmp_path / "prefix", elf(PT_LOAD, PT_LOAD))
     wheel = build(source, tmp_path / "wheels")
     assert wheel.name == f"lk_emu-{lkemu.__version__}-py3-none-manylinux_2_17_x86_64.whl"
@@ -98,7 +98,7 @@ def test_a_program_that_needs_nothing_is_carried(tmp_path):
     assert build(source, tmp_path / "again").read_bytes() == wheel.read_bytes()
 
 
-def test_a_program_is_carried_without_a_manual_page(tmp_path):
+def test_wheel_needs_no_manual_page(tmp_path):
     source = install(tmp_path / "prefix", elf(PT_LOAD))
     shutil.rmtree(tmp_path / "prefix" / "share" / "man")
     with zipfile.ZipFile(build(source, tmp_path / "wheels")) as packed:
@@ -107,19 +107,19 @@ def test_a_program_is_carried_without_a_manual_page(tmp_path):
     assert not any("man1" in name for name in names)
 
 
-def test_a_program_that_needs_libraries_is_not_carried(tmp_path):
+def test_wheel_omits_a_program_with_shared_libraries(tmp_path):
     for number, program in enumerate((elf(PT_LOAD, PT_INTERP), b"#!/bin/sh\n", b"\x7fELF\x02\x01", b"")):
         source = install(tmp_path / f"prefix{number}", program)
         assert build(source, tmp_path / f"wheels{number}").name == f"lk_emu-{lkemu.__version__}-py3-none-any.whl"
 
 
-def test_the_wheel_is_of_the_machine_that_the_program_is_for(tmp_path):
+def test_wheel_has_the_machine_of_the_program(tmp_path):
     for machine, tag in ((62, "manylinux_2_17_x86_64"), (183, "manylinux_2_17_aarch64"), (243, "any")):
         source = install(tmp_path / f"prefix{machine}", elf(PT_LOAD, machine=machine))
         assert build(source, tmp_path / f"wheels{machine}").name == f"lk_emu-{lkemu.__version__}-py3-none-{tag}.whl"
 
 
-def test_a_program_above_a_checkout_is_not_carried(tmp_path):
+def test_wheel_omits_a_program_above_a_checkout(tmp_path):
     (tmp_path / "bin").mkdir()
     (tmp_path / "bin" / "lk-emu").write_bytes(elf(PT_LOAD))
     source = copy_source(tmp_path / "src" / "lk-emu" / "python")
@@ -128,6 +128,6 @@ def test_a_program_above_a_checkout_is_not_carried(tmp_path):
     assert build(source, tmp_path / "again").name == f"lk_emu-{lkemu.__version__}-py3-none-any.whl"
 
 
-def test_the_package_has_the_version_of_the_program():
+def test_package_has_the_version_of_the_program():
     with open(os.path.join(ROOT, "..", "CMakeLists.txt"), encoding="utf-8") as file:
         assert f"project(lk-emu VERSION {lkemu.__version__} " in file.read()

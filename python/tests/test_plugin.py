@@ -18,7 +18,7 @@ def run(pytester, fake):
     return run_text
 
 
-def test_the_fixtures(run):
+def test_fixtures_give_a_running_emulator(run):
     result = run(
         """
 def test_all(lkemu, drives, clock):
@@ -28,7 +28,7 @@ def test_all(lkemu, drives, clock):
     result.assert_outcomes(passed=1)
 
 
-def test_markers_win_over_the_ini_file_and_the_nearest_over_the_others(run):
+def test_nearest_marker_overrides_other_markers_and_the_ini_file(run):
     result = run(
         """
 pytestmark = pytest.mark.lkemu(ids="1-2", clock="stepped")
@@ -44,7 +44,7 @@ def test_two(drives):
     result.assert_outcomes(passed=2)
 
 
-def test_a_file_of_a_marker_is_seen_from_the_tests_file_and_a_name_stays_a_name(run):
+def test_path_in_a_marker_is_relative_to_the_test_file(run):
     result = run(
         """
 import os
@@ -62,7 +62,7 @@ def test_name(lkemu):
     result.assert_outcomes(passed=2)
 
 
-def test_a_configuration_is_a_name_unless_there_is_such_a_file(tmp_path):
+def test_configuration_is_a_name_unless_the_file_exists(tmp_path):
     assert seen_from(tmp_path, "config", "bench") == "bench"
     (tmp_path / "bench").write_text("")
     assert seen_from(tmp_path, "config", "bench") == str(tmp_path / "bench")
@@ -77,12 +77,12 @@ def test_a_fault_without_effect_fails_the_test(run):
     result.stdout.no_fnmatch_line("During handling*")
 
 
-def test_faults_that_fire_and_optional_ones_do_not(run):
+def test_effective_and_optional_faults_do_not_fail_the_test(run):
     result = run("def test_it(drives):\n    drives[2].jam()\n    drives[1].silent(optional=True)\n")
     result.assert_outcomes(passed=1)
 
 
-def test_a_test_that_failed_or_was_skipped_anyway_keeps_its_own_words(run):
+def test_failed_or_skipped_test_keeps_its_message(run):
     result = run(
         """
 def test_fails(drives):
@@ -98,7 +98,7 @@ def test_skips(drives):
     result.stdout.fnmatch_lines(["*assert 1 == 2"])
 
 
-def test_a_failed_test_shows_drives_faults_log_and_recording(run):
+def test_failed_test_reports_drives_faults_log_and_recording(run):
     result = run("def test_it(drives, tmp_path):\n    drives[2].jam()\n    assert False\n")
     result.stdout.fnmatch_lines(
         [
@@ -118,13 +118,13 @@ def test_a_failed_test_shows_drives_faults_log_and_recording(run):
     )
 
 
-def test_the_report_reaches_junit_xml_too(run, pytester):
+def test_junit_xml_contains_the_report(run, pytester):
     run("def test_it(drives):\n    drives[2].silent()\n", "--junitxml=out.xml")
     xml = (pytester.path / "out.xml").read_text()
     assert "fault silent on drive 2 never took effect" in xml
 
 
-def test_a_death_fails_the_test_with_its_last_words(run):
+def test_unexpected_end_fails_the_test_with_the_last_log_lines(run):
     result = run(
         """
 def test_it(lkemu):
@@ -136,12 +136,12 @@ def test_it(lkemu):
     result.stdout.fnmatch_lines(["*lk-emu ended (status 3)", "*the fake was told so"])
 
 
-def test_one_that_the_test_has_stopped_is_no_death(run):
+def test_stop_in_the_test_is_not_a_failure(run):
     result = run("def test_it(lkemu):\n    lkemu.drives[1].jam()\n    lkemu.stop()\n")
     result.assert_outcomes(passed=1)
 
 
-def test_the_bus_of_the_command_line_is_over_ini_file_and_marker(run):
+def test_command_line_bus_overrides_ini_file_and_marker(run):
     result = run(
         "@pytest.mark.lkemu(bus='vcan1')\n"
         "def test_it(lkemu):\n    assert lkemu.bus == 'slcan-tcp:29536'\n    assert lkemu.can_args['interface'] == 'slcan'\n",
@@ -150,19 +150,19 @@ def test_the_bus_of_the_command_line_is_over_ini_file_and_marker(run):
     result.assert_outcomes(passed=1)
 
 
-def test_recordings_of_passed_tests_go_unless_they_are_to_be_kept(run, pytester):
+def test_recordings_of_passed_tests_are_deleted_unless_kept(run, pytester):
     passes = "def test_it(lkemu):\n    assert lkemu.options.record.endswith('recording')\n"
     for options, kept in (((), 0), (("--lkemu-keep",), 1)):
         run(passes, "--basetemp=base", *options).assert_outcomes(passed=1)
         assert len(list((pytester.path / "base").rglob("recording"))) == kept
 
 
-def test_no_recording_if_it_is_not_wanted(run):
+def test_recording_can_be_disabled(run):
     result = run("@pytest.mark.lkemu(record=False)\ndef test_it(lkemu):\n    assert lkemu.options.record is None\n")
     result.assert_outcomes(passed=1)
 
 
-def test_several_in_one_test(run):
+def test_test_can_start_several_emulators(run):
     result = run(
         """
 def test_it(lkemu, lkemu_start):
@@ -175,7 +175,7 @@ def test_it(lkemu, lkemu_start):
     result.stdout.fnmatch_lines(["fault silent on drive 9 never took effect*"])
 
 
-def test_unittest_classes(run):
+def test_unittest_classes_can_use_fixtures(run):
     result = run(
         """
 import unittest
@@ -193,7 +193,7 @@ class TestIt(unittest.TestCase):
     result.stdout.fnmatch_lines(["*fault silent on drive 1 never took effect*"])
 
 
-def test_a_start_that_fails_says_why(run):
+def test_failed_start_gives_the_reason(run):
     result = run("@pytest.mark.lkemu(arguments=['--refuse'])\ndef test_it(lkemu):\n    pass\n")
     result.assert_outcomes(errors=1)
     result.stdout.fnmatch_lines(["lk-emu: --refuse: there is no such option"])
@@ -210,7 +210,7 @@ def test_a_start_that_fails_says_why(run):
         ("bus={'vcan0': 1}, ids=2", "ids: bus says it already"),
     ],
 )
-def test_a_mistake_in_a_marker_is_one_sentence(run, said, sentence):
+def test_mistake_in_a_marker_gives_one_sentence(run, said, sentence):
     result = run(f"@pytest.mark.lkemu({said})\ndef test_it(lkemu):\n    pass\n")
     result.assert_outcomes(errors=1)
     result.stdout.fnmatch_lines([sentence.replace("[", "[[]")])

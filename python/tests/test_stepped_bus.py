@@ -66,7 +66,7 @@ def evidence(kind, ids, effects, first_on=""):
     return Evidence("slcan-tcp:29536", kind, kind, ids, "active", 0.0, 0.1, first_effect_at_s, effects, first_on)
 
 
-def test_time_passes_until_the_frame_comes():
+def test_recv_advances_time_to_the_frame():
     clock = Clock()
     bus = lkemu.SteppedBus(Bus(clock), clock)
     sent = frame()
@@ -76,14 +76,14 @@ def test_time_passes_until_the_frame_comes():
     assert abs(clock.time_s - 0.003) < 1e-9
 
 
-def test_time_passes_until_the_timeout():
+def test_recv_advances_time_to_the_time_out():
     clock = Clock()
     bus = lkemu.SteppedBus(Bus(clock), clock, step="4ms")
     assert bus.recv(0.0101) is None
     assert abs(clock.time_s - 0.0101) < 1e-9
 
 
-def test_what_a_subtraction_leaves_over_lets_time_pass():
+def test_rounding_remainder_still_advances_time():
     class Microseconds(Clock):  # like the readings of a stepped clock
         def advance(self, by):
             self.time_s = round(self.time_s + by, 6)
@@ -97,7 +97,7 @@ def test_what_a_subtraction_leaves_over_lets_time_pass():
         assert turns < 3, "it would never end"
 
 
-def test_it_is_a_can_bus_that_closes_the_one_inside():
+def test_behaves_as_a_can_bus_and_closes_the_inner_bus():
     clock = Clock()
     inside = Bus(clock)
     inside.filters = [{"can_id": 0x141, "can_mask": 0x7FF}]
@@ -116,7 +116,7 @@ def test_it_is_a_can_bus_that_closes_the_one_inside():
     assert not inside.is_open
 
 
-def test_a_host_without_a_time_out_is_told_what_removed_its_reply():
+def test_no_reply_names_the_fault_that_removed_the_frame():
     clock = Clock(
         evidence("jam", (1,), 3, "drive 1"),
         evidence("drop", (1,), 1, "drive 1, 141#9A00000000000000"),
@@ -135,7 +135,7 @@ def test_a_host_without_a_time_out_is_told_what_removed_its_reply():
     )
 
 
-def test_without_a_fault_the_drive_itself_is_in_question():
+def test_no_reply_without_a_fault_describes_the_drive():
     clock = Clock()
     bus = lkemu.SteppedBus(Silent(clock), clock, patience=0.1)
     bus.send(frame(0x147))
@@ -145,7 +145,7 @@ def test_without_a_fault_the_drive_itself_is_in_question():
         next(iter(lkemu.SteppedBus(Silent(clock), clock, patience=0.1)))
 
 
-def test_one_call_with_a_time_out_is_never_cut_short():
+def test_call_with_a_time_out_is_never_cut_short():
     clock = Clock()
     bus = lkemu.SteppedBus(Silent(clock), clock, step="100ms", patience="2s")
     assert bus.recv(5) is None
@@ -153,7 +153,7 @@ def test_one_call_with_a_time_out_is_never_cut_short():
     assert bus.recv(0) is None
 
 
-def test_a_host_that_asks_again_and_again_is_told_too():
+def test_repeated_queries_run_out_of_patience():
     clock = Clock()
     bus = lkemu.SteppedBus(Silent(clock), clock, patience="1s")
     with pytest.raises(lkemu.NoReply):
@@ -163,7 +163,7 @@ def test_a_host_that_asks_again_and_again_is_told_too():
     assert abs(clock.time_s - 1) < 0.02
 
 
-def test_silence_before_a_query_does_not_count():
+def test_silence_before_a_query_does_not_count_as_waiting():
     clock = Clock()
     bus = lkemu.SteppedBus(Silent(clock), clock, step="100ms", patience="1s")
     assert bus.recv(5) is None
@@ -171,14 +171,14 @@ def test_silence_before_a_query_does_not_count():
     assert bus.recv(0.5) is None, "it has waited 0.5 s for its reply"
 
 
-def test_periodic_tasks_are_those_of_the_bus():
+def test_periodic_tasks_are_passed_to_the_inner_bus():
     clock = Clock()
     bus = lkemu.SteppedBus(Bus(clock), clock)
     bus.stop_all_periodic_tasks()
     assert not bus.bus.has_tasks
 
 
-def test_a_frame_renews_the_patience():
+def test_received_frame_restarts_the_patience():
     clock = Clock()
     bus = lkemu.SteppedBus(Bus(clock), clock, step="100ms", patience="1s")
     for _ in range(3):
@@ -187,7 +187,7 @@ def test_a_frame_renews_the_patience():
         assert bus.recv() is not None
 
 
-def test_of_lines_that_are_no_frames_none_is_waited_for():
+def test_lines_without_a_frame_do_not_advance_time():
     class Slcan(Bus):
         """As in python-can: reads received lines one by one."""
 
