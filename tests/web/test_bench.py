@@ -38,7 +38,7 @@ def test_no_label_is_cut(sized):
     assert cut == []
 
 
-def test_every_button_has_a_name_of_its_own(page):
+def test_every_button_has_a_unique_name(page):
     page.go("bench")
     names = page.run("""return [...document.querySelectorAll('#view-bench .panel button')].filter((one) => !one.closest('table'))
       .map((one) => one.getAttribute('aria-label') ?? one.textContent)""")
@@ -60,7 +60,7 @@ def stop_scenario(page):
     settle(page, lambda: not page.button("#view-bench", "Stop scenario").is_enabled())
 
 
-def test_a_scenario_has_room_and_its_neighbours_stay_full(sized):
+def test_scenario_has_room_and_other_panels_stay_compact(sized):
     """The table is next to its controls or below them; panels are at most 1.5 times as tall as their contents."""
     run_jammed_joint(sized)
     try:
@@ -76,7 +76,7 @@ def test_a_scenario_has_room_and_its_neighbours_stay_full(sized):
         stop_scenario(sized)
 
 
-def test_a_scenario_for_another_robot_says_so(page):
+def test_scenario_for_another_robot_shows_a_warning(page):
     """jammed_joint is made for robots/joint.toml with one MG8016; the drives here are MF7015."""
     page.go("bench")
     run_jammed_joint(page)
@@ -88,7 +88,7 @@ def test_a_scenario_for_another_robot_says_so(page):
         stop_scenario(page)
 
 
-def test_a_note_lies_over_no_button(sized):
+def test_notes_cover_no_button(sized):
     sized.for_drives(2)
     sized.choose("#fault-kind", "friction")
     sized.fill('#fault-parameters [data-key="factor"]', 2)
@@ -109,7 +109,7 @@ def test_a_note_lies_over_no_button(sized):
     sized.click("#view-bench", "Clear all")
 
 
-def test_without_a_drive_there_are_no_values(page):
+def test_no_values_are_shown_without_a_drive(page):
     page.go("bench")
     page.for_drives(1)
     settle(page, lambda: "V" in page.text("#supply-now"))

@@ -36,7 +36,7 @@ def healed(page):
 
 
 @pytest.mark.parametrize("fault", ["jam", "phase_open"])
-def test_a_card_says_what_was_injected(healed, bench, fault):
+def test_card_shows_injected_faults(healed, bench, fault):
     page = healed
     words = fault.replace("_", " ")
     assert page.run(TELL, {"id": 2, "fault": fault}) == 200
@@ -48,13 +48,13 @@ def test_a_card_says_what_was_injected(healed, bench, fault):
     assert border(page, 2) != colour(page, "--warn")
 
 
-def test_a_fault_that_waits_is_said_to_wait(healed):
+def test_card_shows_that_a_fault_is_armed(healed):
     page = healed
     assert page.run(TELL, {"ids": "2", "fault": {"kind": "drop", "every_s": 1000, "for_s": 0.01}}) == 200
     settle(page, lambda: page.text(f"{card(page, 2)} .faults") == "injected: drop (paused)")
 
 
-def test_an_error_makes_a_card_red(healed):
+def test_card_with_an_error_is_red(healed):
     page = healed
     assert page.run(TELL, {"id": 2, "fault": {"kind": "temperature_stuck", "value_C": 140}}) == 200
     settle(page, lambda: page.errors(2) == "motor temperature")
@@ -63,7 +63,7 @@ def test_an_error_makes_a_card_red(healed):
     assert page.run(TELL, {"id": 2, "power": "cycle"}) == 200
 
 
-def test_replies_are_those_that_left(healed, bench):
+def test_reply_rate_excludes_suppressed_replies(healed, bench):
     """A silent drive receives, obeys and counts its replies."""
     page = healed
     assert page.run(TELL, {"id": 3, "fault": "silent"}) == 200
@@ -77,7 +77,7 @@ def test_replies_are_those_that_left(healed, bench):
     bench.move()
 
 
-def test_a_drive_without_power_has_no_measurements(healed):
+def test_drive_without_power_shows_no_measurements(healed):
     page = healed
     assert page.run(TELL, {"id": 2, "power": "off"}) == 200
     settle(page, lambda: page.state(2) == "no power")
@@ -86,7 +86,7 @@ def test_a_drive_without_power_has_no_measurements(healed):
     settle(page, lambda: shown()[:-1] == ["–"] * 6)
 
 
-def test_the_angle_is_there_in_numbers(healed, bench):
+def test_card_shows_the_angle_as_a_number(healed, bench):
     page = healed
     bench.ask(1, 0x88)
     bench.position(1, 450)
@@ -131,7 +131,7 @@ def two():
     bench.close()
 
 
-def test_drives_of_a_bus_stand_together(two, browser):
+def test_drives_are_grouped_by_bus(two, browser):
     page = Page(browser, two.http)
     groups = page.run("""return [...document.querySelectorAll('.bus-group')].map((group) =>
       [group.querySelector('h2').textContent, [...group.querySelectorAll('.card')].map((card) => card.dataset.drive)])""")

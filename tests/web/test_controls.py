@@ -17,7 +17,7 @@ def notes(page):
     return " ".join(note.text for note in page.all(".note"))
 
 
-def test_power_and_supply(page, bench):
+def test_power_and_supply_take_effect(page, bench):
     page.go("bench")
     page.for_drives(3)
     page.fill('[aria-label="supply, V"]', 18)
@@ -32,7 +32,7 @@ def test_power_and_supply(page, bench):
     settle(page, lambda: bench.ask(3, 0x9A) is not None)
 
 
-def test_the_bench_shows_what_applies_now(page, bench):
+def test_bench_shows_the_present_values(page, bench):
     """Shows changes from any source."""
     page.go("bench")
     page.for_drives(3)
@@ -51,7 +51,7 @@ def test_the_bench_shows_what_applies_now(page, bench):
     page.for_drives(3)
 
 
-def test_the_shaft_is_turned_with_the_mouse(page, bench):
+def test_mouse_turns_the_shaft(page, bench):
     page.go("bench")
     page.for_drives(2)
     bench.ask(2, 0x80)  # a free shaft stays where it is turned
@@ -71,7 +71,7 @@ def test_the_shaft_is_turned_with_the_mouse(page, bench):
     bench.ask(2, 0x88)
 
 
-def test_a_scenario_is_started_and_judged(page, bench):
+def test_scenario_runs_and_shows_its_verdict(page, bench):
     page.go("bench")
     jammed = '#scenario option[value$="jammed_joint.toml"]'
     settle(page, lambda: page.all(jammed))
@@ -84,7 +84,7 @@ def test_a_scenario_is_started_and_judged(page, bench):
     assert any(word in page.text("#scenario-state") for word in ("passed", "failed"))
 
 
-def test_an_empty_field_is_no_number(page, bench):
+def test_empty_field_is_refused(page, bench):
     page.go("bench")
     page.for_drives(3)
     page.fill('[aria-label="supply, V"]', "")
@@ -101,7 +101,7 @@ def test_an_empty_field_is_no_number(page, bench):
     page.for_drives(3)
 
 
-def test_each_drive_keeps_its_load_but_for_what_was_edited(page):
+def test_load_change_keeps_values_that_were_not_edited(page):
     page.go("bench")
     assert page.run(TELL, {"id": 2, "load": {"J_g_cm2": 2, "theta_max_deg": 400}}) == 200
     assert page.run(TELL, {"id": 3, "load": {"J_g_cm2": 3, "tau_Nm": 0.01}}) == 200
@@ -126,7 +126,7 @@ def test_each_drive_keeps_its_load_but_for_what_was_edited(page):
     page.for_drives(2)
 
 
-def test_what_was_chosen_last_is_the_scenario(page, tmp_path):
+def test_last_chosen_scenario_is_started(page, tmp_path):
     page.go("bench")
     settle(page, lambda: page.all('#scenario option[value$="jammed_joint.toml"]'))
     own = tmp_path / "own.toml"
@@ -141,7 +141,7 @@ def test_what_was_chosen_last_is_the_scenario(page, tmp_path):
     settle(page, lambda: chosen() == [0, jammed])
 
 
-def test_a_button_that_was_pressed_keeps_the_focus(page):
+def test_pressed_button_keeps_the_focus(page):
     page.go("bench")
     page.for_drives(1)
     button = page.button("#view-bench", "drive 2")
@@ -150,7 +150,7 @@ def test_a_button_that_was_pressed_keeps_the_focus(page):
     assert page.driver.switch_to.active_element == button
 
 
-def test_a_scenario_that_says_nothing_tells_why(page, tmp_path):
+def test_invalid_verdict_shows_the_reason(page, tmp_path):
     page.go("bench")
     own = tmp_path / "own.toml"
     # Drive 4 gets no frames, so its hang has no effect (docs/guides/scenarios.md).

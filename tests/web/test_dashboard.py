@@ -8,7 +8,7 @@ import pytest
 from dashboard import nap, settle
 
 
-def test_cards_show_what_the_drives_say(page, bench):
+def test_cards_show_the_reported_values(page, bench):
     page.go("bus")
     assert len(page.all(".card")) == 4
     # 0x9A: temperature in whole °C, voltage in 0.1 V; sensor noise is smaller.
@@ -19,7 +19,7 @@ def test_cards_show_what_the_drives_say(page, bench):
     assert page.errors(1) == "no errors"
 
 
-def test_the_dial_stands_where_the_shaft_does(page, bench):
+def test_dial_shows_the_shaft_angle(page, bench):
     page.go("bus")
     bench.ask(1, 0x88)
     bench.position(1, 90)
@@ -28,7 +28,7 @@ def test_the_dial_stands_where_the_shaft_does(page, bench):
     settle(page, lambda: abs((page.dial_deg(1) - page.dial_deg(1, "zero") - 90 + 180) % 360 - 180) < 2)
 
 
-def test_the_dial_shows_a_target_while_there_is_one(page, bench):
+def test_dial_shows_the_target_angle(page, bench):
     page.go("bus")
     aimless = lambda: page.run("""return document.querySelector('[data-drive$="/1"] .dial svg').matches('.aimless')""")
     bench.ask(1, 0x88)
@@ -38,7 +38,7 @@ def test_the_dial_shows_a_target_while_there_is_one(page, bench):
     settle(page, aimless)
 
 
-def test_state_and_replies_are_followed(page, bench):
+def test_card_follows_state_and_replies(page, bench):
     page.go("bus")
     bench.ask(3, 0x80)
     settle(page, lambda: page.state(3) == "off")
@@ -50,7 +50,7 @@ def test_state_and_replies_are_followed(page, bench):
     settle(page, lambda: page.field(3, "replies") == 0)
 
 
-def test_a_fault_that_is_clicked_takes_effect_on_the_bus(page, bench):
+def test_clicked_fault_takes_effect_on_the_bus(page, bench):
     page.go("bench")
     page.for_drives(2)
     page.choose("#fault-kind", "hang")
@@ -64,7 +64,7 @@ def test_a_fault_that_is_clicked_takes_effect_on_the_bus(page, bench):
     assert bench.read(2, 0x9A)
 
 
-def test_a_fault_takes_its_parameters(page, bench):
+def test_fault_uses_the_entered_parameters(page, bench):
     page.go("bench")
     page.for_drives(4)
     page.choose("#fault-kind", "sag")
@@ -100,7 +100,7 @@ def time_stands(page):
     settle(page, lambda: page.text("#clock-mode") == "realtime")
 
 
-def test_a_supply_that_sags_is_measured_and_comes_back(page, time_stands):
+def test_supply_sag_is_measured_and_ends(page, time_stands):
     page.for_drives(2)
     page.fill('[aria-label="sag to, V"]', 14)
     page.fill('[aria-label="for, s"]', 0.05)
@@ -114,7 +114,7 @@ def test_a_supply_that_sags_is_measured_and_comes_back(page, time_stands):
     assert measured_V(page, 2) == pytest.approx(24, abs=0.2)
 
 
-def test_a_power_cycle_is_over_in_its_time(page, time_stands):
+def test_power_cycle_ends_in_time(page, time_stands):
     page.for_drives(3)
     page.fill('[aria-label="off for, s"]', 0.05)
     page.click("#view-bench", "Cycle")
@@ -125,7 +125,7 @@ def test_a_power_cycle_is_over_in_its_time(page, time_stands):
     settle(page, lambda: "off" not in page.text("#supply-now"))
 
 
-def test_time_is_scaled(page):
+def test_clock_factor_scales_time(page):
     page.go("bench")
     page.fill('#view-bench input[max="1000"]', 0.25)
     page.click("#view-bench", "Scale")
@@ -134,7 +134,7 @@ def test_time_is_scaled(page):
     settle(page, lambda: page.text("#clock-mode") == "realtime")
 
 
-def test_the_scope_sees_a_step_with_its_overshoot(page, bench):
+def test_scope_shows_the_overshoot_of_a_step(page, bench):
     bench.angle_gain(1, 250)
     bench.position(1, 0)
     settle(page, lambda: abs(bench.angle_deg(1)) < 0.2)
@@ -173,7 +173,7 @@ def test_the_scope_sees_a_step_with_its_overshoot(page, bench):
     assert drawn["drawn"] == drawn["kept"]
 
 
-def test_cursors_tell_differences(page, bench):
+def test_cursors_show_differences(page, bench):
     page.go("scope")
     settle(page, lambda: page.scope("s.captures[0].samples.last_s - s.captures[0].samples.first_s > 5.5"))
     page.click(".scope-controls", "Pause")
@@ -192,7 +192,7 @@ def test_cursors_tell_differences(page, bench):
     page.click(".scope-controls", "Resume")
 
 
-def test_csv_has_what_is_in_view(page, bench):
+def test_csv_contains_the_samples_in_view(page, bench):
     page.go("scope")
     settle(page, lambda: page.scope("s.captures[0].samples.length > 100"))
     page.click(".scope-controls", "Pause")
@@ -210,7 +210,7 @@ def test_csv_has_what_is_in_view(page, bench):
     page.click(".scope-controls", "Resume")
 
 
-def test_time_stands_and_moves_by_steps(page, bench):
+def test_stepped_clock_advances_by_steps(page, bench):
     page.go("bench")
     page.click("#view-bench", "Stop the clock")
     settle(page, lambda: page.text("#clock-mode") == "stepped")
@@ -224,7 +224,7 @@ def test_time_stands_and_moves_by_steps(page, bench):
     settle(page, lambda: page.text("#clock-mode") == "realtime")
 
 
-def test_a_lost_connection_says_so_and_comes_back(page, bench):
+def test_lost_connection_is_shown_and_restored(page, bench):
     page.go("bus")
     assert not page.one("#lost").is_displayed()
     bench.stop()
@@ -247,7 +247,7 @@ def restart(page, bench):
     settle(page, lambda: not page.one("#lost").is_displayed())
 
 
-def test_the_scope_goes_on_with_a_program_that_began_anew(page, bench):
+def test_scope_continues_after_a_restart(page, bench):
     page.go(f"scope?drive={bench.bus}/1")
     settle(page, lambda: page.scope("s.captures[0].samples.length > 100"))
     restart(page, bench)
@@ -259,7 +259,7 @@ def test_the_scope_goes_on_with_a_program_that_began_anew(page, bench):
     page.complaints()  # discards errors of the disconnection
 
 
-def test_the_traffic_goes_on_with_a_program_that_began_anew(page, bench):
+def test_traffic_continues_after_a_restart(page, bench):
     def frame_is_seen():
         bench.ask(4, 0x9C)  # repeated: no event reports that the stream is open
         return "read state 2" in page.text("#view-traffic tbody")
@@ -276,7 +276,7 @@ def test_the_traffic_goes_on_with_a_program_that_began_anew(page, bench):
 
 
 @pytest.mark.parametrize("view", ["bus", "scope", "traffic", "bench"])
-def test_a_view_that_is_left_for_an_instant_is_drawn_once_a_frame(page, view):
+def test_view_left_briefly_is_drawn_once_a_frame(page, view):
     page.go(view)
     page.driver.execute_async_script("""
       const [view, done] = arguments;
@@ -290,7 +290,7 @@ def test_a_view_that_is_left_for_an_instant_is_drawn_once_a_frame(page, view):
     assert drawn == [1] * len(drawn)
 
 
-def test_nobody_else_is_asked_for_anything(page, bench):
+def test_page_requests_no_other_host(page, bench):
     page.driver.refresh()
     page.until(lambda: page.all(".card"))
     assert page.requested_hosts() == {f"127.0.0.1:{bench.http}"}
@@ -307,7 +307,7 @@ def test_every_control_has_a_name(page, bench):
         assert nameless == []
 
 
-def test_streaming_does_not_grow(page, bench):
+def test_streaming_does_not_leak_memory(page, bench):
     """Long runs: LKEMU_SOAK_S=3600; pytest -s prints the figures during the run."""
     soak_s = float(os.environ.get("LKEMU_SOAK_S", "12"))
     bench.move(1, 2, 3, 4)

@@ -27,7 +27,7 @@ def api(page, path):
     return page.run(f"return fetch('/api/v1{path}').then((answer) => answer.json())")
 
 
-def test_both_dictionaries_have_the_same_places(page):
+def test_both_dictionaries_have_equal_placeholders(page):
     english = words(page, "words_en.js", "kEnglish")
     chinese = words(page, "words_zh.js", "kChinese")
     assert set(chinese) <= set(english)
@@ -37,7 +37,7 @@ def test_both_dictionaries_have_the_same_places(page):
         assert text.strip(), key
 
 
-def test_every_word_that_is_used_is_there_and_the_other_way_round(page):
+def test_dictionary_has_exactly_the_used_keys(page):
     english = words(page, "words_en.js", "kEnglish")
     sources = "".join(path.read_text() for path in (ROOT / "web").glob("*.js") if not path.name.startswith("words"))
     html = (ROOT / "web/index.html").read_text()
@@ -49,7 +49,7 @@ def test_every_word_that_is_used_is_there_and_the_other_way_round(page):
     assert {key for key in english if not key.startswith(beginnings)} - used - others == set()
 
 
-def test_names_that_are_translated_are_the_program_s(page):
+def test_translated_names_exist_in_the_program(page):
     names = words(page, "words_zh_names.js", "kChineseNames")
     kinds = api(page, "/faults/kinds")
     assert all(kind["about_zh"] for kind in kinds)
@@ -66,7 +66,7 @@ def test_names_that_are_translated_are_the_program_s(page):
         print("not in Chinese:", *(known - set(names[group])))
 
 
-def test_the_page_is_chinese(chinese, bench):
+def test_page_is_chinese(chinese, bench):
     english = words(chinese, "words_en.js", "kEnglish")
     behind = [english[key] for key in set(english) - set(words(chinese, "words_zh.js", "kChinese"))]
     assert chinese.run("return document.documentElement.lang") == "zh-CN"
@@ -107,7 +107,7 @@ def test_the_page_is_chinese(chinese, bench):
     chinese.fill("#view-traffic input[type=search]", "")
 
 
-def test_the_switch_leads_to_the_other_language_and_back(chinese):
+def test_switch_changes_the_language_and_back(chinese):
     chinese.go("bench")
     chinese.one("#language").click()
     chinese.until(lambda: chinese.run("return document.documentElement.lang") == "en")
@@ -117,7 +117,7 @@ def test_the_switch_leads_to_the_other_language_and_back(chinese):
     chinese.until(lambda: chinese.run("return document.documentElement.lang") == "zh-CN")
 
 
-def test_the_language_that_the_program_was_given_is_that_of_the_page(browser):
+def test_program_option_sets_the_language(browser):
     """For a browser that requests English, until the user chooses."""
     bench = Bench(PROGRAM, ["1"], "--lang", "zh")
     page = Page(browser, bench.http)

@@ -45,7 +45,7 @@ def test_advice_is_shown_and_rows_are_marked(advised, bench):
     advised.until(lambda: len(advised.all("#view-traffic tbody tr")) == 2)
 
 
-def test_no_other_host_can_be_asked(page):
+def test_policy_blocks_other_hosts(page):
     """The policy of the page blocks connections elsewhere, whatever a script does."""
     with socket.create_server(("127.0.0.1", 0)) as elsewhere:
         elsewhere.settimeout(0.5)
@@ -65,7 +65,7 @@ def test_no_other_host_can_be_asked(page):
     page.complaints()  # discards the errors of this attempt
 
 
-def test_the_scope_obeys_the_keyboard(page, bench):
+def test_keys_control_the_scope(page, bench):
     page.go(f"scope?drive={bench.bus}/1")
     page.until(lambda: page.scope("s.traces.length > 0 && s.captures[0].samples.length > 100"))
     plots = page.one(".plots")
@@ -86,7 +86,7 @@ def test_the_scope_obeys_the_keyboard(page, bench):
     page.until(lambda: page.button(".scope-controls", "Pause"))
 
 
-def test_the_keyboard_reaches_everything(page):
+def test_tab_reaches_every_control(page):
     """Tab visits all controls in the order of the page, with a visible focus."""
     page.go("bus")
     page.run("document.activeElement.blur(); window.scrollTo(0, 0)")
@@ -102,7 +102,7 @@ def test_the_keyboard_reaches_everything(page):
     assert all(outline != "none" for name, outline in reached if name in ("Bus", "◐", "scope"))
 
 
-def test_the_skip_link_leads_to_the_content_of_this_view(page):
+def test_skip_link_leads_to_the_content_of_the_view(page):
     page.go("bench")
     page.run("document.querySelector('.skip').focus()")
     page.driver.switch_to.active_element.send_keys(Keys.ENTER)
@@ -111,7 +111,7 @@ def test_the_skip_link_leads_to_the_content_of_this_view(page):
     assert page.one("#view-bench").is_displayed()
 
 
-def test_an_address_without_a_view_is_the_bus(page):
+def test_unknown_view_in_the_address_shows_the_bus(page):
     page.go("bench")
     page.run("location.hash = '#constructor'")
     page.until(lambda: page.one("#view-bus").is_displayed())
@@ -119,7 +119,7 @@ def test_an_address_without_a_view_is_the_bus(page):
 
 
 @pytest.mark.parametrize("size", [(1024, 768), (800, 1280), (1440, 900)])
-def test_it_fits_on_the_screen(page, size):
+def test_page_fits_on_the_screen(page, size):
     page.resize(size)
     try:
         for view in ("bus", "scope", "traffic", "bench"):
@@ -163,20 +163,20 @@ def unsteady(bench, browser):
     page.close()
 
 
-def test_a_missing_answer_at_the_beginning_is_asked_for_again(unsteady):
+def test_missing_first_answer_is_requested_again(unsteady):
     """Otherwise there would be no cards, for which Page waits."""
     assert unsteady.run("return window.missing") == 0
     assert len(unsteady.all(".card")) == 4
 
 
-def test_a_missing_answer_of_a_new_program_is_asked_for_again(unsteady):
+def test_missing_answer_of_a_new_program_is_requested_again(unsteady):
     unsteady.run("window.rebuilt = 0; window.news.push({pid: -1, missing: 1})")
     unsteady.until(lambda: unsteady.run("return window.rebuilt") == 1)
     assert unsteady.run("return window.missing") == 0
     unsteady.until(lambda: not unsteady.one("#lost").is_displayed())
 
 
-def test_panels_of_programs_that_are_gone_are_forgotten(unsteady):
+def test_panels_of_ended_programs_are_freed(unsteady):
     def nodes():
         return unsteady.heap_bytes()["Nodes"]
 

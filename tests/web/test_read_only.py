@@ -22,7 +22,7 @@ def page(bench, browser):
     page.close()
 
 
-def test_controls_are_dead_and_say_why(page):
+def test_controls_are_disabled_and_show_why(page):
     page.go("bench")
     assert "--http-write" in page.text("#bench-hint")
     page.until(lambda: page.text("#access") == "read-only")
@@ -30,7 +30,7 @@ def test_controls_are_dead_and_say_why(page):
     assert not page.button("#view-bench", "Inject").is_enabled()
 
 
-def test_a_shaft_that_may_not_be_turned_says_so_once(page):
+def test_locked_shaft_shows_one_note(page):
     page.go("bench")
     dial = page.one("#view-bench .dial")
     page.until(lambda: dial.get_attribute("aria-disabled") == "true")
@@ -43,7 +43,7 @@ def test_a_shaft_that_may_not_be_turned_says_so_once(page):
     page.until(lambda: [note.text for note in page.all(".note")] == ["this page is read-only"])
 
 
-def test_the_program_refuses_whatever_the_page_does(page, bench):
+def test_program_refuses_changes_by_the_page(page, bench):
     status = page.run("""return fetch('/api/v1/directives', {method: 'POST',
       headers: {'Content-Type': 'application/json'}, body: '{"power": "off"}'}).then((answer) => answer.status)""")
     assert status == 403
@@ -63,7 +63,7 @@ def test_32_drives_fit_on_one_screen(page):
     assert spilling == []
 
 
-def test_the_scope_shows_32_drives(page, bench):
+def test_scope_shows_32_drives(page, bench):
     page.go(f"scope?drive={bench.bus}/1")
     page.click(".scope-controls", "all drives")
     page.until(lambda: page.scope("s.traces.length") == 32 * 4)

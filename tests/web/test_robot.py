@@ -96,14 +96,14 @@ def is_blue(colour):
     return colour[2] > 60 and max(colour[:2]) < colour[2] / 3
 
 
-def test_the_robot_is_drawn_where_it_is(robot):
+def test_robot_is_drawn_at_its_position(robot):
     assert is_magenta(robot.colour(TRUNK))
     assert is_blue(robot.colour(BEHIND))
     # Next to it are only the board's two colours.
     assert not is_magenta(robot.colour((0, -0.5, 0))) and not is_blue(robot.colour((0, -0.5, 0)))
 
 
-def test_a_step_of_the_floor_comes_and_goes(robot):
+def test_floor_step_appears_and_disappears(robot):
     def is_yellow():
         red, green, blue = robot.colour((0.55, 0, 0.1))
         return min(red, green) > 60 and blue < min(red, green) / 3
@@ -116,7 +116,7 @@ def test_a_step_of_the_floor_comes_and_goes(robot):
     assert is_magenta(robot.colour(TRUNK)) and is_blue(robot.colour(BEHIND)), "all else stays"
 
 
-def test_it_moves_as_its_poses_do_and_is_followed(robot):
+def test_robot_follows_its_poses_and_the_camera_follows_it(robot):
     robot.stand(height_m=1.1)
     before = robot.inspect("r.camera")
     assert is_magenta(robot.colour((0, 0, 1.15)))
@@ -126,7 +126,7 @@ def test_it_moves_as_its_poses_do_and_is_followed(robot):
     assert is_magenta(robot.colour((2, 0, 1.15)))
 
 
-def test_what_is_nearer_hides_what_is_behind(robot):
+def test_nearer_objects_hide_farther_ones(robot):
     """Level view from the right: the trunk at y = 0 hides the cylinder at y = 1; from the left it is behind it."""
     robot.stand(height_m=0.12)
     step = 24  # keys for half a turn; the home view is a sixth of a turn to the right of ahead, and an eighth of half a turn up
@@ -141,7 +141,7 @@ def test_what_is_nearer_hides_what_is_behind(robot):
     assert is_blue(robot.colour((0.06, 1, 0.05))), "nothing before the cylinder"
 
 
-def test_contacts_are_arrows_as_long_as_their_forces(robot):
+def test_contact_arrows_are_proportional_to_forces(robot):
     """49 N of 98 N of weight gives half of 0.6 of the robot's reach, some 0.16 m; its colour is --zero, a blue."""
     def bluest(height):
         """Returns the bluest pixel near a point above the contact: an arrow is a few pixels wide."""
@@ -156,7 +156,7 @@ def test_contacts_are_arrows_as_long_as_their_forces(robot):
     robot.page.until(lambda: bluest(0.06) > 40)
 
 
-def test_joints_are_coloured_by_what_was_chosen(robot, bench):
+def test_joints_are_coloured_by_the_chosen_quantity(robot, bench):
     """The joint of drive 2 is at the right hip, in front of the leg in the home view."""
     hip = (0, -0.15 - 0.02, 0.5)
 
@@ -178,7 +178,7 @@ def test_joints_are_coloured_by_what_was_chosen(robot, bench):
     robot.page.until(lambda: " A" in robot.page.text(".robot-legend"))
 
 
-def test_the_view_is_turned_moved_and_zoomed_with_mouse_and_keys(robot):
+def test_mouse_and_keys_turn_move_and_zoom_the_view(robot):
     home = robot.inspect("r.camera")
     far = robot.inspect("Math.hypot(...r.camera)")
 
@@ -205,7 +205,7 @@ def test_the_view_is_turned_moved_and_zoomed_with_mouse_and_keys(robot):
     assert back()
 
 
-def test_a_drag_at_the_robot_pushes_it_for_as_long_as_it_lasts(robot):
+def test_drag_at_the_robot_pushes_it_until_released(robot):
     robot.page.run("window.pushes.length = 0")
     home = robot.inspect("r.camera")
     robot.hand(TRUNK).click_and_hold().move_by_offset(0, -80).perform()
@@ -225,7 +225,7 @@ def test_a_drag_at_the_robot_pushes_it_for_as_long_as_it_lasts(robot):
     assert robot.inspect("r.camera") == pytest.approx(home, abs=1e-6), "the view stays"
 
 
-def test_the_last_minute_is_replayed(robot):
+def test_last_minute_can_be_replayed(robot):
     robot.stand(height_m=0.5)
     robot.stand(height_m=1.1)
     robot.page.until(lambda: robot.inspect("r.frames[1] - r.frames[0]") > 60)
@@ -245,7 +245,7 @@ def test_the_last_minute_is_replayed(robot):
     robot.page.until(lambda: is_magenta(robot.colour((0, 0, 1.15))))
 
 
-def test_the_record_is_a_minute_in_order(robot):
+def test_record_keeps_one_minute_in_order(robot):
     """Tests the module alone: old frames are dropped, the others keep their order."""
     seen = robot.page.driver.execute_async_script("""
       const done = arguments[0];
@@ -266,7 +266,7 @@ def test_the_record_is_a_minute_in_order(robot):
     assert (left, pose) == (1, 7), "time has gone back: what was is forgotten"
 
 
-def test_nothing_comes_and_nothing_is_drawn_for_a_view_that_is_hidden(robot):
+def test_hidden_view_receives_and_draws_nothing(robot):
     opened, closed = robot.page.run("return [window.robot.opened, window.robot.closed]")
     robot.page.go("bench")
     robot.page.until(lambda: robot.page.run("return window.robot.closed") == closed + 1)
@@ -278,7 +278,7 @@ def test_nothing_comes_and_nothing_is_drawn_for_a_view_that_is_hidden(robot):
     robot.page.until(lambda: robot.inspect("r.drawn") > drawn)
 
 
-def test_a_hidden_tab_gets_no_poses(robot):
+def test_hidden_tab_receives_no_poses(robot):
     closed = robot.page.run("return window.robot.closed")
     robot.page.run("""Object.defineProperty(document, 'hidden', {value: true, configurable: true});
                       document.dispatchEvent(new Event('visibilitychange'))""")
@@ -291,7 +291,7 @@ def test_a_hidden_tab_gets_no_poses(robot):
     robot.page.until(lambda: robot.inspect("r.drawn") > drawn)
 
 
-def test_a_robot_that_stands_still_is_not_drawn_again(robot):
+def test_still_robot_is_not_redrawn(robot):
     robot.page.one("#robot input[type=range]").send_keys(Keys.HOME)
     robot.page.until(lambda: robot.inspect("r.cursor") is not None)
     robot.page.drawn()
@@ -300,7 +300,7 @@ def test_a_robot_that_stands_still_is_not_drawn_again(robot):
     assert robot.inspect("r.drawn") == drawn
 
 
-def test_colours_are_those_of_the_theme(robot):
+def test_robot_uses_the_colours_of_the_theme(robot):
     def background():
         return robot.picture().getpixel((10, 10))
 
@@ -311,14 +311,14 @@ def test_colours_are_those_of_the_theme(robot):
     robot.page.until(lambda: background() == before)
 
 
-def test_without_a_body_there_is_no_panel_and_no_three(page):
+def test_program_without_a_body_loads_no_panel_and_no_three_js(page):
     page.go("bus")
     assert page.all("#robot") == []
     names = page.run("return performance.getEntriesByType('resource').map((one) => one.name)")
     assert not [name for name in names if "three" in name]
 
 
-def test_without_webgl_there_is_one_line_in_its_place(bench, browser):
+def test_missing_webgl_shows_one_line(bench, browser):
     page = Page(browser, bench.http, before=stub(bench) + NO_WEBGL)
     try:
         page.until(lambda: "no WebGL" in page.text("#robot"))
@@ -328,7 +328,7 @@ def test_without_webgl_there_is_one_line_in_its_place(bench, browser):
         page.close()
 
 
-def test_its_words_are_chinese_on_a_chinese_page(bench, browser):
+def test_robot_panel_is_chinese_on_a_chinese_page(bench, browser):
     page = Page(browser, bench.http, SIZE, query="?lang=zh", before=stub(bench))
     page.until(lambda: page.all("#robot .robot-replay"))
     page.until(lambda: "电流" in page.one("#robot").text)

@@ -62,14 +62,14 @@ def wait_for_rest(page, bench):
     page.until(is_at_rest)
 
 
-def test_the_body_moves_with_its_drive(page, bench):
+def test_body_moves_with_its_drive(page, bench):
     page.until(lambda: inspect(page, "r.frames[1]") > 3)
     before = tilt_angle(page)
     bench.position(1, 400, 300)
     page.until(lambda: abs(tilt_angle(page) - before) > 0.1)
 
 
-def test_a_push_of_the_mouse_is_taken_by_the_program(page, bench):
+def test_program_accepts_a_push_by_mouse(page, bench):
     """Tests of the directive cover the resulting motion."""
     page.run("""
       window.pushed = [];

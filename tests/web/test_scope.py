@@ -27,16 +27,16 @@ def samples(page, script):
 
 
 @pytest.mark.parametrize("from_s", [0, 0.3])
-def test_a_peak_that_comes_after_the_picture_began_is_drawn(scope, from_s):
+def test_peak_after_the_first_drawing_is_drawn(scope, from_s):
     """The plot extends 0.8 s beyond the samples, as for a bus that is behind another."""
     assert samples(scope, f"put(0, 1200); const before = most(0, 2); put(1200, 2500); done([before, most({from_s}, {from_s} + 2)])") == [0, 7]
 
 
-def test_a_sample_without_a_value_takes_no_peak_away(scope):
+def test_missing_value_hides_no_peak(scope):
     assert samples(scope, "put(0, 2000, (n) => [n === 1500 ? 7 : n > 1500 && n < 1503 ? null : 0]); done(most(0, 2))") == 7
 
 
-def test_samples_are_taken_over_column_by_column(scope):
+def test_samples_are_adopted_column_by_column(scope):
     """With more columns fewer samples fit; those in view are kept."""
     taken = samples(scope, """put(0, 2000);
       const take = (keepFrom) => {
@@ -77,7 +77,7 @@ def first_s(scope):
     return scope.scope("s.captures[0].samples.first_s")
 
 
-def test_a_clock_that_stands_takes_nothing_away(scope, first_s):
+def test_stopped_clock_keeps_the_samples(scope, first_s):
     mode = """return fetch('/api/v1/clock', {method: 'PUT', headers: {'Content-Type': 'application/json'},
       body: JSON.stringify({mode: arguments[0]})}).then((answer) => answer.status)"""
     for name in ("x0.5", "stepped"):
@@ -92,7 +92,7 @@ def test_a_clock_that_stands_takes_nothing_away(scope, first_s):
     scope.until(lambda: scope.scope("s.captures[0].pace") == 1)
 
 
-def test_signals_come_and_go_while_the_scope_is_paused(scope, first_s):
+def test_signals_can_change_while_paused(scope, first_s):
     scope.click(".scope-controls", "Pause")
     view = scope.scope("s.view")
     for times in range(2):  # away and back
@@ -108,7 +108,7 @@ def test_signals_come_and_go_while_the_scope_is_paused(scope, first_s):
     scope.click(".scope-controls", "Resume")
 
 
-def test_another_width_does_not_end_a_pause(scope):
+def test_width_change_does_not_end_a_pause(scope):
     scope.click(".scope-controls", "Pause")
     before = scope.scope("s.view")
     scope.choose('[aria-label="seconds in view"]', "2")
@@ -118,7 +118,7 @@ def test_another_width_does_not_end_a_pause(scope):
     scope.click(".scope-controls", "Resume")
 
 
-def test_keys_serve_after_a_click_on_a_button(scope):
+def test_keys_work_after_a_click_on_a_button(scope):
     scope.click(".scope-controls", "Pause")
     button = scope.button(".scope-controls", "Resume")
     button.send_keys("ab")
@@ -147,7 +147,7 @@ def click(page, element, count=1, tremor_px=0):
 
 
 @pytest.mark.parametrize("tremor_px", [0, 2])
-def test_a_click_on_a_running_scope_changes_nothing(scope, tremor_px):
+def test_click_on_a_running_scope_changes_nothing(scope, tremor_px):
     width = scope.scope("s.view.to_s - s.view.from_s")
     for _ in range(3):
         click(scope, scope.one(".u-over"), tremor_px=tremor_px)
@@ -157,7 +157,7 @@ def test_a_click_on_a_running_scope_changes_nothing(scope, tremor_px):
         assert scope.scope("s.cursors") == {"A": None, "B": None}
 
 
-def test_a_double_click_pauses_and_goes_on(scope):
+def test_double_click_pauses_and_resumes(scope):
     """Marks the second click explicitly, since the time between clicks depends on the machine."""
     for name in ("Resume", "Pause"):
         width = scope.scope("s.view.to_s - s.view.from_s")
@@ -168,7 +168,7 @@ def test_a_double_click_pauses_and_goes_on(scope):
         assert scope.scope("s.view.to_s - s.view.from_s") == pytest.approx(width)
 
 
-def test_what_is_dragged_over_is_what_is_seen_then(scope):
+def test_drag_selects_the_part_that_was_visible(scope):
     """Drags over a tenth of the plot while its axis moves."""
     over = scope.one(".u-over")
     width_s, width_px = scope.scope("s.view.to_s - s.view.from_s"), over.size["width"]
@@ -213,7 +213,7 @@ def pressed(page):
     return [button.text for button in page.all('.scope-controls [aria-label="drives"] [aria-pressed=true]')]
 
 
-def test_all_drives_is_undone_by_the_same_button(scope):
+def test_all_drives_button_toggles(scope):
     scope.click(".scope-controls", "drive 2")
     scope.click(".scope-controls", "drive 2")
     before = pressed(scope)
@@ -223,7 +223,7 @@ def test_all_drives_is_undone_by_the_same_button(scope):
     assert pressed(scope) == before
 
 
-def test_the_link_of_a_card_leads_to_its_drive_alone(scope, bench):
+def test_link_of_a_card_shows_only_its_drive(scope, bench):
     scope.click(".scope-controls", "all drives")
     scope.go("bus")
     scope.one('[data-drive$="/3"] a[href^="#scope"]').click()
@@ -234,7 +234,7 @@ def test_the_link_of_a_card_leads_to_its_drive_alone(scope, bench):
 
 
 @pytest.mark.parametrize("values", [[48, 48 + 1e-14], [360, 360 + 1e-13], [48, 48], [0, 1e-300], [1e9, 1e9 + 1e-6], [-3, 5]])
-def test_values_a_rounding_apart_have_an_axis(scope, values):
+def test_values_a_rounding_error_apart_have_an_axis(scope, values):
     ticks = scope.driver.execute_async_script("""
       const [values, done] = arguments;
       import('/panels.js').then(({range}) => {
@@ -247,7 +247,7 @@ def test_values_a_rounding_apart_have_an_axis(scope, values):
 
 
 @pytest.mark.parametrize("drive", ["vcan7/1", "BUS/31", "BUS"])
-def test_an_address_of_a_drive_that_is_not_there(scope, bench, drive):
+def test_address_of_an_unknown_drive_is_reported(scope, bench, drive):
     drive = drive.replace("BUS", bench.bus)
     before = scope.scope("s.traces.map((one) => one.label)")
     scope.go(f"scope?drive={drive}&time_s=x")
@@ -258,7 +258,7 @@ def test_an_address_of_a_drive_that_is_not_there(scope, bench, drive):
     assert scope.complaints() == []
 
 
-def test_a_stream_that_does_not_open_is_told(bench, browser):
+def test_stream_that_does_not_open_is_reported(bench, browser):
     page = Page(browser, bench.http, query="#scope", before="""
       const Plain = window.WebSocket;
       window.WebSocket = function (address, ...rest) { return new Plain(address.replace('/telemetry', '/nothing'), ...rest); };""")
@@ -277,7 +277,7 @@ def two_buses(browser):
     bench.close()
 
 
-def test_all_buses_together_keep_to_what_may_be_asked_for(two_buses):
+def test_all_buses_together_respect_the_rate_limit(two_buses):
     page = two_buses
     page.until(lambda: page.scope("s.captures.length === 2 && s.captures.every((one) => one.samples.length > 10)"))
     page.click(".scope-controls", "all drives")

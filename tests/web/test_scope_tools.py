@@ -28,7 +28,7 @@ def module(page, name, script, *arguments):
 
 # --- spectra
 
-def test_the_transform_is_that_of_the_definition(scope):
+def test_transform_equals_its_definition(scope):
     source = random.Random(7)
     x = [complex(source.uniform(-1, 1), source.uniform(-1, 1)) for _ in range(16)]
     re, im = module(scope, "fft.js", """
@@ -42,7 +42,7 @@ def test_the_transform_is_that_of_the_definition(scope):
 
 @pytest.mark.parametrize("frequency_Hz", [50, 50.3, 123.456])
 @pytest.mark.parametrize("count", [1000, 1024, 1500])
-def test_a_sine_has_a_line_of_its_amplitude(scope, frequency_Hz, count):
+def test_sine_has_a_line_of_its_amplitude(scope, frequency_Hz, count):
     """A sine of 3 on an offset of 10. Between lines the parabola errs by less than 0.5 % in amplitude (the logarithm of
     a padded Hann line is not a parabola) and by 1/20 of 1/T in frequency."""
     values = [10 + 3 * math.sin(2 * math.pi * frequency_Hz * n / 1000) for n in range(count)]
@@ -51,12 +51,12 @@ def test_a_sine_has_a_line_of_its_amplitude(scope, frequency_Hz, count):
     assert peak["amplitude"] == pytest.approx(3, rel=0.005)
 
 
-def test_what_is_flat_has_no_peak(scope):
+def test_flat_spectrum_has_no_peak(scope):
     assert module(scope, "fft.js", "return m.peakOf(m.spectrum(new Float64Array(100).fill(24), 1000));") is None
     assert module(scope, "fft.js", "return m.spectrum(new Float64Array(7), 1000);") is None
 
 
-def test_no_line_is_lost_when_there_are_fewer_columns(scope):
+def test_fewer_columns_lose_no_line(scope):
     highest = module(scope, "fft.js", """
       const lines = new Float64Array(5000);
       lines[1234] = 2;
@@ -77,7 +77,7 @@ def piece(page, samples):
       }).catch((error) => done(String(error)));""", samples)
 
 
-def test_a_gap_is_not_transformed(scope):
+def test_spectrum_uses_samples_without_a_gap(scope):
     gap = [[n / 10, 1] for n in range(100) if not 40 <= n < 50]
     assert piece(scope, gap) == pytest.approx([50, 10, 5, 9.9])
     missing = [[n / 10, None if n == 60 else 1] for n in range(100)]
@@ -85,7 +85,7 @@ def test_a_gap_is_not_transformed(scope):
     assert piece(scope, gap[:5]) is None
 
 
-def test_each_picture_gets_a_spectrum_beside_it(scope):
+def test_each_plot_gets_a_spectrum(scope):
     assert scope.scope("s.layout.spectra") is False
     scope.click(".scope-controls", "FFT")
     scope.until(lambda: scope.all(".panel-side canvas"))
@@ -116,7 +116,7 @@ def wheel(page, css, delta, times=1, **keys):
         clientX: box.left + box.width / 2, clientY: box.top + box.height / 2, ...keys}));""", css, delta, times, keys)
 
 
-def test_the_wheel_beside_a_picture_zooms_its_values(scope):
+def test_wheel_next_to_a_plot_zooms_its_values(scope):
     """Zooms by 0.8 about the pointer in the middle; the other plots and the time axis do not change."""
     scope.click(".scope-controls", "Pause")
     scope.drawn()
@@ -137,7 +137,7 @@ def test_the_wheel_beside_a_picture_zooms_its_values(scope):
     scope.click(".scope-controls", "Resume")
 
 
-def test_keys_move_and_zoom_the_values_of_the_picture_with_the_focus(scope):
+def test_keys_move_and_zoom_the_values_of_the_focused_plot(scope):
     scope.click(".scope-controls", "Pause")
     scope.drawn()
     low, high = before = values(scope, "deg")
@@ -155,7 +155,7 @@ def test_keys_move_and_zoom_the_values_of_the_picture_with_the_focus(scope):
     scope.click(".scope-controls", "Resume")
 
 
-def test_values_cannot_be_zoomed_until_nothing_is_left(scope):
+def test_zoom_of_values_is_limited(scope):
     """uPlot could not compute ticks of an axis with indistinguishable values."""
     wheel(scope, ".u-axis", -100, times=150)
     scope.drawn()
@@ -171,7 +171,7 @@ def test_values_cannot_be_zoomed_until_nothing_is_left(scope):
 
 # --- the legend
 
-def test_a_click_on_the_legend_hides_a_trace_and_shows_it_again(scope):
+def test_click_on_the_legend_toggles_a_trace(scope):
     legend = scope.button(".plot-legend", "1 angle_deg")
     for shown in (False, True):
         legend.click()
@@ -185,7 +185,7 @@ def test_a_click_on_the_legend_hides_a_trace_and_shows_it_again(scope):
     row.click()
 
 
-def test_what_is_hidden_stretches_no_axis(scope, bench):
+def test_hidden_traces_do_not_scale_the_axis(scope, bench):
     """A trace of thousands of °/s next to a constant one."""
     scope.click(".scope-controls", "Pause")
     low, high = values(scope, "deg")
@@ -200,7 +200,7 @@ def test_what_is_hidden_stretches_no_axis(scope, bench):
     scope.click(".scope-controls", "Resume")
 
 
-def test_the_legend_has_the_value_below_the_pointer(scope):
+def test_legend_shows_the_value_below_the_pointer(scope):
     scope.click(".scope-controls", "Pause")
     scope.mouse("Moved", scope.one(".u-over"), 50, count=0)
     over = scope.one(".u-over")
@@ -222,7 +222,7 @@ def open_layouts(page):
     page.run("document.querySelectorAll('.folded details').forEach((one) => { one.open = true; })")
 
 
-def test_a_layout_brings_back_what_was_chosen(scope, bench):
+def test_layout_restores_the_choice(scope, bench):
     open_layouts(scope)
     scope.click(".scope-controls", "position")
     scope.click(".scope-controls", "supply")
@@ -253,7 +253,7 @@ def layouts(page, script, *arguments):
     return module(page, "scope_layouts.js", script, *arguments)
 
 
-def test_a_file_of_layouts_is_read_as_it_was_written(scope):
+def test_saved_layouts_are_read_unchanged(scope):
     layout = scope.scope("s.layout")
     assert layouts(scope, "return m.parse(m.print({Mine: given[0]}));", layout) == {"Mine": layout}
 
@@ -262,7 +262,7 @@ def test_a_file_of_layouts_is_read_as_it_was_written(scope):
     ({"rate_Hz": 1e9}, "rate_Hz"), ({"width_s": "5"}, "width_s"), ({"signals": "iq_A"}, "signals"), ({"ranges": {"A": [2, 1]}}, "ranges"),
     ({"trigger": {"mode": "often"}}, "mode"), ({"trigger": {"before": 2}}, "before"), ({"trigger": {"command": "xyz"}}, "command"),
     ({"drives": None}, "drives")])
-def test_a_file_with_something_wrong_in_it_is_refused(scope, change, wrong):
+def test_file_with_a_mistake_is_refused(scope, change, wrong):
     layout = scope.scope("s.layout") | change
     said = layouts(scope, "try { return m.parse(given[0]); } catch (problem) { return problem.message; }",
                    json.dumps({"lk_emu_scope_layouts": 1, "layouts": {"Mine": layout}}))
@@ -270,11 +270,11 @@ def test_a_file_with_something_wrong_in_it_is_refused(scope, change, wrong):
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"lk_emu_scope_layouts": 2, "layouts": {}}', '{"lk_emu_scope_layouts": 1, "layouts": [1]}'])
-def test_a_file_that_is_none_is_refused(scope, text):
+def test_file_of_another_format_is_refused(scope, text):
     assert isinstance(layouts(scope, "try { return m.parse(given[0]); } catch (problem) { return problem.message; }", text), str)
 
 
-def test_a_file_is_taken_by_the_page(scope, bench, tmp_path):
+def test_page_imports_a_file(scope, bench, tmp_path):
     open_layouts(scope)
     layout = scope.scope("s.layout") | {"width_s": 0.5, "drives": [f"{bench.bus}/3", "vcan7/1"]}
     good, bad = tmp_path / "good.json", tmp_path / "bad.json"

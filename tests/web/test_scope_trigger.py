@@ -25,23 +25,23 @@ def found(page, values, script):
       }}).catch((error) => done(String(error)));""", values)
 
 
-def test_a_level_is_crossed_between_samples(scope):
+def test_level_crossing_is_interpolated(scope):
     """From 0 to 4 in a second: 1 after a quarter of it; back from 4 to −4: after three eighths."""
     values = [0, 0, 4, -4, 0]
     assert found(scope, values, "[at((v) => v >= 1, 1), at((v) => v <= 1, 1)]") == [1.25, 2.375]
 
 
-def test_what_holds_from_the_beginning_is_no_change(scope):
+def test_condition_true_from_the_start_is_no_change(scope):
     assert found(scope, [5, 6, 7], "at((v) => v >= 1, 1)") is None
     assert found(scope, [5, 0, 7], "at((v) => v >= 7, 7)") == 2
 
 
-def test_the_change_before_the_trigger_waited_does_not_count(scope):
+def test_change_before_arming_does_not_count(scope):
     assert found(scope, [0, 2, 0, 0, 2], "at((v) => v >= 2, 2, 1.5)") == 4
     assert found(scope, [0, 2, 2, 2, 2], "at((v) => v >= 2, 2, 1.5)") is None
 
 
-def test_a_sample_without_a_value_changes_nothing(scope):
+def test_missing_value_is_skipped(scope):
     assert found(scope, [0, None, 4, 4], "at((v) => v >= 2, 2)") == 1  # half-way from 0 s to 2 s
     assert found(scope, [4, None, 4, 4], "at((v) => v >= 2, 2)") is None
 
@@ -65,23 +65,23 @@ def looks(page, mode, before, newest):
       }).catch((error) => done(String(error)));""", mode, before, newest)
 
 
-def test_a_picture_is_shown_when_it_is_complete(scope):
+def test_plot_is_shown_when_complete(scope):
     """The edge at 0.5 s with a quarter before it: from 0 s to 2 s. The next trigger is at 2.5 s."""
     assert looks(scope, "normal", 0.25, [1.9, 2.1, 3.9, 4.1]) == [None, [0, False], [0, False], [2, False]]
 
 
-def test_a_single_picture_stays(scope):
+def test_single_mode_keeps_the_plot(scope):
     assert looks(scope, "single", 0.25, [1.9, 2.1, 4.1, 99]) == [None, [0, True], [0, True], [0, True]]
 
 
-def test_an_automatic_one_runs_when_nothing_comes(scope):
+def test_automatic_mode_runs_without_triggers(scope):
     """The last edge is at 3.5 s. The plot runs again 4 s after the end of its window, twice its width."""
     shown = looks(scope, "auto", 0.25, [2.1, 4.1, 7.9, 8.1])
     assert shown == [[0, False], [2, False], [2, False], None]
     assert looks(scope, "normal", 0.25, [2.1, 4.1, 99])[-1] == [2, False]
 
 
-def test_a_trigger_with_nothing_after_it_ends(scope):
+def test_last_trigger_with_no_samples_after_it_is_shown(scope):
     """With the largest share before the trigger every edge is found once, and the last one, at 3.5 s, is shown."""
     assert looks(scope, "normal", 0.9, [4.1]) == [[1.7, False]]
 
@@ -107,7 +107,7 @@ def short(scope):
     scope.choose('[aria-label="seconds in view"]', "5")
 
 
-def test_a_command_on_the_bus_stops_the_scope(short, bench):
+def test_command_on_the_bus_triggers(short, bench):
     """At the program's time of the frame, with a quarter of 0.2 s before it."""
     tell(short, mode="single", kind="command", command="9c")
 
@@ -124,7 +124,7 @@ def test_a_command_on_the_bus_stops_the_scope(short, bench):
     assert short.scope("s.triggered_s") is None
 
 
-def test_another_command_does_not(short, bench):
+def test_other_command_does_not_trigger(short, bench):
     tell(short, mode="single", kind="command", command="0x9A")
     now = short.scope("s.captures[0].samples.last_s")
     for _ in range(5):
@@ -133,7 +133,7 @@ def test_another_command_does_not(short, bench):
     assert not short.scope("s.held")
 
 
-def test_a_level_stops_the_scope_where_it_is_crossed(short, bench):
+def test_level_crossing_triggers(short, bench):
     """An angle on its way from 0° to 90° passes 45°, also without a trace for it."""
     bench.ask(1, 0x88)
     bench.position(1, 0)
@@ -159,7 +159,7 @@ def directive(page, **what):
       body: JSON.stringify(arguments[0])}).then((answer) => answer.status)""", {"id": 1} | what)
 
 
-def test_an_error_bit_stops_the_scope(fed):
+def test_error_bit_triggers(fed):
     """Under-voltage by a supply of 6.8 V, below the profile's 7 V; it is not among the selected signals."""
     tell(fed, mode="single", kind="error", error="under_voltage")
     assert directive(fed, supply_V=6.8) == 200

@@ -9,7 +9,7 @@ from selenium.webdriver.common.keys import Keys
 TABLE = "#view-traffic tbody"
 
 
-def test_traffic_is_decoded_and_leads_to_the_scope(page, bench):
+def test_traffic_is_decoded_and_links_to_the_scope(page, bench):
     page.go("traffic")
     settle(page, lambda: "frames" in page.text("#traffic-info"))
     page.click("#view-traffic", "Clear")
@@ -43,7 +43,7 @@ def test_traffic_is_decoded_and_leads_to_the_scope(page, bench):
 
 
 @pytest.mark.parametrize("size", [(768, 1024), (1280, 800), (1920, 1080)], ids=lambda size: str(size[0]))
-def test_nothing_of_a_frame_is_cut(page, bench, size):
+def test_frames_are_shown_without_truncation(page, bench, size):
     page.go("traffic")
     page.resize(size)
     try:
@@ -107,14 +107,14 @@ def to_the_frame(page, drive):
     settle(page, lambda: page.one("#view-traffic").is_displayed())
 
 
-def test_a_frame_that_is_not_kept_is_not_looked_for_elsewhere(both, two):
+def test_missing_frame_is_not_replaced_by_another(both, two):
     two.send(0x141, b"\x9a")  # 1 byte instead of 8, before the traffic view was opened
     to_the_frame(both, f"{two.bus} 1")
     settle(both, lambda: "is not here" in " ".join(note.text for note in both.all(".note")))
     assert not paused(both)
 
 
-def test_advice_leads_to_its_frame_on_its_bus(both, two):
+def test_advice_links_to_its_frame_on_its_bus(both, two):
     second = two.buses[1]
     both.go(f"traffic?drive={two.bus}/1")
     both.click("#view-traffic", "all")
@@ -142,7 +142,7 @@ def test_advice_leads_to_its_frame_on_its_bus(both, two):
     both.click("#view-traffic", "all")
 
 
-def test_drives_of_two_buses_are_told_apart(both, two):
+def test_drives_of_two_buses_are_distinguished(both, two):
     both.go("traffic")
     both.click("#view-traffic", "Clear")
     for bus in (0, 1):
@@ -168,7 +168,7 @@ def told(page, bench, script):
         m.forget();""" + script + "});", bench.buses)
 
 
-def test_frames_of_two_buses_are_in_order_of_time(both, two):
+def test_frames_of_two_buses_are_sorted_by_time(both, two):
     seen = told(both, two, """
         m.keep(first, [frame(-5), frame(-1)]);
         m.keep(second, [frame(-6), frame(-3), frame(-2)]);
@@ -181,7 +181,7 @@ def test_frames_of_two_buses_are_in_order_of_time(both, two):
     assert seen == [[-6, -5, -3, -2, -1], [None, None, -6, -3, -5], 9]
 
 
-def test_whoever_reads_is_not_moved_when_old_frames_go(both, two):
+def test_scroll_position_stays_when_old_frames_are_dropped(both, two):
     both.go("traffic")
     told(both, two, """
         m.keep(first, Array.from({length: 60000}, (_, n) => frame(n - 1e6)));
