@@ -55,7 +55,7 @@ class Rooms(unittest.TestCase):
         for room in self.rooms:
             self.assertNotIn(room, reachable(self.rooms, room), "uses itself")
 
-    def test_includes_go_along_the_arrows(self) -> None:
+    def test_includes_go_only_to_used_rooms(self) -> None:
         for path in self.sources():
             name = path.relative_to(ROOT).as_posix()
             room = room_of(self.rooms, name)
@@ -81,7 +81,7 @@ class Rooms(unittest.TestCase):
         for name in includes:
             follow(name, [])
 
-    def test_what_is_pure_uses_nothing_that_is_not(self) -> None:
+    def test_pure_rooms_use_only_pure_rooms(self) -> None:
         for room in PURE:
             self.assertLessEqual(reachable(self.rooms, room), set(PURE), room)
         self.assertEqual(self.rooms["protocol"] | self.rooms["model"], set())

@@ -89,7 +89,7 @@ class Demo(unittest.TestCase):
         self.assertEqual([pid for pid in below if runs(pid)], [])
         return said
 
-    def test_the_dog_stands_up_and_all_ends_with_ctrl_c(self):
+    def test_dog_stands_up_and_ctrl_c_ends_all(self):
         process, address = self.start(BODY, "quadruped")
         with urllib.request.urlopen(address + "api/v1/status", timeout=LIMIT_S) as answer:
             status = json.load(answer)
@@ -100,7 +100,7 @@ class Demo(unittest.TestCase):
         self.assertIn("lk-emu stopped", said)
         self.assertNotIn("Traceback", said)
 
-    def test_it_opens_a_browser_from_a_terminal_with_a_display(self):
+    def test_terminal_with_a_display_opens_a_browser(self):
         opener, opened = (os.path.join(self.directory.name, name) for name in ("xdg-open", "opened"))
         os.mkfifo(opened)
         with open(opener, "w", encoding="utf-8") as file:
@@ -121,14 +121,14 @@ class Demo(unittest.TestCase):
         os.close(terminal)
         os.close(its_end)
 
-    def test_two_at_once_and_the_plain_program_hands_over(self):
+    def test_two_demos_run_at_once_and_lk_emu_starts_lk_emu_body(self):
         first, one = self.start(BODY, "arm")
         second, other = self.start(PLAIN, "arm")
         self.assertNotEqual(one, other)
         for process in (first, second):
             self.end_well(process)
 
-    def test_a_host_that_ends_leaves_the_robot_and_a_robot_that_ends_is_the_end(self):
+    def test_robot_survives_its_host_but_demo_ends_with_the_robot(self):
         process, _ = self.start(BODY, "arm")
         robot, host = children(process.pid)
         os.kill(host, signal.SIGKILL)
@@ -138,7 +138,7 @@ class Demo(unittest.TestCase):
         process.communicate(timeout=LIMIT_S)
         self.assertEqual(process.returncode, 1)
 
-    def test_what_is_missing_is_said_in_one_line(self):
+    def test_errors_are_one_line(self):
         without = {**os.environ, "PATH": self.directory.name}
         for words, environment, status, said in (
             (["cat"], None, 2, 'lk-emu: demo: unknown robot "cat", known are quadruped, arm\n'),
@@ -146,7 +146,7 @@ class Demo(unittest.TestCase):
         ):
             self.assertEqual(answer_of(BODY, "demo", *words, env=environment), (status, said))
 
-    def test_the_plain_program_alone_says_which_package_is_missing(self):
+    def test_lk_emu_alone_names_the_missing_package(self):
         alone = os.path.join(self.directory.name, "bin")
         os.mkdir(alone)
         os.symlink(os.path.realpath(os.path.join(os.path.dirname(PLAIN), "../share")), os.path.join(self.directory.name, "share"))

@@ -101,7 +101,7 @@ class BadClients(support.TestCase):
                 return
         self.fail("no answer among 100,000 lines")
 
-    def test_a_thousand_one_after_the_other(self):
+    def test_thousand_bad_clients_in_turn_do_not_block_service(self):
         with emulator(*self.arguments) as running:
             good = self.client()
             self.assertEqual(good.ask(b"O\r"), b"\r")
@@ -113,7 +113,7 @@ class BadClients(support.TestCase):
                 self.served(good)
             self.assertGreater(count(running.stop(), "lines or datagrams that made no sense"), 100)
 
-    def test_bytes_that_are_no_frames_keep_no_other_bus_waiting(self):
+    def test_noise_does_not_delay_another_bus(self):
         for place, some in (("slcan-tcp", b"zzz\r"), ("slcan-tcp", b"\r"), ("socketcand", b"< echo >"),
                             ("rs485-tcp", b"\xff\xfb\x01")):
             port = free_port()
@@ -125,7 +125,7 @@ class BadClients(support.TestCase):
                     self.served(good)
                 running.stop()
 
-    def test_bytes_that_are_no_frames_keep_no_other_client_waiting(self):
+    def test_noise_does_not_delay_another_client(self):
         with emulator(*self.arguments) as running, noise(self.port, b"zzz\r"), noise(self.port, b"\r"):
             good = self.client()
             self.assertEqual(good.ask(b"O\r"), b"\r")
@@ -133,7 +133,7 @@ class BadClients(support.TestCase):
                 self.served(good)
             running.stop()
 
-    def test_there_are_as_many_as_there_may_be(self):
+    def test_number_of_clients_is_limited(self):
         with emulator(*self.arguments) as running:
             clients = [self.client() for _ in range(32)]
             for client in clients:
@@ -157,7 +157,7 @@ class BadClients(support.TestCase):
                 self.fail("no room again")
             self.assertGreaterEqual(count(running.stop(), "clients refused: no room"), 10)
 
-    def test_one_that_does_not_read_loses_frames_and_slows_nobody(self):
+    def test_client_that_does_not_read_loses_frames_without_delaying_others(self):
         with emulator(*self.arguments, "--bitrate", "0") as running:
             deaf, good = self.client(), self.client()
             # More than a loopback segment: only a timer reopens a smaller window, after minutes at worst.
@@ -182,7 +182,7 @@ class BadClients(support.TestCase):
             self.assertGreater(count(summary, "frames lost: a client did not read"), 1000)
             self.assertIn(f"{asked + 1} queries, {asked + 1} replies", summary)
 
-    def test_32_drives_at_the_limit_of_the_wire_lose_nothing(self):
+    def test_32_drives_at_full_bus_load_lose_no_frame(self):
         sweeps = 200
         with emulator("--bus", f"slcan-tcp:{self.port}", "--ids", "1-32", "--motor", "mg4005") as running:
             client = self.client()
@@ -202,7 +202,7 @@ class BadClients(support.TestCase):
             self.assertIn(f"{32 * sweeps} frames, {32 * sweeps} queries, {32 * sweeps} replies", summary)
             self.assertNotIn("lost", summary)
 
-    def test_lines_are_answered_as_the_protocol_says(self):
+    def test_slcan_lines_get_the_specified_answers(self):
         with emulator(*self.arguments):
             client = self.client()
             for line, answer in ((b"t1418" + b"00" * 8 + b"\r", b"\a"),  # closed

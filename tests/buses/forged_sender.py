@@ -63,7 +63,7 @@ class ForgedSender(support.TestCase):
         for words in ("link set lo up", "link set net0 up", f"-6 address add {OWN}/64 dev net0 nodad"):
             subprocess.run(["ip", *words.split()], check=True)
 
-    def test_frames_from_a_network_are_not_executed_whatever_their_sender(self):
+    def test_network_frames_are_ignored_for_any_sender_address(self):
         port = free_port()
         with emulator("--bus", f"udp-multicast::{port}", "--ids", "1") as running:
             forged = pack_message(message(1, 0x9A))

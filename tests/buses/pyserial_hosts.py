@@ -73,7 +73,7 @@ class Rs485(TestCase):
             self.assertIn("26 queries, 26 replies", summary)
         self.assertFalse(os.path.lexists(self.link), "the link is gone with the program")
 
-    def test_hosts_come_and_go_and_noise_changes_nothing(self):
+    def test_hosts_reconnect_and_noise_has_no_effect(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "2000000"):
             for _ in range(3):
                 with serial.Serial(self.link, 2_000_000, timeout=2) as port:
@@ -90,7 +90,7 @@ class Rs485(TestCase):
                 answer = port.read(13)  # spoiled while there is noise on the wire
             self.assertEqual(answer[:4], bytes([0x3E, 0x9C, 1, 7]))
 
-    def test_a_terminal_that_is_not_raw_turns_carriage_returns_into_line_feeds(self):
+    def test_terminal_with_icrnl_changes_carriage_returns(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000"):
             port = self.open(1_000_000)
             attributes = termios.tcgetattr(port.fd)
@@ -102,7 +102,7 @@ class Rs485(TestCase):
             port.write(packet(0x30, 1))
             self.assertEqual(port.read(12)[5], 0x0A)
 
-    def test_a_fresh_terminal_is_a_terminal(self):
+    def test_fresh_terminal_has_default_settings(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000"):
             fd = os.open(self.link, os.O_RDWR | os.O_NOCTTY)
             self.addCleanup(os.close, fd)
@@ -111,7 +111,7 @@ class Rs485(TestCase):
             self.assertTrue(oflag & termios.OPOST)
             self.assertTrue(lflag & termios.ECHO and lflag & termios.ICANON)
 
-    def test_a_wrong_rate_is_silence(self):
+    def test_wrong_rate_gets_no_reply(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000") as running:
             port = serial.Serial(self.link, 115_200, timeout=0.3)
             self.addCleanup(port.close)
@@ -127,7 +127,7 @@ class Rs485(TestCase):
             running.stop()
             self.assertIn("the host is at 115200 bit/s and the drives are at 1000000", running.errors)
 
-    def test_other_stop_bits_and_odd_parity_are_silence(self):
+    def test_wrong_stop_bits_or_parity_get_no_reply(self):
         for settings, words in (({"stopbits": 2}, "two stop bits"), ({"parity": "O"}, "odd parity")):
             with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000") as running:
                 port = self.open(1_000_000)
@@ -141,7 +141,7 @@ class Rs485(TestCase):
                 running.stop()
                 self.assertIn(f"the host has {words}", running.errors)
 
-    def test_a_host_that_starts_anew_reads_nothing_of_the_last(self):
+    def test_new_host_does_not_read_bytes_of_the_last_one(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000"):
             for _ in range(6):
                 port = os.open(self.link, os.O_RDWR | os.O_NOCTTY)
@@ -166,7 +166,7 @@ class Rs485(TestCase):
                 if problem.errno != errno.EBUSY or time.monotonic() > deadline:
                     raise
 
-    def test_a_host_that_keeps_others_out_makes_room_when_it_leaves(self):
+    def test_exclusive_host_frees_the_port_when_it_closes(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000"):
             for _ in range(3):
                 port = self.open_when_free(1_000_000)
@@ -174,7 +174,7 @@ class Rs485(TestCase):
                 self.assertEqual(len(ask(port, 0x9C, 1)), 13)
                 port.close()
 
-    def test_noise_of_a_host_that_has_left_does_not_keep_the_line(self):
+    def test_noise_of_a_closed_host_does_not_occupy_the_line(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "9600") as running:  # 1 MB takes 1042 s
             with serial.Serial(self.link, 9600) as noisy:
                 noisy.write(bytes([0x55]) * 1_000_000)
@@ -189,12 +189,12 @@ class Rs485(TestCase):
                 answer = port.read(13)
             running.stop()
 
-    def test_without_a_rate_that_of_the_host_is_of_no_account(self):
+    def test_without_a_rate_any_host_rate_works(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "0"):
             for baud in (9600, 4_000_000):
                 self.assertEqual(len(ask(self.open(baud), 0x9C, 1)), 13)
 
-    def test_twelve_drives_on_four_buses(self):
+    def test_twelve_drives_on_four_buses_answer_all_queries(self):
         paths = [os.path.join(self.directory, f"leg{n}") for n in range(4)]
         arguments = []
         for path in paths:
@@ -215,7 +215,7 @@ class Rs485(TestCase):
             summary = running.stop()
             self.assertEqual(summary.count(f"{3 * cycles} queries, {3 * cycles} replies"), 4, summary)
 
-    def test_a_serial_port_is_served_as_it_is(self):
+    def test_serial_port_is_used_directly(self):
         wire, port = os.openpty()  # the emulator's port, and the other end of its line
         self.addCleanup(os.close, wire)
         self.addCleanup(os.close, port)
@@ -235,7 +235,7 @@ class Rs485(TestCase):
         self.assertEqual(done.returncode, 0, done)
         return done.stdout
 
-    def test_a_recording_plays_again_and_is_told_in_words(self):
+    def test_recording_can_be_replayed_and_decoded(self):
         recording = os.path.join(self.directory, "recording")
         with emulator("--bus", self.bus, "--ids", "1-2", "--baud", "1000000", "--generation", "v235",
                       "--record", recording) as running:
@@ -259,7 +259,7 @@ class Rs485(TestCase):
         self.assertIn("angle 180", words)
         self.assertIn("read product info", words)
 
-    def test_a_scenario_speaks_to_both_wires(self):
+    def test_scenario_sends_on_can_and_rs485(self):
         scenario = os.path.join(self.directory, "both.toml")
         with open(scenario, "w", encoding="ascii") as file:
             file.write(f"""
@@ -327,7 +327,7 @@ id = 1
 
     # Hosts modelled on published ones for real drives (docs/start/which-drive.md).
 
-    def test_every_fault_of_the_line_at_once_ends_nothing(self):
+    def test_all_line_faults_at_once_do_not_end_the_program(self):
         robot = os.path.join(self.directory, "robot.toml")
         kinds = ("echo", "cr_to_lf", "late_release", "checksum_bad", "byte_lost", "byte_gap",
                  "torn_reply", "duplicate_id", "no_termination", "babbling", "boot_garbage",
@@ -352,7 +352,7 @@ id = 1
             self.assertIsNone(running.process.poll())
             running.stop()
 
-    def test_a_host_that_leaves_icrnl_set_is_told(self):
+    def test_icrnl_of_a_host_is_reported(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000") as running:
             port = self.open(1_000_000)
             attributes = termios.tcgetattr(port.fd)
@@ -367,7 +367,7 @@ id = 1
         self.assertIn("tty-not-raw: ICRNL is set", running.errors)
         self.assertEqual(running.errors.count("tty-not-raw: "), 2)  # on opening and at the end
 
-    def test_a_host_that_makes_its_port_raw_is_told_nothing(self):
+    def test_raw_port_is_not_reported(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000") as running:
             port = self.open(1_000_000)
             for _ in range(50):
@@ -376,7 +376,7 @@ id = 1
         for kind in ("tty-not-raw", "talks-over-reply", "can-padding"):
             self.assertNotIn(kind, running.errors)
 
-    def test_a_host_of_the_oldest_manual_reads_its_voltage(self):
+    def test_host_of_the_oldest_manual_reads_the_voltage(self):
         with emulator("--bus", self.bus, "--ids", "1"):
             port = self.open(115_200)
             port.write(packet(0x9A, 1))
@@ -385,7 +385,7 @@ id = 1
             volts = int.from_bytes(data[2:4], "little") / 10
             self.assertTrue(20 < volts < 30, volts)  # the supply is 24 V
 
-    def test_a_host_that_reads_no_replies_to_motion_talks_over_them(self):
+    def test_host_that_skips_motion_replies_is_reported(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "460800",
                       "--generation", "v235") as running:
             port = self.open(460_800)
@@ -397,13 +397,13 @@ id = 1
             running.stop()
         self.assertIn("talks-over-reply: ", running.errors)
 
-    def test_the_connect_sequence_of_the_pc_tool(self):
+    def test_connect_sequence_of_the_pc_tool_is_answered(self):
         with emulator("--bus", self.bus, "--ids", "1", "--motor", "mg5010", "--generation", "v235"):
             port = self.open(115_200)
             lengths = [len(ask(port, command, 1)) for command in (0x1F, 0x12, 0x16, 0x14, 0x10)]
             self.assertEqual(lengths, [8, 64, 6 + 108, 6 + 104, 5])
 
-    def test_a_host_with_the_lengths_of_can_is_told(self):
+    def test_can_payload_lengths_are_reported(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "2000000", "--generation", "v236",
                       "--motor", "mg4005") as running:
             port = self.open(2_000_000)
@@ -414,7 +414,7 @@ id = 1
         self.assertIn("can-padding: 0x8C with LEN 7", running.errors)
         self.assertIn("zero-without-payload: ", running.errors)
 
-    def test_three_drives_behind_a_ch348(self):
+    def test_three_drives_behind_a_ch348_answer_all_queries(self):
         robot = os.path.join(self.directory, "robot.toml")
         for adapter in ("none", "ch348"):
             with open(robot, "w", encoding="ascii") as file:
@@ -432,7 +432,7 @@ id = 1
                       flush=True)
                 port.close()
 
-    def test_what_cannot_be_is_told_in_a_line(self):
+    def test_invalid_buses_are_refused_with_the_reason(self):
         with open(self.link, "w", encoding="ascii") as file:
             file.write("mine")
         self.assertIn("already exists", self.refused("--bus", self.bus, "--ids", "1"))
@@ -447,12 +447,12 @@ id = 1
                        "[[bus.drive]]\nid = 1\nsettings.broadcast_mode = true\n")
         self.assertIn("needs 1, 2 or 4 Mbit/s", self.refused("--config", robot, "--check"))
 
-    def test_two_programs_do_not_serve_one_path(self):
+    def test_second_program_on_a_path_is_refused(self):
         with emulator("--bus", self.bus, "--ids", "1"):
             self.assertNotEqual(self.refused("--bus", self.bus, "--ids", "1"), "")
             self.assertTrue(os.path.islink(self.link))
 
-    def test_a_link_that_a_killed_program_left_is_replaced(self):
+    def test_link_left_by_a_killed_program_is_replaced(self):
         with emulator("--bus", self.bus, "--ids", "1") as running:
             running.process.kill()
             running.process.communicate()
@@ -460,7 +460,7 @@ id = 1
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000"):
             self.assertEqual(len(ask(self.open(1_000_000), 0x9C, 1)), 13)
 
-    def test_the_ms4015_of_the_log_says_who_it_is(self):
+    def test_ms4015_identifies_itself_as_in_the_log(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000", "--motor", "ms4015",
                       "--generation", "seen"):
             answer = ask(self.open(1_000_000), 0x12, 1)

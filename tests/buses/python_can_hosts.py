@@ -124,7 +124,7 @@ class Hosts(support.TestCase):
                 self.assertGreater(len(places), 5, "it does not turn")
                 self.assertIn("26 queries, 26 replies", running.stop())
 
-    def test_hosts_hear_each_other_in_the_order_of_the_wire(self):
+    def test_hosts_receive_all_frames_in_bus_order(self):
         for place in self.on_each_kind(SHARED):
             with emulator("--bus", place.name, "--ids", "1"):
                 one, other = self.open(place), self.open(place)
@@ -139,7 +139,7 @@ class Hosts(support.TestCase):
                     self.assertEqual(self.hear(other), "141#9200000000000000")
                     self.assertEqual(self.hear(other), said)
 
-    def test_a_recording_plays_again(self):
+    def test_recording_can_be_replayed(self):
         for n, place in enumerate(self.on_each_kind()):
             recording = self.path(f"recording{n}")
             with emulator("--bus", place.name, "--ids", "1-2", "--record", recording) as running:
@@ -152,7 +152,7 @@ class Hosts(support.TestCase):
                 self.assertIn(f" {place.name} 142#9C00000000000000 T\n", file.read())
             self.assertIn("identical", self.run_program("replay", recording))
 
-    def test_the_same_frames_give_the_same_bytes_on_all_kinds(self):
+    def test_equal_queries_get_equal_replies_on_all_kinds(self):
         asked = [message(1, 0xA2, 0, 0, 0, *(36000).to_bytes(4, "little")), message(2, 0x9A),
                  message(1, 0x9C), message(2, 0xA3, 0, 0, 0, *(9000).to_bytes(4, "little"))]
         answers = {}
@@ -173,13 +173,13 @@ class Hosts(support.TestCase):
         speeds = {line[10:14] for line in answers[KINDS[0].__name__] if line.startswith("141#9C")}
         self.assertGreater(len(speeds), 1)
 
-    def test_two_programs_do_not_serve_one_place(self):
+    def test_second_program_on_an_address_is_refused(self):
         for place in self.on_each_kind():
             with emulator("--bus", place.name, "--ids", "1"):
                 self.assertIn("in use by lk-emu (pid",
                               self.refused("--bus", place.same, "--ids", "1", "--rom", ":memory:"))
 
-    def test_a_host_that_comes_and_goes(self):
+    def test_host_can_reconnect(self):
         for place in self.on_each_kind():
             with emulator("--bus", place.name, "--ids", "1"):
                 for _ in range(10):
@@ -193,7 +193,7 @@ def bytes_waiting(wire: socket.socket) -> int:
 
 
 class SlcanAlone(support.TestCase):
-    def test_what_is_offered_where_there_is_no_vcan_works(self):
+    def test_bus_suggested_without_vcan_works(self):
         if os.path.exists("/sys/class/net/vcan0"):
             self.skipTest("there is one")
         said = self.refused()
@@ -207,7 +207,7 @@ class SlcanAlone(support.TestCase):
             bus.send(message(4, 0x9A))
             self.assertRegex(text(bus.recv(PATIENCE_S)), "^144#9A")
 
-    def test_what_a_first_script_does(self):
+    def test_first_script_works(self):
         place = SlcanTcp(self)
         with emulator("--bus", place.name, "--ids", "1-4") as running:
             bus = place.open()
@@ -229,7 +229,7 @@ class SlcanAlone(support.TestCase):
                 self.assertLess(time.monotonic(), deadline, "motor 2 does not arrive")
             running.stop()
 
-    def test_the_adapter_says_who_it_is(self):
+    def test_adapter_reports_version_and_serial_number(self):
         place = SlcanTcp(self)
         with emulator("--bus", place.name, "--ids", "1"):
             bus = place.open()
@@ -237,7 +237,7 @@ class SlcanAlone(support.TestCase):
             self.assertEqual(bus.get_version(PATIENCE_S), (10, 13))
             self.assertEqual(bus.get_serial_number(PATIENCE_S), "LKEM")
 
-    def test_without_acknowledgements_a_late_recv_finds_the_first_reply(self):
+    def test_late_recv_finds_the_first_reply_without_acknowledgements(self):
         """python-can 4.1 reads all pending bytes but, if that took too long, examines only the first line."""
         place = SlcanTcp(self)
         with emulator("--bus", place.name + "?acks=no", "--ids", "1"):
@@ -256,7 +256,7 @@ class SlcanAlone(support.TestCase):
                 self.assertIsNotNone(frame, "no frame, though replies wait")
                 self.assertRegex(text(frame), "^141#9A")
 
-    def test_a_wrong_rate_is_silence(self):
+    def test_wrong_rate_gets_no_reply(self):
         place = SlcanTcp(self)
         with emulator("--bus", place.name, "--ids", "1") as running:
             bus = can.Bus(interface="slcan", channel=f"socket://127.0.0.1:{place.port}",
@@ -270,13 +270,13 @@ class SlcanAlone(support.TestCase):
             self.assertIn("is at 500000 bit/s and the drives are at 1000000", running.errors)
             self.assertIn("1 queries, 1 replies", summary)
 
-    def test_who_may_reach_it_is_told(self):
+    def test_public_address_is_reported(self):
         port = free_port()
         with emulator("--bus", f"slcan-tcp:0.0.0.0:{port}", "--ids", "1") as running:
             running.stop()
             self.assertIn("anyone who can reach 0.0.0.0 can command these drives", running.errors)
 
-    def test_what_cannot_be_is_told_in_a_line(self):
+    def test_invalid_buses_are_refused_with_the_reason(self):
         place = SlcanTcp(self)
         for name, why in (("slcan-tcp:", "needs a port, like slcan-tcp:29536"),
                           ("slcan-tcp:70000", "PORT is 1 to 65535"),
@@ -290,7 +290,7 @@ class SlcanAlone(support.TestCase):
 
 
 class SlcanPtyAlone(support.TestCase):
-    def test_a_serial_port_is_not_made_a_terminal_of(self):
+    def test_serial_port_is_refused_as_a_path(self):
         master, port = os.openpty()  # a character device, like /dev/ttyUSB0
         self.addCleanup(os.close, master)
         self.addCleanup(os.close, port)
@@ -311,7 +311,7 @@ class SocketcandAlone(support.TestCase):
             self.assertEqual(client.recv(64).decode(), answer)
         return client
 
-    def test_the_broadcast_manager_asks_in_cycles(self):
+    def test_broadcast_manager_sends_queries_in_cycles(self):
         with emulator("--bus", self.place.name, "--ids", "1-2"):
             client = self.connect("< open can0 >")
             client.sendall(b"< subscribe 0 0 141 >< add 0 5000 141 8 9C 0 0 0 0 0 0 0 >"
@@ -325,7 +325,7 @@ class SocketcandAlone(support.TestCase):
             while "< echo >" not in text:  # a late reply may follow
                 text += client.recv(4096).decode()
 
-    def test_error_frames_are_told(self):
+    def test_error_frames_are_reported(self):
         robot = self.path("robot.toml")
         with open(robot, "w", encoding="ascii") as file:
             file.write(f'[[bus]]\ninterface = "{self.place.name}"\n[[bus.drive]]\nid = 1\n'
@@ -339,7 +339,7 @@ class SocketcandAlone(support.TestCase):
                 text += client.recv(4096).decode()
             self.assertRegex(text, r"< error [0-9A-F]{3} \d+\.\d{6} >")
 
-    def test_the_beacon_stays_on_this_machine(self):
+    def test_beacon_stays_on_this_machine(self):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listener.bind(("127.255.255.255", 42000))
@@ -351,14 +351,14 @@ class SocketcandAlone(support.TestCase):
 
 
 class UdpMulticastAlone(support.TestCase):
-    def test_the_default_group_is_that_of_python_can(self):
+    def test_default_group_equals_that_of_python_can(self):
         port = free_port()
         with emulator("--bus", f"udp-multicast::{port}", "--ids", "1"):
             with OthersOnly(port=port, hop_limit=0) as bus:
                 bus.send(message(1, 0x9A))
                 self.assertRegex(text(bus.recv(PATIENCE_S)), "^141#9A")
 
-    def test_what_is_no_message_is_counted(self):
+    def test_invalid_datagrams_are_counted(self):
         port = free_port()
         with emulator("--bus", f"udp-multicast:239.74.163.2:{port}", "--ids", "1") as running:
             with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
@@ -370,14 +370,14 @@ class UdpMulticastAlone(support.TestCase):
                 self.assertRegex(text(bus.recv(PATIENCE_S)), "^141#9A")
             self.assertEqual(count(running.stop(), "lines or datagrams that made no sense"), 4)
 
-    def test_others_are_let_in_where_that_is_said(self):
+    def test_ttl_1_reports_network_access(self):
         port = free_port()
         with emulator("--bus", f"udp-multicast:239.74.163.2:{port}?ttl=1", "--ids", "1") as running:
             running.stop()
             self.assertIn("anyone on a network of this machine can command these drives",
                           running.errors)
 
-    def test_what_cannot_be_is_told_in_a_line(self):
+    def test_invalid_buses_are_refused_with_the_reason(self):
         for name, why in (("udp-multicast:192.0.2.1", "is not a multicast group"),
                           ("udp-multicast:239.1.1.1?ttl=2", "is not udp-multicast:[GROUP]"),
                           ("udp-multicast:[::1]", "is not a multicast group"),

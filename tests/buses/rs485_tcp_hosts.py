@@ -24,7 +24,7 @@ class Rs485Tcp(TestCase):
         self.addCleanup(port.close)
         return port
 
-    def test_one_host_after_another_reads_and_writes(self):
+    def test_hosts_connect_in_turn(self):
         with emulator(*self.arguments, "--baud", "1000000") as running:
             for _ in range(3):
                 port = self.open()
@@ -36,7 +36,7 @@ class Rs485Tcp(TestCase):
                 port.close()
             self.assertIn("9 queries, 9 replies", running.stop())
 
-    def test_one_host_and_no_second(self):
+    def test_second_host_is_refused(self):
         with emulator(*self.arguments, "--baud", "1000000") as running:
             line = self.open()
             line.write(packet(0x9C, 1))
@@ -49,7 +49,7 @@ class Rs485Tcp(TestCase):
             self.assertEqual(len(line.read(13)), 13)
             self.assertEqual(count(running.stop(), "clients refused: no room"), 1)
 
-    def test_a_peer_that_has_lost_power_is_noticed_on_every_port(self):
+    def test_every_port_uses_keep_alive_probes(self):
         http = free_port()
         with emulator(*self.arguments, "--http", f"127.0.0.1:{http}"):
             for port in (self.tcp_port, http):
@@ -60,7 +60,7 @@ class Rs485Tcp(TestCase):
                         time.sleep(0.01)
                     self.assertLessEqual(seconds, 30)
 
-    def test_a_host_that_sends_no_more_gets_its_reply_and_makes_room(self):
+    def test_half_closed_host_gets_its_reply_and_frees_the_line(self):
         with emulator(*self.arguments, "--baud", "9600") as running:  # the reply takes 14 ms
             for _ in range(3):
                 with socket.create_connection(("127.0.0.1", self.tcp_port), PATIENCE_S) as host:
@@ -74,7 +74,7 @@ class Rs485Tcp(TestCase):
                     self.assertEqual(answer[:4], bytes([0x3E, 0x9C, 1, 7]))
             self.assertEqual(count(running.stop(), "clients refused: no room"), 0)
 
-    def test_a_host_that_waits_for_the_end_gets_it(self):
+    def test_half_closed_host_gets_end_of_file(self):
         with emulator(*self.arguments):
             with socket.create_connection(("127.0.0.1", self.tcp_port), PATIENCE_S) as host:
                 host.sendall(packet(0x9C, 1))

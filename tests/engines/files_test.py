@@ -19,11 +19,11 @@ class Kubernetes(unittest.TestCase):
         self.claim, self.files = yaml.safe_load_all(volume)
         self.shards = yaml.safe_load(shards)
 
-    def test_the_documents_are_a_claim_a_pod_and_a_job(self):
+    def test_documents_are_a_claim_a_pod_and_a_job(self):
         self.assertEqual([(one["apiVersion"], one["kind"]) for one in (self.claim, self.files, self.shards)],
                          [("v1", "PersistentVolumeClaim"), ("v1", "Pod"), ("batch/v1", "Job")])
 
-    def test_the_shards_are_an_indexed_job(self):
+    def test_shards_are_an_indexed_job(self):
         # The reference of batch/v1: Indexed needs completions, and parallelism of at most 100,000; a name of a shard's pod,
         # with its index, is at most 63 characters long.
         spec = self.shards["spec"]
@@ -40,13 +40,13 @@ class Kubernetes(unittest.TestCase):
         self.assertEqual(fail, {"action": "FailJob", "onExitCodes": {"containerName": pod["containers"][0]["name"], "operator": "In", "values": [2]}})
         self.assertEqual(ignore, {"action": "Ignore", "onPodConditions": [{"type": "DisruptionTarget"}]})
 
-    def test_the_number_of_shards_is_the_same_everywhere(self):
+    def test_number_of_shards_is_consistent(self):
         completions = self.shards["spec"]["completions"]
         [container] = self.shards["spec"]["template"]["spec"]["containers"]
         self.assertIn(f"$(JOB_COMPLETION_INDEX)/{completions}", container["args"])
         self.assertIn(f"$(seq -f 'shard-%.0f.db' 0 {completions - 1})", PAGE.read_text("utf-8"))
 
-    def test_volumes_fit(self):
+    def test_volume_mounts_have_volumes(self):
         for pod in self.files["spec"], self.shards["spec"]["template"]["spec"]:
             [container] = pod["containers"]
             self.assertEqual({mount["name"] for mount in container["volumeMounts"]}, {volume["name"] for volume in pod["volumes"]})
@@ -59,7 +59,7 @@ class GitHub(unittest.TestCase):
         workflow = yaml.load((FILES / "github.yml").read_text("utf-8"), yaml.BaseLoader)  # keeps the key `on` a string
         self.jobs, self.on = workflow["jobs"], workflow["on"]
 
-    def test_each_job_says_where_it_runs_and_what_it_does(self):
+    def test_each_job_has_a_runner_and_steps(self):
         self.assertLessEqual({"schedule", "workflow_dispatch"}, self.on.keys())
         for job in self.jobs.values():
             self.assertTrue(job["runs-on"])
@@ -67,16 +67,16 @@ class GitHub(unittest.TestCase):
                 self.assertEqual(len({"uses", "run"} & step.keys()), 1, step)
                 self.assertLessEqual(step.keys(), {"uses", "run", "with", "if"})
 
-    def test_jobs_wait_for_those_whose_files_they_take(self):
+    def test_jobs_need_the_jobs_whose_files_they_use(self):
         self.assertEqual({name: job.get("needs", []) for name, job in self.jobs.items()},
                          {"build": [], "shard": "build", "merge": ["build", "shard"]})
 
-    def test_the_matrix_has_each_shard_once(self):
+    def test_matrix_has_each_shard_once(self):
         strategy = self.jobs["shard"]["strategy"]
         self.assertEqual(strategy["fail-fast"], "false")  # keep the other shards; a job can be repeated
         self.assertEqual(strategy["matrix"], {"shard": [str(number) for number in range(len(strategy["matrix"]["shard"]))]})
 
-    def test_what_is_uploaded_is_what_is_downloaded(self):
+    def test_uploads_match_downloads(self):
         def artifacts(job, action):
             return [step["with"] for step in self.jobs[job]["steps"] if step.get("uses", "").startswith(f"actions/{action}")]
 
@@ -90,7 +90,7 @@ class GitHub(unittest.TestCase):
 class Snakemake(unittest.TestCase):
     """Checks the rules; tests/bare/run snakemake runs them."""
 
-    def test_a_store_is_no_output(self):
+    def test_store_is_not_an_output(self):
         text = (FILES / "Snakefile").read_text("utf-8")
         rules = dict(re.findall(r"^rule (\w+):\n((?:    .*\n)+)", text, re.M))
         self.assertEqual(rules.keys(), {"campaign", "shard"})

@@ -90,14 +90,14 @@ class Shards(unittest.TestCase):
         return subprocess.Popen(["bash", "-c", recipe], cwd=self.work, env=self.environment, stdin=subprocess.DEVNULL,
                                 stdout=subprocess.DEVNULL, start_new_session=True)  # fmt: skip
 
-    def test_parallel_begins_a_killed_shard_again(self):
+    def test_parallel_restarts_a_killed_shard(self):
         child = self.parallel()
         self.until(lambda: self.cases(1), child)
         os.kill(self.until(lambda: self.process_of(1), child), signal.SIGKILL)
         self.assertEqual(child.wait(), 0)
         self.assert_is_the_whole(self.work / "campaign.db")
 
-    def test_a_killed_parallel_goes_on(self):
+    def test_killed_parallel_can_be_resumed(self):
         child = self.parallel()
         self.until(lambda: self.cases(0), child)
         [perl] = [int(one) for one in subprocess.run(["pgrep", "-s", str(child.pid), "-x", "perl|parallel"], capture_output=True, text=True).stdout.split()]
@@ -113,7 +113,7 @@ class Shards(unittest.TestCase):
         self.assertEqual(self.parallel(self.work / "wrong.toml").wait(), 2)
         self.assertEqual([file.name for file in self.work.iterdir()], ["wrong.toml"])
 
-    def test_what_containers_of_kubernetes_run(self):
+    def test_kubernetes_commands_give_the_whole_result(self):
         _, job = blocks(PAGE, "Kubernetes", "yaml")
         shards = yaml.safe_load(job)["spec"]
         [container] = shards["template"]["spec"]["containers"]
@@ -124,7 +124,7 @@ class Shards(unittest.TestCase):
         self.lk_emu("campaign", "merge", "-o", "campaign.db", *(f"shard-{index}.db" for index in range(shards["completions"])), work=self.work)
         self.assert_is_the_whole(self.work / "campaign.db")
 
-    def test_what_runners_of_github_run(self):
+    def test_github_commands_give_the_whole_result(self):
         jobs = yaml.safe_load((FILES / "github.yml").read_text("utf-8"))["jobs"]
         shards = jobs["shard"]["strategy"]["matrix"]["shard"]
 

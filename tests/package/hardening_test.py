@@ -27,27 +27,27 @@ class Hardening(unittest.TestCase):
         else:
             self.assertRegex(read("objdump", "-d"), rf"(call|jmp|bl|b)\s.*<\w*{function}\w*>")
 
-    def test_it_lies_anywhere_in_memory(self):
+    def test_program_is_position_independent(self):
         self.assertIn("DYN", re.search(r"Type: .*", read("readelf", "-hW")).group())
 
-    def test_what_is_relocated_is_read_only(self):
+    def test_relocations_are_read_only(self):
         self.assertIn("GNU_RELRO", read("readelf", "-lW"))
         self.assertRegex(read("readelf", "-dW"), r"BIND_NOW|FLAGS_1.*NOW")
 
-    def test_its_stack_is_no_code(self):
+    def test_stack_is_not_executable(self):
         self.assertRegex(read("readelf", "-lW"), r"GNU_STACK.* RW ")
 
-    def test_its_stack_is_protected(self):
+    def test_stack_is_protected(self):
         self.assert_calls("__stack_chk_fail")
 
-    def test_buffers_of_the_c_library_are_checked(self):
+    def test_libc_calls_check_buffers(self):
         self.assert_calls(r"__[a-z]+_chk")
 
-    def test_indices_of_the_c_plus_plus_library_are_checked(self):
+    def test_libstdcxx_checks_indices(self):
         self.assert_calls("__glibcxx_assert_fail")
 
     @unittest.skipUnless(platform.machine() == "x86_64", "of other processors")
-    def test_jumps_have_landing_places(self):
+    def test_indirect_branches_have_landing_pads(self):
         # If the C library's start files lack the note, the linker omits it, so count instructions.
         self.assertGreater(read("objdump", "-d").count("endbr64"), 1000)
 

@@ -57,7 +57,7 @@ EVERYTHING = list(walk())
 
 
 class Help(unittest.TestCase):
-    def test_was_understood(self):
+    def test_contains_known_options(self):
         options = {path: options for path, options, _ in EVERYTHING}
         for path, option in [((), "--bus"), (("run",), "--signals"), (("ctl", "fault"), "--for"), (("motors",), "-h")]:
             self.assertIn(option, options[path])
@@ -69,12 +69,12 @@ class Help(unittest.TestCase):
             for line in output(PROGRAM, *path, "--help").splitlines():
                 self.assertTrue(len(line) <= 80 or line.startswith("  lk-emu "), (path, line))
 
-    def test_examples_of_the_program_say_which_drives_run(self):
+    def test_examples_of_the_program_have_ids(self):
         for path, _, _ in EVERYTHING:
             for example in re.findall(r"lk-emu --bus .*", output(PROGRAM, *path, "--help")):
                 self.assertIn("--ids", example)
 
-    def test_of_a_word_of_ctl_is_its_own(self):
+    def test_describes_each_word_of_ctl_itself(self):
         texts = {path[1]: output(PROGRAM, *path, "--help") for path, _, _ in EVERYTHING if path[:1] == ("ctl",) and path[1:]}
         for word, text in texts.items():
             self.assertIn("Takes --socket, --bus, --json and --lang of lk-emu ctl too.", text)
@@ -155,7 +155,7 @@ class Complete(unittest.TestCase):
             self.assertEqual(complete(*words), expected, words)
         self.assertEqual(complete(), complete(""))
 
-    def test_is_what_bash_offers(self):
+    def test_works_in_bash(self):
         ask = 'source "$1"; complete -p lk-emu lk-emu-body; COMP_WORDS=("$2" ctl power o); COMP_CWORD=3; _lk_emu "$2"; echo "${COMPREPLY[@]}"'
         rule = "complete -o bashdefault -o default -F _lk_emu "
         self.assertEqual(output("bash", "--norc", "-c", ask, "bash", BASH, PROGRAM),

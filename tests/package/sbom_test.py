@@ -83,7 +83,7 @@ class Form(unittest.TestCase):
             with self.subTest(package):
                 yield package, document(package)
 
-    def test_document(self):
+    def test_document_has_the_required_fields(self):
         for package, found in self.each():
             self.assertEqual(found["spdxVersion"], "SPDX-2.3")
             self.assertEqual(found["dataLicense"], "CC0-1.0")
@@ -94,7 +94,7 @@ class Form(unittest.TestCase):
             for creator in found["creationInfo"]["creators"]:
                 self.assertRegex(creator, r"^(Tool|Person|Organization): \S")
 
-    def test_packages(self):
+    def test_packages_have_the_required_fields(self):
         licensing = get_spdx_licensing()
         for _, found in self.each():
             for entry in found["packages"]:
@@ -109,7 +109,7 @@ class Form(unittest.TestCase):
                     self.assertEqual(reference["referenceCategory"], "PACKAGE-MANAGER")
                     self.assertEqual(reference["referenceType"], "purl")
 
-    def test_relations(self):
+    def test_relations_are_complete(self):
         for package, found in self.each():
             ids = [entry["SPDXID"] for entry in found["packages"]]
             self.assertEqual(len(set(ids)), len(ids))
@@ -124,14 +124,14 @@ class Form(unittest.TestCase):
                     contained.add(relation["relatedSpdxElement"])
             self.assertEqual(contained | {"SPDXRef-" + package}, set(ids))
 
-    def test_versions_are_those_that_are_installed(self):
+    def test_versions_equal_the_installed_ones(self):
         for _, found in self.each():
             for entry in filter(purl_of, found["packages"]):
                 name, version = purl_of(entry)
                 self.assertEqual(run("dpkg-query", "-W", "-f", "${Version}", name), version)
                 self.assertEqual(entry["versionInfo"], version)
 
-    def test_what_came_with_the_page_is_what_lies_there(self):
+    def test_list_names_all_files_of_web_vendor(self):
         web = os.path.join(os.path.dirname(__file__), "..", "..", "web", "vendor")
         found = {entry["packageFileName"]: entry for entry in document("lk-emu")["packages"] if "checksums" in entry}
         scripts = [name for name in os.listdir(web) if name.endswith(".js")]
@@ -143,14 +143,14 @@ class Form(unittest.TestCase):
 
 
 class Complete(unittest.TestCase):
-    def test_programs_have_the_code_of_their_headers(self):
+    def test_lists_of_programs_cover_their_headers(self):
         for program in set(PACKAGES) - {"lk-emu-dev"}:
             used = {name for name in debian_packages(headers(program)) if not DECLARATIONS.fullmatch(name)}
             if "static" in document_kind():
                 used |= debian_packages(linked(program))
             self.assertEqual(listed(program), used)
 
-    def test_libraries_have_the_code_of_their_headers(self):
+    def test_lists_of_libraries_cover_their_headers(self):
         used = set().union(*(debian_packages(headers(name)) for name in LIBRARIES))
         self.assertEqual(listed("lk-emu-dev"), {name for name in used if not DECLARATIONS.fullmatch(name)})
 

@@ -84,10 +84,10 @@ class MujocoWasm(Arm):
         return self.of_simulator(scenario, "node", str(EXAMPLES / "mujoco.mjs"), "PLACE", str(EXAMPLES / model), str(seconds),
                                  *joints, MUJOCO_WASM=mujoco_wasm())
 
-    def test_moves_as_the_body_does(self) -> None:
+    def test_moves_like_the_body_of_lk_emu(self) -> None:
         self.compare(self.run_it("reach", "two_joints.xml", SECONDS, "shoulder", "elbow"))
 
-    def test_stands_as_the_body_does(self) -> None:
+    def test_stands_like_the_body_of_lk_emu(self) -> None:
         # The drives' loops never rest completely, so take the mean of the last half second.
         rows = self.run_it("crouch", "leg.xml", 3, "hip", "knee")[-500:]
         other_m = STRETCHED_M + statistics.fmean(row["height"] for row in rows)
@@ -103,7 +103,7 @@ class MujocoWasm(Arm):
 
 
 class Simbody(Arm):
-    def test_moves_as_the_body_does(self) -> None:
+    def test_moves_like_the_body_of_lk_emu(self) -> None:
         self.compare(self.of_simulator("reach", os.environ["SIMBODY_ARM"], "PLACE", str(SECONDS)))
 
 

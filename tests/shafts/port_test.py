@@ -126,7 +126,7 @@ def run(shafts: Shafts, joints, steps: int):
 
 
 class LockStep(unittest.TestCase):
-    def test_a_joint_turns_as_fast_as_the_host_says(self) -> None:
+    def test_joint_turns_at_the_commanded_speed(self) -> None:
         with program("--clock", "stepped", ids="1") as running, open(running.can, "r+b", buffering=0) as can, \
                 Shafts(running.place) as shafts:
             self.assertEqual(shafts.joints[0].name, f"slcan-pty:{running.can}:1")
@@ -138,7 +138,7 @@ class LockStep(unittest.TestCase):
             self.assertAlmostEqual(joint.speed, 1.5707963, delta=0.05, msg="90 deg/s, without a gear")
             self.assertAlmostEqual(running.time_s(), 1.51, places=9, msg="a step for each exchange")
 
-    def test_three_runs_are_the_same_to_the_bit(self) -> None:
+    def test_three_runs_are_bit_identical(self) -> None:
         traces = []
         for _ in range(3):
             with program("--clock", "stepped") as running, Shafts(running.place) as shafts:
@@ -147,7 +147,7 @@ class LockStep(unittest.TestCase):
         self.assertEqual(traces[0], traces[2])
         self.assertGreater(abs(traces[0][-1][0]), 0.01)
 
-    def test_the_drive_moves_its_joint_where_it_owns_it(self) -> None:
+    def test_drive_moves_a_joint_that_it_owns(self) -> None:
         with program(ids="1") as running:
             name = f"slcan-pty:{running.can}:1"
             with Shafts(running.place, owners={name: DRIVE}) as shafts:
@@ -159,20 +159,20 @@ class LockStep(unittest.TestCase):
                 self.assertGreater(given.speed_rad_s, 0.5 * 0.5 * 0.2 / inertia)
                 self.assertAlmostEqual(given.angle_rad - begin, given.speed_rad_s * 0.1, delta=0.2 * given.speed_rad_s * 0.1)
 
-    def test_a_joint_that_is_not_taken_keeps_its_load(self) -> None:
+    def test_uncoupled_joint_keeps_its_load(self) -> None:
         with program() as running:
             with Shafts(running.place, owners={f"slcan-pty:{running.can}:2": NOT_COUPLED}) as shafts:
                 run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 10)
                 self.assertEqual(shafts.exchange([State(0, 0, 0.1, 0), State(NAN, NAN, NAN, NAN)])[1], (0,) * 5)
 
-    def test_the_clock_is_the_simulators(self) -> None:
+    def test_simulator_owns_the_clock(self) -> None:
         with program() as running, Shafts(running.place) as shafts:
             run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 5)
             with self.assertRaisesRegex(Refused, "the simulator at --shafts owns the clock"):
                 running.advance(1.0)
             self.assertAlmostEqual(running.time_s() * 1e3, round(running.time_s() * 1e3), places=6)
 
-    def test_others_are_told_that_it_is_taken(self) -> None:
+    def test_second_simulator_is_refused(self) -> None:
         with program() as running, Shafts(running.place) as shafts:
             with self.assertRaisesRegex((Refused, Ended), "another simulator is connected"):
                 Shafts(running.place)
@@ -180,7 +180,7 @@ class LockStep(unittest.TestCase):
 
 
 class RealTime(unittest.TestCase):
-    def test_the_clock_goes_on_with_a_simulator_that_is_late(self) -> None:
+    def test_clock_keeps_running_with_a_late_simulator(self) -> None:
         with program() as running, Shafts(running.place, time="drives") as shafts:
             joints = [FreeJoint(0.01, 0.05), FreeJoint(0.01)]
             run(shafts, joints, 50)
@@ -194,7 +194,7 @@ class RealTime(unittest.TestCase):
             self.assertEqual(log.count("is late"), 1, log)
             self.assertNotIn("error", log)
 
-    def test_a_stepped_clock_waits_for_it(self) -> None:
+    def test_stepped_clock_waits_for_the_simulator(self) -> None:
         with program("--clock", "stepped") as running, Shafts(running.place, time="drives") as shafts:
             joints = [FreeJoint(0.01), FreeJoint(0.01)]
             for joint, offered in zip(joints, shafts.joints):
@@ -212,7 +212,7 @@ class RealTime(unittest.TestCase):
 
 
 class Lost(unittest.TestCase):
-    def test_the_drives_go_on_free(self) -> None:
+    def test_drives_keep_running_without_the_simulator(self) -> None:
         with program() as running:
             with Shafts(running.place) as shafts:
                 run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 50)
@@ -220,7 +220,7 @@ class Lost(unittest.TestCase):
             log = running.stop()
             self.assertIn("shafts: the simulator has gone: the drives keep running without it", log)
 
-    def test_or_time_stands_until_one_comes(self) -> None:
+    def test_stop_pauses_time_until_one_connects(self) -> None:
         with program("--shafts-lost", "stop") as running:
             with Shafts(running.place) as shafts:
                 run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 50)
@@ -232,7 +232,7 @@ class Lost(unittest.TestCase):
                 self.assertEqual(running.clock()["mode"], "realtime")
             self.assertIn("has gone: time is stopped until one connects", running.stop())
 
-    def test_time_stands_before_the_first_one_too(self) -> None:
+    def test_stop_pauses_time_before_the_first_one(self) -> None:
         with program("--shafts-lost", "stop") as running:
             self.assertEqual(running.clock()["mode"], "stepped")
             stands = running.time_s()
@@ -244,7 +244,7 @@ class Lost(unittest.TestCase):
                 self.assertEqual(running.clock()["mode"], "realtime")
             self.assertIn("time is stopped until a simulator connects", running.stop())
 
-    def test_a_scenario_without_a_simulator_does_not_pass(self) -> None:
+    def test_scenario_without_a_simulator_does_not_pass(self) -> None:
         with tempfile.TemporaryDirectory() as directory:
             scenario = pathlib.Path(directory) / "nothing.toml"
             scenario.write_text('duration_s = 0.1\n[[expect]]\nid = 1\nsignal = "alive"\nmin = 0\n')
@@ -255,7 +255,7 @@ class Lost(unittest.TestCase):
                 running.process.communicate(timeout=PATIENCE_S)
                 self.assertEqual(running.process.returncode, 3)
 
-    def test_a_simulator_that_dies_within_a_message(self) -> None:
+    def test_simulator_that_ends_within_a_message_is_reported(self) -> None:
         with program() as running:
             shafts = Shafts(running.place)
             run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 5)
@@ -277,13 +277,13 @@ class Nonsense(unittest.TestCase):
             self.assertRegex(log, reason)
             self.assertEqual(log.count("[error]") + log.count("error "), 1, log)
 
-    def test_a_nan_is_told_with_joint_and_field(self) -> None:
+    def test_nan_is_refused_with_joint_and_field(self) -> None:
         self.refused(State(NAN, 0, 0.1, 0), r":2: angle_rad is nan")
 
-    def test_an_inertia_without_the_armature(self) -> None:
+    def test_inertia_below_the_armature_is_refused(self) -> None:
         self.refused(State(0, 0, 1e-6, 0), r":2: inertia_kg_m2 is 1e-06, below the drive's armature")
 
-    def test_a_thousand_bad_simulators_and_a_host_that_is_served(self) -> None:
+    def test_host_is_served_despite_a_thousand_bad_simulators(self) -> None:
         dice = random.Random(1)
         with program() as running, open(running.can, "r+b", buffering=0) as can:
             can.write(b"O\r")
@@ -331,7 +331,7 @@ class Nonsense(unittest.TestCase):
 
 
 class Options(unittest.TestCase):
-    def test_what_is_no_place_is_one_line_of_status_2(self) -> None:
+    def test_invalid_address_gives_one_line_and_status_2(self) -> None:
         for arguments, said in (
             (["--shafts", "udp:1"], '--shafts: "udp:1" is not unix:PATH or tcp:[ADDR:]PORT'),
             (["--shafts", "unix:"], "--shafts: unix: needs a path"),

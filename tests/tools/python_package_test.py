@@ -56,12 +56,12 @@ class Start(unittest.TestCase):
         self.assertEqual((ran.returncode, ran.stdout, ran.stderr.count("\n")), (2, "", 1), ran)
         return ran.stderr
 
-    def test_takes_the_package_of_the_sources_and_the_first_python_of_the_path(self):
+    def test_uses_the_package_of_the_sources_and_the_first_python_in_path(self):
         stand_in = self.put("path/python3", STAND_IN)
         ran = self.plot(PROGRAM, "a b.csv", "--ids", "1", PATH=f"{self.directory}/path:/usr/bin")
         self.assertEqual(ran.stdout.splitlines(), [stand_in, PROGRAM, "plot", "lkemu.plot", f"{SOURCES}/python", "a b.csv", "--ids", "1"])
 
-    def test_takes_the_python_beside_the_program_first(self):
+    def test_prefers_the_python_next_to_the_program(self):
         """As in the virtual environment that a wheel was installed into, which has the package, too."""
         program = self.alone()
         self.put("path/python3", STAND_IN)
@@ -69,12 +69,12 @@ class Start(unittest.TestCase):
         ran = self.plot(program, "run.csv", PATH=f"{self.directory}/path:/usr/bin")
         self.assertEqual(ran.stdout.splitlines(), [stand_in, program, "plot", "lkemu.plot", "", "run.csv"])
 
-    def test_takes_the_package_of_the_installation(self):
+    def test_uses_the_package_of_the_installation(self):
         program = self.alone()
         self.package(plot="import sys\nprint(__name__, sys.argv[1:])\n")
         self.assertEqual(self.plot(program, "run.csv").stdout, "__main__ ['run.csv']\n")
 
-    def test_processes_of_the_command_find_the_package_too(self):
+    def test_child_processes_find_the_package(self):
         program = self.alone()
         self.package(plot="import subprocess, sys\nsubprocess.run([sys.executable, '-m', 'lkemu.worker'], cwd='/')\n",
                      worker="import os, sys\nprint(sys.path[1:3], os.environ['PYTHONPATH'])\n")
@@ -82,12 +82,12 @@ class Start(unittest.TestCase):
         self.assertEqual(self.plot(program, "run.csv", PYTHONPATH="/nowhere").stdout, f"{places} {':'.join(places)}\n")
         self.assertEqual(self.plot(program, "run.csv").stdout.split()[-1], places[0])
 
-    def test_reads_no_module_of_the_working_directory(self):
+    def test_ignores_modules_in_the_working_directory(self):
         self.put("argparse.py", "print('shadowed')")
         self.put("lkemu/__init__.py", "print('shadowed')")
         self.assertNotIn("shadowed", self.plot(PROGRAM, "none.csv").stdout)
 
-    def test_says_what_is_missing(self):
+    def test_names_what_is_missing(self):
         self.assertIn("FILE is required", self.refused(PROGRAM))
         self.assertEqual(self.refused(PROGRAM, "run.csv", PATH=self.directory), "lk-emu: plot: python3: No such file or directory: apt install python3\n")
         self.assertEqual(self.refused(self.alone(), "run.csv"),
@@ -97,7 +97,7 @@ class Start(unittest.TestCase):
         self.assertEqual(self.refused(PROGRAM, "run.csv", PYTHONPATH=f"{self.directory}/old"),
                          "lk-emu: plot: needs Python 3.11 or newer; /usr/bin/python3 is 3.9\n")
 
-    def test_a_campaign_names_all_missing_libraries_before_it_begins(self):
+    def test_campaign_names_all_missing_libraries_before_it_starts(self):
         self.put("lib/sitecustomize.py", "import sys\nsys.path = [place for place in sys.path if not place.endswith('-packages')]\n")
         self.assertEqual(self.refused(PROGRAM, "every_fault", command="campaign", PYTHONPATH=f"{self.directory}/lib"),
                          "lk-emu: campaign: /usr/bin/python3: No module named 'jinja2', 'regex', 'scipy': apt install python3-jinja2 "

@@ -59,7 +59,7 @@ class Cases(unittest.TestCase):
         self.assertEqual(sorted(numbers), list(range(count)))
         return memory
 
-    def test_statuses(self):
+    def test_exit_status_depends_on_results(self):
         good = json.dumps({"case": 1, "scenario": "tiny.toml"}) + "\n"
         status, out, err = self.run_cases(good)
         self.assertEqual((status, json.loads(out)["case"], err), (0, 1, ""))
@@ -73,7 +73,7 @@ class Cases(unittest.TestCase):
         for jobs in ("0", "1025", "x", "-1"):
             self.assertEqual(self.run_cases("", f"--jobs={jobs}")[0], 2, jobs)
 
-    def test_a_blank_line_brings_results_before_the_input_ends(self):
+    def test_blank_line_flushes_results_before_the_input_ends(self):
         with self.start() as process:
             process.stdin.write('{"case": 1, "scenario": "tiny.toml"}\n\n')
             process.stdin.flush()
@@ -100,7 +100,7 @@ class Cases(unittest.TestCase):
         few, many = self.peak_of(requests(300), "--check"), self.peak_of(requests(3000), "--check")
         self.assertLess(many, few + 2_000_000)
 
-    def test_a_line_without_end_is_refused_in_bounded_memory(self):
+    def test_endless_line_is_refused_in_bounded_memory(self):
         with self.start() as process:
             with self.assertRaises(BrokenPipeError):
                 while True:
@@ -109,7 +109,7 @@ class Cases(unittest.TestCase):
             self.assertLess(peak_memory(process), 100_000_000)
         self.assertEqual(process.returncode, 2)
 
-    def test_long_lines_share_a_bounded_pile(self):
+    def test_long_lines_share_a_bounded_queue(self):
         """A line of 0.9 MB takes some 100 MB when it is read: a pile of 128 of them would take all memory."""
         detect = ",".join(["{}"] * 300_000)
         memory = []

@@ -23,7 +23,7 @@ def start(*arguments, **kwargs):
 
 
 class Pipe(unittest.TestCase):
-    def test_each_line_is_there_before_the_next_is_written(self):
+    def test_each_line_is_decoded_at_once(self):
         with start("--json") as decode:
             decode.stdin.write(QUERY)
             self.assertEqual(json.loads(decode.stdout.readline())["role"], "query")
@@ -41,7 +41,7 @@ class Pipe(unittest.TestCase):
             self.assertEqual((summary["frames"], summary["bad_lines"]), (3, 1))
             self.assertEqual((decode.wait(), decode.stderr.read()), (0, ""))
 
-    def test_a_signal_ends_it_with_the_summary(self):
+    def test_sigint_prints_the_summary(self):
         for number in (signal.SIGINT, signal.SIGTERM):
             with start("--lang", "en") as decode:
                 decode.stdin.write(QUERY)
@@ -51,7 +51,7 @@ class Pipe(unittest.TestCase):
                 self.assertIn("can0: 1 frame in 0.000000 s\n", decode.stdout.readlines())
                 self.assertEqual(decode.wait(), 0)
 
-    def test_guessing_ends_with_what_was_found(self):
+    def test_guessing_prints_its_result_at_the_end(self):
         with start("--guess", "--lang", "en") as guess:
             guess.stdin.write(QUERY.replace("9C", "9A"))
             guess.stdin.write(REPLY.replace("9C 19 02 00 03 00 21 08", "9A 24 08 13 00 00 00 00"))
@@ -61,7 +61,7 @@ class Pipe(unittest.TestCase):
             self.assertIn("  lk-emu --bus vcan0 --ids 1 --generation v235\n", said)
             self.assertEqual((guess.wait(), guess.stderr.read()), (0, ""))
 
-    def test_a_reader_may_leave(self):
+    def test_closed_output_ends_it(self):
         with start() as decode:
             decode.stdout.close()
             try:
@@ -72,7 +72,7 @@ class Pipe(unittest.TestCase):
                 pass
             self.assertEqual((decode.wait(), decode.stderr.read()), (0, ""))
 
-    def test_languages_and_colours(self):
+    def test_language_and_colour_options_work(self):
         words = {"zh_CN.UTF-8": "读取状态 2", "C.UTF-8": "read state 2"}
         for locale, word in words.items():
             ran = subprocess.run([PROGRAM, "decode"], input=QUERY, capture_output=True, text=True, check=True,
@@ -80,7 +80,7 @@ class Pipe(unittest.TestCase):
             self.assertIn(word, ran.stdout)
             self.assertNotIn("\x1b", ran.stdout)
 
-    def test_a_terminal_gets_colours_unless_it_wants_none(self):
+    def test_terminal_gets_colours_unless_disabled(self):
         for environment, coloured in (({}, True), ({"NO_COLOR": "1"}, False), ({"TERM": "dumb"}, False)):
             ours, theirs = os.openpty()
             environment = {**{k: v for k, v in os.environ.items() if k != "NO_COLOR"}, "TERM": "xterm", **environment}
@@ -97,13 +97,13 @@ class Files(unittest.TestCase):
             file.flush()
             return subprocess.run([PROGRAM, "decode", file.name, *arguments], capture_output=True, check=False)
 
-    def test_a_log_is_read_whole(self):
+    def test_log_is_read_completely(self):
         ran = self.run_on((QUERY + REPLY).encode() * 1000, "--json", "--generation", "v236", "--motor", "mg4005")
         self.assertEqual((ran.returncode, ran.stderr), (0, b""))
         summary = json.loads(ran.stdout.splitlines()[-1])
         self.assertEqual((summary["frames"], summary["generation_assumed"], summary["motor"]), (2000, False, "mg4005"))
 
-    def test_what_is_no_log_is_refused(self):
+    def test_other_files_are_refused(self):
         for text in (b"hello\n" * 3, bytes(range(256)) * 1000, b"\0" * 100000, b"(" * 3000000):
             for arguments in ([], ["--guess"]):
                 ran = self.run_on(text, *arguments)
@@ -111,7 +111,7 @@ class Files(unittest.TestCase):
                 self.assertRegex(ran.stderr, rb"no candump frame in .+; line 1")
                 self.assertNotRegex(ran.stdout + ran.stderr, rb"[\x00-\x09\x0b-\x1f]")
 
-    def test_a_drive_on_rs485_names_its_motor(self):
+    def test_drive_on_rs485_names_its_motor(self):
         # A real MS4015 (docs/reference/rs485.md), and a drive named ../x, whose 58 bytes have a sum that ends in 35.
         for motor, total, said in (("4D5334303135", "9C", " --motor ms4015"), ("2E2E2F780000", "35", "")):
             ran = self.run_on(("(1.000000) u rs485#3E12010051\n"
@@ -124,14 +124,14 @@ class Files(unittest.TestCase):
             self.assertTrue(summary["commands"][0].endswith(said), summary)
             self.assertEqual("--motor" in summary["commands"][0], said != "")
 
-    def test_an_empty_log_is_refused(self):
+    def test_empty_log_is_refused(self):
         for text in (b"", b"\n\n"):
             for arguments in ([], ["--guess"], ["--json"]):
                 ran = self.run_on(text, *arguments)
                 self.assertEqual(ran.returncode, 2)
                 self.assertRegex(ran.stderr, rb"decode: .*\.log has no frame")
 
-    def test_mistakes_are_said(self):
+    def test_mistakes_are_reported(self):
         for arguments, said in ((["/no/such/file"], "cannot read /no/such/file"), (["/"], "/ is not a recording"),
                                 (["--motor", "mf7051"], "did you mean mf7015?"),
                                 (["--generation", "v237"], "not one of legacy, late-legacy, v235, v236, v236b"),
@@ -143,7 +143,7 @@ class Files(unittest.TestCase):
             self.assertEqual(ran.returncode, 2, arguments)
             self.assertIn(said, ran.stderr)
 
-    def test_a_full_disk_is_said(self):
+    def test_full_disk_is_reported(self):
         with open("/dev/full", "wb") as full:
             ran = subprocess.run([PROGRAM, "decode"], input=QUERY, stdout=full, stderr=subprocess.PIPE, text=True,
                                  check=False)

@@ -73,7 +73,7 @@ def codec(lines):
 
 
 class Dbc(unittest.TestCase):
-    def test_frames_worked_by_hand(self):
+    def test_hand_computed_frames_decode(self):
         no_errors = {f"error_{name}": 0 for name in (
             "under_voltage over_voltage driver_temperature motor_temperature over_current short_circuit stall lost_input").split()}
         cases = [
@@ -154,7 +154,7 @@ class Dbc(unittest.TestCase):
                 self.assertEqual(sorted(known), COMMANDS[generation])
                 self.assertEqual(known[0x9A], "read state 1")
 
-    def test_the_document_names_all_signals(self):
+    def test_document_names_all_signals(self):
         text = (pathlib.Path(__file__).parents[3] / "docs/reference/formats.md").read_text("utf-8").split("\n## Names\n")[1].split("\n## ")[0]
         named = {name for row in re.findall(r"^\| (`[^|]*) \|", text, re.M) for name in re.findall(r"`(\w+)`", row)}
         known = {signal.name for matrix in MATRICES.values() for frame in matrix.frames for signal in frame.signals}
@@ -162,7 +162,7 @@ class Dbc(unittest.TestCase):
         of_other_drives = {name for name in known if re.fullmatch(r".*_[2-4]", name)}
         self.assertEqual(named, known - of_other_drives - {"command"} | only_on_ms)
 
-    def test_who_sends_to_whom(self):
+    def test_transmitters_and_receivers_are_correct(self):
         for (_, direction), matrix in MATRICES.items():
             drives = [f"Drive{number}" for number in range(1, 33)]
             self.assertEqual([node.name for node in matrix.ecus], ["Host", *drives])
@@ -171,7 +171,7 @@ class Dbc(unittest.TestCase):
                 ends = (["Host"], [drive]) if direction == "query" else ([drive], ["Host"])
                 self.assertEqual((frame.transmitters, frame.signal_by_name("command").receivers), ends)
 
-    def test_units_limits_and_words(self):
+    def test_signals_have_units_limits_and_value_names(self):
         frame = MATRICES["v236", "reply"].frame_by_name("Drive7_Reply")
         self.assertEqual([frame.signal_by_name(name).unit for name in ("temperature", "voltage", "iq", "speed", "multi_turn_angle")],
                          ["degC", "V", "A", "deg/s", "deg"])
@@ -181,7 +181,7 @@ class Dbc(unittest.TestCase):
         torque = MATRICES["legacy", "query"].frame_by_name("Drive1_Query").signal_by_name("iq_target")
         self.assertEqual((torque.min, torque.max), (-32, 32))
 
-    def test_queries_can_be_written(self):
+    def test_queries_can_be_encoded(self):
         # docs/reference/protocol.md §3, and the first conversation of the README
         frame = MATRICES["legacy", "query"].frame_by_name("Drive1_Query")
         for values, expected in [
@@ -192,7 +192,7 @@ class Dbc(unittest.TestCase):
             raw = {name: frame.signal_by_name(name).phys2raw(value) for name, value in values.items()}
             self.assertEqual(frame.signals_to_bytes(raw).hex().upper(), expected)
 
-    def test_the_text_is_such_as_every_reader_takes(self):
+    def test_text_suits_simple_readers(self):
         files = list(FORMATS.glob("*.dbc"))
         self.assertTrue(files)
         for file in files:

@@ -61,7 +61,7 @@ def conversation(draw, length):
 
 
 class Dissector(unittest.TestCase):
-    def test_pairs_are_those_of_a_comparison_of_logs(self):
+    def test_pairs_equal_those_of_the_log_pairing(self):
         # docs/reference/formats.md has the rules. emulator/monitor/frames/log_pairing.cpp implements them too, with look-ahead.
         frames = list(conversation(random.Random(7), 3000))
         capture = SCRATCH / "drawn.pcap"
@@ -75,7 +75,7 @@ class Dissector(unittest.TestCase):
         for number, (one, other) in enumerate(zip(found, expected, strict=True), 1):
             self.assertEqual(one, other, f"frame {number}: {lines.splitlines()[max(0, number - 12):number + 4]}")
 
-    def test_a_query_and_its_reply(self):
+    def test_query_and_reply_are_paired(self):
         query, reply = said("0@141#9A00000000000000", "0.338@141#9A1900F000000009")
         self.assertEqual((query.kind, query.drive, query.command, query.command_name), ("query", 1, "0x9a", "read state 1"))
         self.assertEqual((query.replies, query.values, query.experts), ([2], {}, set()))
@@ -84,7 +84,7 @@ class Dissector(unittest.TestCase):
             "temperature": 25, "voltage": 24, "error_under_voltage": 1, "error_motor_temperature": 1})
         self.assertEqual(reply.experts, {"errors"})
 
-    def test_an_echo_is_a_reply_and_the_next_is_a_query(self):
+    def test_echo_is_a_reply_and_the_next_frame_a_query(self):
         self.assertEqual([one.kind for one in said(*["141#8000000000000000"] * 5)],
                          ["query", "reply", "query", "reply", "query"])
 
@@ -93,7 +93,7 @@ class Dissector(unittest.TestCase):
         self.assertEqual([one.reply_to for one in burst], [0, 0, 0, 1, 2, 3])
         self.assertEqual([one.replies for one in burst[:3]], [[4], [5], [6]])
 
-    def test_after_a_lost_reply_the_next_one_belongs_to_the_last_query(self):
+    def test_reply_after_a_lost_one_belongs_to_the_last_query(self):
         lost = said(ASK_2, ASK_2, STATE_2, ASK_2, STATE_2)
         self.assertEqual([one.reply_to for one in lost], [0, 0, 2, 0, 4])
         self.assertEqual([one.experts for one in lost], [{"unanswered"}, set(), set(), set(), set()])
@@ -103,42 +103,42 @@ class Dissector(unittest.TestCase):
         self.assertEqual([(one.drive, one.kind, one.reply_to) for one in others],
                          [(1, "query", 0), (2, "query", 0), (2, "reply", 2), (1, "reply", 1)])
 
-    def test_a_reply_that_comes_too_late_is_none(self):
+    def test_late_reply_is_an_orphan(self):
         query, late = said("0@" + ASK_2, "101@" + STATE_2)
         self.assertEqual((query.experts, late.kind, late.experts), ({"unanswered"}, "reply", {"orphan"}))
 
-    def test_without_a_second_pass_nothing_is_called_unanswered(self):
+    def test_one_pass_reports_no_unanswered_queries(self):
         self.assertEqual([one.experts for one in said(ASK_2, two_passes=False)], [set()])
 
-    def test_one_query_to_several_drives(self):
+    def test_query_to_several_drives_has_several_replies(self):
         several = said("280#E803000018FC0000", "141#A11964000CFE3412", "143#A11964000CFE3412", ASK_2, STATE_2)
         self.assertEqual(several[0].values, {"iq_target_1": 16, "iq_target_2": 0, "iq_target_3": -16, "iq_target_4": 0})
         self.assertEqual((several[0].kind, several[0].replies, several[0].experts), ("query", [2, 3], set()))
         self.assertEqual([one.reply_to for one in several], [0, 1, 1, 0, 4])
 
-    def test_a_query_to_several_ends_what_was_said_before(self):
+    def test_query_to_several_drives_ends_earlier_queries(self):
         lost = said("280#E803000018FC0000", "280#E803000018FC0000", "141#A11964000CFE3412", "280#E803000018FC0000",
                     "141#A11964000CFE3412")
         self.assertEqual([one.reply_to for one in lost], [0, 0, 2, 0, 4])
 
-    def test_a_command_in_each_slot(self):
+    def test_each_slot_has_its_command(self):
         slots = said("288#9C009A0000000000", "142#9A1900F000000000", "141#9C1964000CFE3412", "143#9C1964000CFE3412",
                      preferences=["generation:v236"])
         self.assertEqual([one.reply_to for one in slots], [0, 1, 1, 0])
         self.assertEqual(slots[3].experts, {"orphan"})  # no query to drive 3
 
-    def test_queries_with_a_byte_that_could_be_a_temperature(self):
+    def test_query_that_equals_a_reply_is_a_query(self):
         # Direction 1, towards 180°: this equals a reply of a drive at 1 °C.
         self.assertEqual([one.kind for one in said("141#A501000050460000", "141#A51964000CFE3412")], ["query", "reply"])
 
-    def test_what_no_drive_answers(self):
+    def test_unanswerable_frames_are_recognised(self):
         foreign = said("141#8C10000000000000", "141#FF00000000000000", "141#9C", "123#9C00000000000000",
                        "281#0100020003000400")
         self.assertEqual([one.experts for one in foreign],
                          [{"unknown_command"}, {"unknown_command"}, {"wrong_length"}, set(), {"unknown_command"}])
         self.assertEqual([one.ours for one in foreign], [True, True, True, False, True])
 
-    def test_generations(self):
+    def test_values_depend_on_the_generation(self):
         def voltage(generation, frame):
             return said("141#9A00000000000000", frame, preferences=[f"generation:{generation}"])[1].values["voltage"]
         # docs/reference/protocol.md §10.7, and the frame of §5
@@ -151,7 +151,7 @@ class Dissector(unittest.TestCase):
         brake = said("141#8C10000000000000", "141#8C01000000000000", preferences=["generation:v236"])
         self.assertEqual([one.values for one in brake], [{"action": 16}, {"coil": 1}])
 
-    def test_series(self):
+    def test_values_depend_on_the_series(self):
         def effort(series, generation="v236"):
             values = said(ASK_2, STATE_2, preferences=[f"generation:{generation}", f"series:{series}"])[1].values
             return values.get("iq"), values.get("power")
@@ -159,7 +159,7 @@ class Dissector(unittest.TestCase):
         self.assertEqual([effort("MF, MH"), effort("MG"), effort("MS"), effort("MG", "legacy")],
                          [(0.8056640625, None), (1.611328125, None), (None, 10), (1.611328125, None)])
 
-    def test_drives_as_the_capture_describes_them(self):
+    def test_description_in_the_capture_sets_generation_and_series(self):
         capture = SCRATCH / "described.pcapng"
         talk = [(ASK_2, STATE_2), (ASK_2.replace("141", "142"), STATE_2.replace("141", "142")),
                 (ASK_2.replace("141", "143"), STATE_2.replace("141", "143"))]
@@ -179,13 +179,13 @@ class Dissector(unittest.TestCase):
         self.assertEqual(["unknown_command" in one.experts for one in dissect(capture, DISSECTOR)],
                          [True, False, False, True])
 
-    def test_parameters(self):
+    def test_parameters_are_decoded(self):
         values = [one.values for one in said("141#C020000000000000", "141#C0200000A08C0000", "141#C10A640032000000",
                                              preferences=["generation:v236"])]
         self.assertEqual(values, [{"read_parameter": 0x20}, {"parameter": 0x20, "register_max_speed": 360},
                                   {"parameter": 0x0A, "angle_kp": 100, "angle_ki": 50, "angle_kd": 0}])
 
-    def test_numbers_at_their_ends(self):
+    def test_extreme_numbers_are_decoded(self):
         ends = said("141#9200000000000000", "141#92FFFFFFFFFFFFFF", "141#9200000000000000", "141#9200000000000080",
                     "141#A200000000000080", "141#A280000080000080")
         self.assertEqual([one.values for one in ends[1::2]], [
@@ -193,7 +193,7 @@ class Dissector(unittest.TestCase):
             {"temperature": -128, "iq": 0, "speed": 128, "encoder": 0x8000}])
         self.assertEqual(ends[4].values, {"speed_target": -21474836.48})
 
-    def test_replies_with_identifiers_of_their_own(self):
+    def test_reply_base_sets_identifiers_of_replies(self):
         apart = said("141#9C00000000000000", "181#9C0064000CFE3412", "141#9C00000000000000", "181#8000000000000000",
                      preferences=["reply_base:0x180 + ID"])
         self.assertEqual([(one.kind, one.drive, one.reply_to) for one in apart],
@@ -201,7 +201,7 @@ class Dissector(unittest.TestCase):
         self.assertEqual(apart[3].experts, {"orphan"})
         self.assertFalse(said("181#8000000000000000")[0].ours)
 
-    def test_the_list_of_packets(self):
+    def test_packet_list_describes_frames(self):
         said("141#A2000000A08C0000", "141#A21964000CFE3412", "141#9B00000000000000", "141#9B1900F000000008")
         lines = tshark(SCRATCH / "hand.pcap", DISSECTOR, arguments=["-T", "fields", "-e", "_ws.col.Info"]).splitlines()
         self.assertEqual(lines, [
@@ -210,13 +210,13 @@ class Dissector(unittest.TestCase):
             "Drive 1 ← clear errors",
             "Drive 1 → clear errors: Temperature 25 °C, Voltage 24 V, ERROR: Motor over-temperature"])
 
-    def test_fields_filter(self):
+    def test_fields_can_be_filtered(self):
         said(ASK_2, STATE_2)
         found = tshark(SCRATCH / "hand.pcap", DISSECTOR,
                        arguments=["-Y", "lk.motor.iq > 1.6 && lk.motor.speed < 0", "-T", "fields", "-e", "frame.number"])
         self.assertEqual(found.split(), ["2"])
 
-    def test_remote_extended_error_and_fd_frames_are_none_of_ours(self):
+    def test_remote_extended_error_and_fd_frames_are_ignored(self):
         capture = SCRATCH / "flags.pcap"
         eight = bytes(8)
         write_pcap(capture, [(0, 0x80000141, eight), (0.1, 0x20000141, eight), (0.2, 0x40000141, b""), (0.3, 0x141, eight, 0x04),
