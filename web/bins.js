@@ -1,5 +1,5 @@
-// Columns of a plot: least and largest sample of each, so that no peak is lost. Bins of the previous plot are reused; a
-// moving plot needs only a few new ones.
+// Columns of a plot, each with its least and largest sample, so that no peak is lost. Bins of the previous plot are
+// reused; a moving plot needs only a few new ones.
 
 export class Bins {
   constructor(samples, columns) {

@@ -11,7 +11,7 @@ const kSlowest_Hz = 0.1;
 const kMessages_Hz = 60;
 const kPatience_ms = 3000;
 
-/// Returns simulated seconds per real second, at least 1: a slow or stopped clock needs no other rate.
+/// Returns simulated seconds per real second, at least 1, because a slow or stopped clock needs no lower rate.
 export const pace = () => Math.max(1, clockFactor());
 
 /// Returns the possible rate for this number of columns on all buses together.
@@ -29,7 +29,7 @@ export class Capture {
     this.samples = new Samples(columns);
     if (before) this.samples.adopt(before.samples, ids.flatMap((id) => signals.map((signal) => before.column(id, signal))));
     this.lost = before?.lost ?? 0;
-    this.lostBefore = this.lost;  // the program counts anew for each stream
+    this.lostBefore = this.lost;  // the program counts from 0 for each stream
     this.row = new Array(columns);
     this.waitsFrom_ms = performance.now();  // start of waiting for the stream; null: it is open
     const together = Math.max(1, Math.min(1000, Math.round(rate_Hz * this.pace / kMessages_Hz)));

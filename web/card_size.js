@@ -1,4 +1,4 @@
-// Size of the cards of the bus view: as large as all fit on the screen.
+// Size of the cards of the bus view: the largest at which all cards fit on the screen.
 
 const kFew = 12;      // drives that never become dense
 const kFewAside = 4;  // as kFew, next to a robot, which takes half of the screen

@@ -81,7 +81,7 @@ async function tellChosen(place, what, done) {
 
 /// Sends a directive (docs/reference/events.md).
 export const direct = (what, done) => tellChosen('/directives', what, done);
-/// Sends a frame as a host does, in the words of a scenario's [[send]].
+/// Sends a frame as a host does, with the keys of a scenario's [[send]].
 export const command = (what, done) => tellChosen('/frames', what, done);
 
 /// Runs the action and shows its result or error.

@@ -12,7 +12,7 @@ let askedAt = -Infinity;
 
 export const isGoing = (fault) => ['active', 'armed', 'paused'].includes(fault.state);
 
-/// Returns the current faults of a drive; without an ID, of the whole bus.
+/// Returns the current faults of a drive; without an ID, those of the whole bus.
 export const goingOn = (bus, id = null) => faults.filter((fault) =>
   fault.bus === bus && isGoing(fault) && (id === null ? !fault.ids.length : fault.ids.includes(id)));
 

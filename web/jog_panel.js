@@ -1,4 +1,4 @@
-// Moves drives by commands, as a host does, in the words of a scenario's [[send]].
+// Moves drives by commands, as a host does, with the keys of a scenario's [[send]].
 
 import {el, labelled} from './dom.js';
 import {command} from './choice.js';

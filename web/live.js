@@ -1,4 +1,4 @@
-// Values of the dials: the newest sample of each drive, streamed while they are visible.
+// Values of the dials: the newest sample of each drive, streamed while a dial is visible.
 
 import {stream} from './api.js';
 import {buses, clockFactor, driveKey, on, store} from './store.js';

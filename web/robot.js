@@ -15,7 +15,7 @@ const kArrowsAtWeight = 0.6;    // assumed: arrow length of the robot's weight, 
 let view = null;                // of the current program
 let visible = false;
 
-/// Colours of the page for code that style sheets cannot reach.
+/// Returns the colours of the page for code that style sheets cannot reach.
 function pageColours() {
   const style = getComputedStyle(document.documentElement);
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
@@ -224,7 +224,7 @@ class RobotView {
   }
 }
 
-/// Returns the panel of the robot; nothing if the drives move no body.
+/// Returns the panel of the robot; null if the drives move no body.
 export function robotPanel() {
   view?.close();
   view = store.status.body ? new RobotView() : null;

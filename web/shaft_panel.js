@@ -13,10 +13,10 @@ import {t} from './words.js';
 let dial = null;
 let drive = null;
 let numbers = null;
-let owed_deg = 0;     // turned by hand, not yet sent
+let owed_deg = 0;     // turned by the user, not yet sent
 let telling = false;
 
-/// Sends turns as fast as the program answers; adds up turns in between.
+/// Sends the accumulated turn each time the program has answered the previous request.
 async function tellTurns() {
   if (telling) return;
   telling = true;

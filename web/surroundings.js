@@ -98,7 +98,7 @@ export function loadPanel() {
   }), (name, {load}) => t('load_now', {name, text: kLoad.filter(([key]) => isThere(key, load))
     .map(([key, word, unit]) => `${t(word)} ${figures(load[key])} ${unit}`).join(', ')}));
   const mayBeEmpty = (input) => isStop(input.dataset.key) && !input.validity.badInput;
-  /// A load directive replaces a whole load, so unedited values are sent again. An empty end stop means none.
+  /// A load directive replaces the whole load, so unedited values are sent again. An empty field means no end stop.
   const set = async () => {
     const edited = inputs.filter((input) => 'edited' in input.dataset);
     if (!numbersOf(...edited.filter((input) => input.value !== '' || !mayBeEmpty(input)))) return;

@@ -6,7 +6,7 @@ import {fixed} from './format.js';
 import {buses, driveKey} from './store.js';
 import {language, name as nameOf, said, t} from './words.js';
 
-/// The program names frames in English; other languages translate the command byte, if it is known.
+/// The program names frames in English. Other languages translate the name by the command byte, if it is known.
 const nameOfFrame = (frame) => (language !== 'en' && frame.name ? nameOf('commands', frame.command) : frame.name);
 const saysOfFrame = (frame) => said(frame, 'says');
 const drawbackOf = (frame) => (frame.drawback ? nameOf('marks', frame.drawback) : '');

@@ -14,8 +14,8 @@ const kPatience_s = 0.5;      // auto mode: after this time without a trigger, o
 
 export const defaults = () => ({mode: 'off', kind: 'level', drive: '', signal: 'speed_dps', edge: 'rising', level: 0, error: 'any', command: 'A4', before: 0.25});
 
-/// Returns the first change to `holds` after from_s: {at_s, next_s}; at_s is null if there is none. It is the time of the
-/// sample, or interpolated where the signal crosses `level`.
+/// Returns the first time after from_s at which `holds` becomes true: {at_s, next_s}; at_s is null if there is none.
+/// With `level`, at_s is interpolated to the crossing; otherwise it is the time of the sample.
 export function findChange(samples, column, from_s, holds, level = null) {
   const values = samples.values[column];
   const begin = samples.find(from_s);

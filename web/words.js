@@ -33,7 +33,7 @@ export function faultName(given, kind) {
   return number ? name('fault_names', kind) + number[0] : given;
 }
 
-/// Returns a text that an object has in both languages: said(advice, 'what') reads `what` or `what_zh`.
+/// Returns a text that an object has in both languages, e.g. said(advice, 'what') reads `what` or `what_zh`.
 export const said = (object, key) => (language === 'zh' && object[`${key}_zh`]) || object[key] || '';
 
 /// Reloads the page in the other language at the same place.
