@@ -1,7 +1,7 @@
 """Measures the browser's cost per frame of the dashboard: python3 measure.py LK-EMU [DRIVES [SECONDS]]
 
 Prints milliseconds of the page's own thread per animation frame, by purpose. Frames per second depend on this machine,
-which draws without a GPU. The page itself can only reduce script time: a frame at 60 Hz has 16.7 ms."""
+which draws without a GPU. The page itself can only reduce script time. At 60 Hz a frame has 16.7 ms."""
 
 import pathlib
 import sys

@@ -1,7 +1,8 @@
 """Makes the pictures of robots in README.md and docs/: python3 robot_pictures.py LK-EMU-BODY [DIRECTORY]
 
-Hosts of python/examples move the robots with a stepped clock, which stands while a picture is taken: each picture shows
-one instant, at any drawing speed. Needs python3-pil with WebP; GIF and APNG would be three times as large."""
+Hosts of python/examples move the robots with a stepped clock, which is paused while a picture is taken. Each picture
+therefore shows one instant, at any drawing speed. Needs python3-pil with WebP; GIF and APNG would be three times as
+large."""
 
 import io
 import os
@@ -92,7 +93,7 @@ class Stage:
 
 
 def walking_dog(program):
-    """The dog stands up and walks."""
+    """Records the dog while it stands up and walks."""
     with Stage(program, "quadruped_on_the_ground", "+") as stage:
         dog = stage.joints(quadruped.joints())
         dog.start()

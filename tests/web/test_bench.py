@@ -1,4 +1,4 @@
-"""The bench: no text is cut, clickable elements are not covered, and unselected drives are not shown."""
+"""Tests the bench: no text is cut, clickable elements are not covered, and unselected drives are not shown."""
 
 import pytest
 from dashboard import settle

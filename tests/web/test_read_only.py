@@ -1,4 +1,4 @@
-"""Without --http-write the page is read-only; tested with the maximal number of drives on a bus."""
+"""Tests the read-only page, without --http-write, with the maximum number of drives on a bus."""
 
 import pytest
 from bench import Bench

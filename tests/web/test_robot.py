@@ -129,7 +129,8 @@ def test_robot_follows_its_poses_and_the_camera_follows_it(robot):
 def test_nearer_objects_hide_farther_ones(robot):
     """Level view from the right: the trunk at y = 0 hides the cylinder at y = 1; from the left it is behind it."""
     robot.stand(height_m=0.12)
-    step = 24  # keys for half a turn; the home view is a sixth of a turn to the right of ahead, and an eighth of half a turn up
+    # The home view is 60 degrees to the right of ahead and 22.5 degrees up.
+    step = 24  # key presses for half a turn, 7.5 degrees each
     robot.presses(*[Keys.ARROW_DOWN] * 2, *[Keys.ARROW_LEFT] * 4)
     robot.page.drawn()
     x, y, _ = robot.inspect("r.camera")

@@ -43,8 +43,8 @@ def test_transform_equals_its_definition(scope):
 @pytest.mark.parametrize("frequency_Hz", [50, 50.3, 123.456])
 @pytest.mark.parametrize("count", [1000, 1024, 1500])
 def test_sine_has_a_line_of_its_amplitude(scope, frequency_Hz, count):
-    """A sine of 3 on an offset of 10. Between lines the parabola errs by less than 0.5 % in amplitude (the logarithm of
-    a padded Hann line is not a parabola) and by 1/20 of 1/T in frequency."""
+    """A sine of 3 on an offset of 10. The logarithm of a padded Hann line is not a parabola. Between lines the
+    interpolated amplitude is therefore wrong by up to 0.5 %, and the frequency by up to 1/20 of 1/T."""
     values = [10 + 3 * math.sin(2 * math.pi * frequency_Hz * n / 1000) for n in range(count)]
     peak = module(scope, "fft.js", "return m.peakOf(m.spectrum(Float64Array.from(given[0]), 1000));", values)
     assert peak["frequency_Hz"] == pytest.approx(frequency_Hz, abs=0.05 * 1000 / count)

@@ -1,4 +1,4 @@
-"""The dashboard's traffic view: decoded frames, several buses, links to and from frames."""
+"""Tests the dashboard's traffic view: decoded frames, several buses, links to and from frames."""
 
 import pytest
 from bench import Bench
