@@ -59,8 +59,8 @@ def is_first(mark):
 
 
 def in_a_child():
-    """Runs in a child before exec. Starts a new session, so that the terminal's Ctrl-C does not reach the child. Requests
-    SIGTERM when the parent ends, and unblocks signals."""
+    """Runs in a child before exec. Starts a new session, so that the terminal's Ctrl-C does not reach the child.
+    Requests SIGTERM when the parent ends, and unblocks signals."""
     os.setsid()
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDS | {signal.SIGCHLD})

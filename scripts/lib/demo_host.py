@@ -29,7 +29,7 @@ REPLY_LIMIT_S = 1.0
 MOTION_LIMIT_S = 10.0
 SPEED_TOLERANCE_DPS = 3  # noise of a drive's speed reading
 ANGLE_TOLERANCE_DEG = 360 / 16384 + 0.01  # one encoder count and one unit of the wire
-READINGS = 9  # their median is the angle, since a reading has a noise of one count
+READINGS = 9  # the angle is their median, since each reading has a noise of one count
 
 
 class Broken(Exception):

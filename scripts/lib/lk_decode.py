@@ -1,4 +1,4 @@
-"""LK-TECH payloads (generation `legacy`, docs/reference/protocol.md) in words and units."""
+"""Decodes LK-TECH payloads (generation `legacy`, docs/reference/protocol.md) to words and units."""
 
 import struct
 
@@ -23,7 +23,7 @@ ERRORS = {0x01: "under-voltage", 0x08: "motor too hot"}
 
 
 def angle_deg(payload):
-    """Angle of reply 0x92: 56 bits with a sign, in 0.01 degrees."""
+    """Returns the angle of reply 0x92: 56 bits with a sign, in 0.01 degrees."""
     return int.from_bytes(payload[1:8], "little", signed=True) / 100
 
 
