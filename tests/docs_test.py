@@ -3,10 +3,9 @@
 DIR` checks only the links of installed documents in DIR.
 
 Fails if a link is dead, if README.md does not link to a page of docs/, if README.md exceeds MAX_README_LINES or the pages
-exceed MAX_WORDS. Chinese pages that lag behind the English ones are listed, without failure; the others are in English
-only. The comparison covers language-independent parts. These
-are headings by level, code without comments, code words, options, and the keys, numbers and names in table rows that
-begin with a code word.
+exceed MAX_WORDS. Chinese pages that lag behind the English ones are listed, without failure. The other pages are in
+English only. The comparison covers language-independent parts: headings by level, code without comments, code words and
+options. In table rows that begin with a code word it also covers keys, numbers and names.
 """
 import itertools
 import pathlib
@@ -143,7 +142,7 @@ def problems_of(root):
 
 
 def lags(english, chinese):
-    """Returns in what a Chinese page lags behind."""
+    """Returns the differences in which a Chinese page lags behind."""
     if not english.exists():
         return ["has no English page"]
     found = []

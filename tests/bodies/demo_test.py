@@ -25,9 +25,10 @@ from lkemu.telemetry import Telemetry  # noqa: E402
 
 BODY, PLAIN = os.path.abspath(sys.argv.pop()), os.path.abspath(sys.argv.pop())
 LIMIT_S = 120
-PATIENCE_S = 30  # in the robot's time
+PATIENCE_S = 30  # time-out, in simulated time
 KNEES = "/api/v1/telemetry?signals=joint_deg&ids=3,6,9,12&rate_Hz=20"
-# By hand: 2*acos(0.40/0.50), with the foot 0.40 m below the hip and both segments 0.25 m. Lying, it has 164 degrees.
+# Knee angle of the standing dog, by hand: 2*acos(0.40/0.50), with the foot 0.40 m below the hip and both segments
+# 0.25 m long. The knee of the lying dog is at 164 degrees.
 STANDS_DEG, NEARLY_DEG = 73.7, 5
 
 

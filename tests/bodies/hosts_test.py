@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The hosts of python/examples move the delivered robots with a body, with a clock that they step.
+"""Runs the hosts of python/examples with the delivered robots that have a body. The hosts advance a stepped clock.
 
     hosts_test.py LK-EMU-BODY
 """
@@ -18,7 +18,7 @@ import lkemu  # noqa: E402
 
 KNEES = (3, 6, 9, 12)
 WEIGHT_N = 17.14 * 9.81
-# Events for the dog in some tests, while it stands by torques that its host computes from replies.
+# Events for the dog in some tests, while its host computes torques from replies to keep it standing.
 LATE = '[[bus.event]]\nat_s = 2.5\nfault = { kind = "delay", delay_ms = 15 }\n'
 BLOW = "".join(  # to the left, at all four hips: front and hind roll drives are mounted in opposite directions
     f'[[bus.event]]\nat_s = 3\nids = "{ids}"\nfault = {{ kind = "kick", impulse_Nms = {impulse} }}\n'
@@ -30,8 +30,8 @@ STEP = f"[[bus.event]]\nat_s = 0\nfloor = {{ step_m = {STEP_M}, step_at_x_m = 0.
 
 
 def run(program, robot, host, *words, events=""):
-    """Returns the host's exit status and output, and at its end (angle, torque) of the joints by ID and the signals of
-    the body."""
+    """Returns the host's exit status and output, and the state at its end: (angle, torque) of the joints by ID, and the
+    signals of the body."""
     with tempfile.TemporaryDirectory() as directory:
         config = Path(directory) / f"{robot}.toml"
         config.write_text((ROOT / f"configs/buses/{robot}.toml").read_text() + events)
@@ -68,7 +68,8 @@ def main():
     program = sys.argv[1]
     status, said, _, _ = run(program, "pendulum", "pendulum_weigh.py")
     weighed_Nm = float(re.search(r"level it takes ([\d.]+) Nm", said)[1]) if status == 0 else 0
-    # By hand (pendulum.xml): 1.62 Nm; with a gear of 87 % both ways the mean is (1/0.87 + 0.87)/2 of that.
+    # By hand (pendulum.xml): 1.62 Nm. The gear has 87 % efficiency in both directions, so the mean is (1/0.87 + 0.87)/2
+    # times 1.62 Nm.
     check(f"the pendulum is weighed: {weighed_Nm} Nm", abs(weighed_Nm / (1.62 * 1.0097) - 1) < 0.02)
     for robot, arm in (("two_joint_arm", "two"), ("six_joint_arm", "six")):
         status, _, _, _ = run(program, robot, "arm_square.py", arm)

@@ -3,10 +3,10 @@
 
     scenarios_test.py LK-EMU-BODY SCENARIO
 
-In the scenario "# the cause" marks its cause, and "# in the body" the expectations of its effect. Unchanged it passes.
-Without the cause the effects are missing, but all earlier expectations hold. With the cause but without the body (the
-same drives at the same angles, uncoupled) the effects are missing too. Expectations of the body itself (signal =
-"body.…") are then refused, in one line.
+In the scenario "# the cause" marks its cause, and "# in the body" the expectations of its effect. The unchanged
+scenario passes. Without the cause the effects are missing, but all earlier expectations hold. With the cause but
+without the body (equal drives at equal angles, uncoupled) the effects are missing too. In that case expectations of the
+body itself (signal = "body.…") are refused, in one line.
 """
 
 import re
@@ -17,7 +17,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
-# g cm2: load on the shaft of a single drive, about that of a leg or an arm.
+# Load on the shaft of a single drive in g cm2, about that of a leg or an arm.
 ALONE_G_CM2 = 200_000
 
 
@@ -65,7 +65,7 @@ def outcome(program, text, directory):
 
 
 def refusal(program, text, directory):
-    """Returns why a scenario is refused."""
+    """Returns the reason why a scenario is refused."""
     scenario = Path(directory) / "scenario.toml"
     scenario.write_text(text)
     done = subprocess.run([program, "run", scenario], capture_output=True, text=True, timeout=300)

@@ -1,4 +1,4 @@
-"""A thousand misbehaving clients, while another one is served.
+"""Connects a thousand misbehaving clients and checks that another client is served meanwhile.
 
 usage: bad_clients.py LK_EMU
 """
@@ -146,7 +146,7 @@ class BadClients(support.TestCase):
             self.assertEqual(clients[0].ask(b"O\r"), b"\r")
             self.served(clients[0])
             clients.pop().close()
-            # A place is free when the program has noticed the disconnection.
+            # The program accepts another client once it has noticed the disconnection.
             for _ in range(1000):
                 try:
                     if self.client().ask(b"V\r") == b"V1013\r":
@@ -160,7 +160,7 @@ class BadClients(support.TestCase):
     def test_client_that_does_not_read_loses_frames_without_delaying_others(self):
         with emulator(*self.arguments, "--bitrate", "0") as running:
             deaf, good = self.client(), self.client()
-            # More than a loopback segment: only a timer reopens a smaller window, after minutes at worst.
+            # Larger than a loopback segment; a smaller window reopens only by a timer, after minutes at worst.
             deaf.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 18)
             self.assertEqual(deaf.ask(b"O\r"), b"\r")
             self.assertEqual(good.ask(b"O\r"), b"\r")
@@ -168,7 +168,7 @@ class BadClients(support.TestCase):
             # Unread data fills the kernel's buffers, a few megabytes, and the program's own.
             while asked < 200_000:
                 good.say(QUERY * 500)
-                for _ in range(1000):  # z and the reply
+                for _ in range(1000):  # each query is answered by z and the reply
                     good.hear()
                 asked += 500
             flags = b""

@@ -1,4 +1,4 @@
-"""Network datagrams with this machine's address as forged sender, in a network namespace with a TUN device.
+"""Sends datagrams from a network with this machine's address as forged sender, in a namespace with a TUN device.
 
 usage: forged_sender.py LK_EMU; exit status 77 without namespaces or TUN devices
 """
@@ -20,7 +20,7 @@ OWN = "fd00::1"
 
 
 def inside() -> bool:
-    """Returns true inside the namespace; outside re-runs this program in a new one."""
+    """Returns True inside the namespace; outside it runs this program again in a new namespace."""
     if os.environ.get("LKEMU_TEST_NAMESPACE"):
         return True
     if not os.access("/dev/net/tun", os.W_OK) or subprocess.run([*NAMESPACE, "true"], check=False).returncode != 0:

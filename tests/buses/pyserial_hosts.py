@@ -1,5 +1,5 @@
-"""Debian's pyserial as a host of lk-emu on RS-485, opening the port like hosts of real drives. Needs no CAN bus. Prints
-transactions per second, for information only.
+"""Tests Debian's pyserial as a host of lk-emu on RS-485; it opens the port as hosts of real drives do. Needs no CAN
+bus. Prints transactions per second for information only.
 
 usage: pyserial_hosts.py LK_EMU
 """
@@ -27,7 +27,7 @@ def packet(command: int, drive: int, data: bytes = b"") -> bytes:
 
 
 def read_packet(port: serial.Serial) -> bytes:
-    """Returns a whole packet; b"" if none begins in time. Refuses wrong checksums."""
+    """Returns a complete packet; b"" if none begins in time. Fails on a wrong checksum."""
     header = port.read(5)
     if len(header) < 5:
         return b""
@@ -157,7 +157,7 @@ class Rs485(TestCase):
                 time.sleep(0.05)
 
     def open_when_free(self, baud):
-        """Opens the port. The program admits the next host shortly after one has left, but root always."""
+        """Opens the port. After one host has left, the program admits the next after a short time; root always."""
         deadline = time.monotonic() + PATIENCE_S
         while True:
             try:
@@ -347,7 +347,7 @@ id = 1
                 port.write(packet(0x9C, 1 + n % 3))  # the third drive is absent
                 try:
                     port.read(30)
-                except serial.SerialException as problem:  # pyserial's word for a read that finds nothing
+                except serial.SerialException as problem:  # raised by pyserial when a read finds no data
                     self.assertIn("returned no data", str(problem))
             self.assertIsNone(running.process.poll())
             running.stop()

@@ -1,4 +1,4 @@
-"""Debian's python-can as a host of lk-emu on each kind of bus, with equal conversations.
+"""Tests Debian's python-can as a host of lk-emu, with equal conversations on each kind of bus.
 
 usage: python_can_hosts.py LK_EMU
 """

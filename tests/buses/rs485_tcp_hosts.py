@@ -1,4 +1,4 @@
-"""Debian's pyserial as a host of lk-emu on RS-485 over TCP: socket://.
+"""Tests Debian's pyserial as a host of lk-emu on RS-485 over TCP (socket://).
 
 usage: rs485_tcp_hosts.py LK_EMU
 """

@@ -1,5 +1,8 @@
 #!/usr/bin/python3
-"""The files of packaging/engines and the recipes of the page, as engines that are not here read them: `files_test.py DIRECTORY PAGE`."""
+"""Checks the files of packaging/engines and the recipes of the page by the rules of engines that are not installed.
+
+usage: files_test.py DIRECTORY PAGE
+"""
 import pathlib
 import re
 import sys
@@ -24,15 +27,16 @@ class Kubernetes(unittest.TestCase):
                          [("v1", "PersistentVolumeClaim"), ("v1", "Pod"), ("batch/v1", "Job")])
 
     def test_shards_are_an_indexed_job(self):
-        # The reference of batch/v1: Indexed needs completions, and parallelism of at most 100,000; a name of a shard's pod,
-        # with its index, is at most 63 characters long.
+        # Source: reference of batch/v1. Indexed needs completions, and parallelism of at most 100,000. The name of a
+        # shard's pod, including its index, has at most 63 characters.
         spec = self.shards["spec"]
         self.assertEqual(spec["completionMode"], "Indexed")
         self.assertTrue(1 <= spec["parallelism"] <= spec["completions"])
         self.assertLessEqual(len(f"{self.shards['metadata']['name']}-{spec['completions'] - 1}-12345"), 63)
 
     def test_unusable_input_is_not_retried(self):
-        # The reference of batch/v1: a podFailurePolicy needs restartPolicy Never; its rules name a container of the pod.
+        # Source: reference of batch/v1. A podFailurePolicy needs restartPolicy Never; its rules name a container of
+        # the pod.
         spec = self.shards["spec"]
         pod = spec["template"]["spec"]
         self.assertEqual(pod["restartPolicy"], "Never")

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Campaigns in shards, as engines run them, give what one process gives: `shards_test.py PROGRAM FILES PAGE PLAN`.
+"""Checks that sharded campaigns give the result of one process: `shards_test.py PROGRAM FILES PAGE PLAN`.
 
-GNU parallel is real, and its processes are killed; of Kubernetes and GitHub only the commands run.
-Snakemake and Slurm have steps of tests/bare/run.
+Runs GNU parallel and kills its processes. For Kubernetes and GitHub it runs only their commands. Steps of
+tests/bare/run test Snakemake and Slurm.
 """
 import contextlib
 import os
@@ -62,7 +62,7 @@ class Shards(unittest.TestCase):
         return result
 
     def process_of(self, shard):
-        """The process that works at a shard here."""
+        """Returns the process on this machine that computes the shard."""
         for directory in pathlib.Path("/proc").glob("[0-9]*"):
             try:
                 words = (directory / "cmdline").read_bytes().split(b"\0")
@@ -74,7 +74,7 @@ class Shards(unittest.TestCase):
         return None
 
     def cases(self, shard):
-        """How many its file has."""
+        """Returns the number of cases in the shard's file."""
         try:
             with contextlib.closing(sqlite3.connect(f"file:{self.work}/shard-{shard}.db?mode=ro", uri=True)) as results:
                 return results.execute("SELECT count(*) FROM cases").fetchone()[0]
@@ -82,7 +82,7 @@ class Shards(unittest.TestCase):
             return 0
 
     def parallel(self, plan=PLAN):
-        """The recipe of the page, with fewer shards."""
+        """Starts the recipe of the page, with fewer shards."""
         [recipe] = blocks(PAGE, "GNU parallel", "sh")
         for text, value in (("plan.toml", str(plan)), ("seq 0 15", f"seq 0 {SHARDS - 1}"), ("/16", f"/{SHARDS}"), ("--retries 3", "--retries 3 --jobs 2")):
             self.assertIn(text, recipe)
@@ -104,7 +104,7 @@ class Shards(unittest.TestCase):
         os.kill(perl, signal.SIGKILL)
         self.assertNotEqual(child.wait(), 0)
         self.assertFalse((self.work / "campaign.db").exists())
-        # Its shards end by themselves, and the same command need not wait for that.
+        # The shards of the killed process end by themselves; the command need not wait for them.
         self.assertEqual(self.parallel().wait(), 0)
         self.assert_is_the_whole(self.work / "campaign.db")
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The program, shared or static, with its symbols, has the features of cmake/Hardening.cmake.
+"""Checks that the program has the features of cmake/Hardening.cmake. The program is shared or static, and has symbols.
 
 usage: hardening_test.py LK_EMU
 """

@@ -21,7 +21,7 @@ CONFIG = f'[[bus]]\ninterface = "{BUS}"\n[[bus.drive]]\nids = "1-4"\n'
 
 
 def as_nobody():
-    """Returns a launcher for an unprivileged user, or this one where no other is mapped, without capabilities."""
+    """Returns a launcher without capabilities for an unprivileged user, or for this user if no other is mapped."""
     launcher = ["setpriv", "--bounding-set=-all", "--inh-caps=-all", "--ambient-caps=-all", "--no-new-privs"]
     other = ["--reuid", str(NOBODY), "--regid", str(NOBODY), "--clear-groups"]
     if subprocess.run(["setpriv", *other, "true"], stderr=subprocess.DEVNULL, check=False).returncode == 0:

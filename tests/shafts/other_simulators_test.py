@@ -1,5 +1,5 @@
-"""Third-party simulators at the shaft port move an arm like lk-emu-body's own MuJoCo, within 1e-3 rad over 2 s. A leg
-stands on the floor with equal height and contact force.
+"""Compares third-party simulators at the shaft port with lk-emu-body's own MuJoCo. An arm moves equally within 1e-3 rad
+over 2 s. A leg stands on the floor with equal height and contact force.
 
 usage: other_simulators_test.py LK_EMU LK_EMU_BODY [MujocoWasm|Simbody]; status 77 without the simulator.
 
@@ -88,7 +88,7 @@ class MujocoWasm(Arm):
         self.compare(self.run_it("reach", "two_joints.xml", SECONDS, "shoulder", "elbow"))
 
     def test_stands_like_the_body_of_lk_emu(self) -> None:
-        # The drives' loops never rest completely, so take the mean of the last half second.
+        # The drives' loops never settle completely, so take the mean of the last half second.
         rows = self.run_it("crouch", "leg.xml", 3, "hip", "knee")[-500:]
         other_m = STRETCHED_M + statistics.fmean(row["height"] for row in rows)
         other_N = statistics.fmean(row["contact_N"] for row in rows)

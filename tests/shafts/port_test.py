@@ -1,4 +1,4 @@
-"""The shaft port of the running program: lock step and real time, both owners, misbehaving simulators and lost ones.
+"""Tests the shaft port of the running program: lock step, real time, both owners, lost and misbehaving simulators.
 
 usage: port_test.py LK_EMU
 """

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""How lk-emu starts its commands in Python, and what it says when something is missing.
+"""Tests how lk-emu starts its commands in Python, and its messages if a file, library or Python is missing.
 
 usage: python_package_test.py LK_EMU
 """
@@ -31,12 +31,12 @@ class Start(unittest.TestCase):
         return path
 
     def alone(self):
-        """The program without its files."""
+        """Returns a copy of the program without its files."""
         os.makedirs(os.path.join(self.directory, "bin"), exist_ok=True)
         return shutil.copy(PROGRAM, os.path.join(self.directory, "bin/lk-emu"))
 
     def package(self, **modules):
-        """The package of an installation, with these modules in place of its own."""
+        """Creates the package of an installation, with these modules in addition or instead of its own."""
         place = os.path.join(self.directory, "share/lk-emu/python/lkemu")
         os.makedirs(place)
         for name in ("command.py", "errors.py"):
@@ -62,7 +62,7 @@ class Start(unittest.TestCase):
         self.assertEqual(ran.stdout.splitlines(), [stand_in, PROGRAM, "plot", "lkemu.plot", f"{SOURCES}/python", "a b.csv", "--ids", "1"])
 
     def test_prefers_the_python_next_to_the_program(self):
-        """As in the virtual environment that a wheel was installed into, which has the package, too."""
+        """Like a virtual environment into which the wheel with the program and the package was installed."""
         program = self.alone()
         self.put("path/python3", STAND_IN)
         stand_in = self.put("bin/python3", STAND_IN)

@@ -1,4 +1,4 @@
-"""Two with-vcan at a time: neither takes the other's control socket for that of a dead program.
+"""Runs two with-vcan at a time. Neither may treat the other's control socket as that of a dead program.
 
     two_machines.py WITH_VCAN LK_EMU
 """

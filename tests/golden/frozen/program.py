@@ -157,15 +157,15 @@ class WebSocket:
 
 
 def environment(folder: pathlib.Path) -> dict[str, str]:
-    """The caller's environment with `folder` as home, so that no ROM, socket or setting of the user is used. The commands in
-    Python run with the Python of this program, whatever other comes first in PATH."""
+    """Returns the caller's environment with `folder` as home, so that no ROM, socket or setting of the user is used.
+    Commands in Python run with the Python of this program, even if PATH begins with another one."""
     path = f"{os.path.dirname(sys.executable)}{os.pathsep}{os.environ.get('PATH', os.defpath)}"
     return {**os.environ, "PATH": path, "HOME": str(folder), "XDG_RUNTIME_DIR": str(folder), "XDG_STATE_HOME": str(folder),
             "XDG_CONFIG_HOME": str(folder), "XDG_DATA_HOME": str(folder), "TMPDIR": str(folder)}
 
 
 def run(command: list[str], folder: pathlib.Path, statuses: tuple[int, ...] = (0,), given: str | None = None) -> Any:
-    """Runs the command to its end; raises Problem unless its status is in `statuses`."""
+    """Runs the command until it ends; raises Problem unless its status is in `statuses`."""
     source: dict[str, Any] = {"stdin": subprocess.DEVNULL} if given is None else {"input": given}
     done = subprocess.run(command, cwd=folder, env=environment(folder), capture_output=True, encoding="utf-8",
                           timeout=300, check=False, **source)

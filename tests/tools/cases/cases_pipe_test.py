@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""`lk-emu run --cases -` on a pipe: exit statuses, live results, and memory that does not grow with the number of cases.
+"""Tests `lk-emu run --cases -` on a pipe: exit statuses, live results, and memory independent of the number of cases.
 
 usage: cases_pipe_test.py LK_EMU
 """
@@ -19,7 +19,7 @@ SCENARIO = 'robot = "robot.toml"\nduration_s = 0.001\n[[expect]]\nid = 1\nsignal
 
 
 def peak_memory(process):
-    """Bytes; the process must have ended and not been waited for."""
+    """Returns bytes. Pre: the process has ended, but was not waited for."""
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     return usage.ru_maxrss * 1024
@@ -43,7 +43,7 @@ class Cases(unittest.TestCase):
         return process.returncode, out, err
 
     def peak_of(self, requests, *arguments):
-        """Peak memory for these cases, each of which must have a result."""
+        """Returns the peak memory for these cases; each case must have a result."""
         numbers = []
         with self.start(*arguments) as process:
             reader = threading.Thread(target=lambda: numbers.extend(json.loads(line)["case"] for line in process.stdout))
@@ -88,7 +88,7 @@ class Cases(unittest.TestCase):
                 yield {"case": number, "scenario": "tiny.toml", "seed": number // 16, "bitrate": 250_000 if number % 2 else 500_000}
 
         few, many = self.peak_of(requests(2000)), self.peak_of(requests(20_000))
-        self.assertLess(many, few + 2_000_000)  # 100 bytes for each case more
+        self.assertLess(many, few + 2_000_000)  # 100 bytes for each additional case
 
     def test_memory_does_not_grow_with_the_number_of_scenarios(self):
         def requests(count):
@@ -110,7 +110,7 @@ class Cases(unittest.TestCase):
         self.assertEqual(process.returncode, 2)
 
     def test_long_lines_share_a_bounded_queue(self):
-        """A line of 0.9 MB takes some 100 MB when it is read: a pile of 128 of them would take all memory."""
+        """A line of 0.9 MB takes about 100 MB when parsed. A queue of 128 such lines would use up all memory."""
         detect = ",".join(["{}"] * 300_000)
         memory = []
         for count in (1, 8):

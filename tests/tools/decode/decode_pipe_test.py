@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""`lk-emu decode` on a pipe, as after candump: live, ended by EOF, SIGINT or a reader that exits.
+"""Tests `lk-emu decode` on a pipe, as after candump: live output, end by EOF, SIGINT or a closed output.
 
 usage: decode_pipe_test.py LK_EMU
 """

@@ -1,5 +1,4 @@
-"""A host on slcan that lk-emu records: several runs with their frames. The recording marks this host's frames, which
-are the queries.
+"""A host on slcan for several recorded runs of lk-emu. The recording marks this host's frames, which are the queries.
 """
 
 import os

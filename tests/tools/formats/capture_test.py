@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The dissector on captures of an lk-emu bus: it tells queries from replies and pairs them as the recording does, and
-its values equal the codec's.
+"""Tests the dissector on captures of an lk-emu bus. It must distinguish and pair queries and replies as the recording
+does, and its values must equal the codec's.
 
 usage: capture_test.py LK_EMU FRAME_VALUES DISSECTOR SCRATCH
 """

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The DBC files in a third-party reader, canmatrix: it reports no problems, and its values equal the codec's.
+"""Tests the DBC files with a third-party reader, canmatrix. It must report no problems, and give the codec's values.
 
 usage: dbc_test.py FRAME_VALUES FORMATS
 """
@@ -86,7 +86,7 @@ class Dbc(unittest.TestCase):
             # 100 · 33/2048 A in a reply, 100 · 33/4096 A if the series sets the scale; −500 °/s, 0x1234 counts
             ("legacy", "reply", "160#A12364000CFE3412", {"temperature": 35, "iq": 1.611328125, "speed": -500, "encoder": 4660}),
             ("v235", "reply", "160#9C2364000CFE3412", {"temperature": 35, "iq": 0.8056640625, "speed": -500, "encoder": 4660}),
-            # the mixture of legacy and newer formats
+            # mixture of legacy and newer formats
             ("late-legacy", "reply", "141#9A1900F000000000", {"temperature": 25, "voltage": 24.0, **no_errors}),
             ("late-legacy", "reply", "141#94000000D6590000", {"single_turn_angle": 229.98}),
             ("late-legacy", "reply", "160#9C2364000CFE3412", {"temperature": 35, "iq": 0.8056640625, "speed": -500, "encoder": 4660}),

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The dissector on captures written by hand: pairing, errors, values.
+"""Tests the dissector on hand-written captures: pairing, errors, values.
 
 usage: dissector_test.py DISSECTOR SCRATCH PAIR_FRAMES
 """
@@ -62,7 +62,8 @@ def conversation(draw, length):
 
 class Dissector(unittest.TestCase):
     def test_pairs_equal_those_of_the_log_pairing(self):
-        # docs/reference/formats.md has the rules. emulator/monitor/frames/log_pairing.cpp implements them too, with look-ahead.
+        # docs/reference/formats.md gives the rules; emulator/monitor/frames/log_pairing.cpp also implements them, with
+        # look-ahead.
         frames = list(conversation(random.Random(7), 3000))
         capture = SCRATCH / "drawn.pcap"
         write_pcap(capture, frames)
