@@ -130,12 +130,12 @@ class Host:
         return None
 
     def session(self):
-        print("\n-- What each drive says of itself")
+        print("\n-- State of each drive")
         for drive in DRIVES:
             for command in (0x9A, 0x9C, 0x92, 0x94, 0x90, 0x30, 0x33, 0x9D):
                 self.say(drive, query(command))
 
-        print("\n-- Spin, each at its own speed; then stop")
+        print("\n-- Spin each drive at its own speed, then stop")
         for drive, speed in SPEED_DPS.items():
             self.say(drive, query(0xA2, speed * 100))
         for drive, speed in SPEED_DPS.items():
@@ -145,14 +145,14 @@ class Host:
         for drive in DRIVES:
             self.wait_until(drive, query(0x9C), speed_dps, 0, SPEED_TOLERANCE_DPS)
 
-        print("\n-- Go to a position, half of them with a speed limit of their own")
+        print("\n-- Move to a position; half of the commands limit the speed")
         for drive, target in TARGET_DEG.items():
             angle = round(target * 100)
             self.say(drive, query(0xA4, angle, 720) if drive % 2 else query(0xA3, angle))
         for drive, target in TARGET_DEG.items():
             self.wait_until(drive, query(0x92), angle_deg, target, ANGLE_TOLERANCE_DEG)
 
-        print("\n-- Read back where they stand, and switch off")
+        print("\n-- Read the positions, and switch off")
         for drive, target in TARGET_DEG.items():
             error = self.wait_until(drive, query(0x92), angle_deg, target, ANGLE_TOLERANCE_DEG)
             if error is not None:
@@ -201,14 +201,14 @@ def main():
         print(f"\n{host.queries} queries, {host.replies} replies; position error", end="")
         for drive in DRIVES:
             error = host.error_deg.get(drive)
-            print(f"  {drive}: " + ("did not arrive" if error is None else f"{error:.3f}°"), end="")
+            print(f"  {drive}: " + ("target not reached" if error is None else f"{error:.3f}°"), end="")
         print()
         if host.queries != host.replies or len(host.error_deg) != len(DRIVES):
             problems = problems or ["something is missing"]
     if problems:
         print(f"demo: FAILED: {problems[0]}")
         sys.exit(1)
-    print("demo: every query got its reply, and every motor went where it was told")
+    print("demo: every query got its reply, and every motor reached its target")
 
 
 main()

@@ -35,9 +35,9 @@ packages_install() {
   mapfile -t missing < <(packages_missing "$@")
   ((${#missing[@]})) || return 0
   command -v apt-get >/dev/null ||
-    packages_fail "no apt-get here; install by other means: ${missing[*]}" || return
+    packages_fail "apt-get is missing; install by other means: ${missing[*]}" || return
   if ((EUID != 0)) && ! command -v sudo >/dev/null; then
-    packages_fail "no sudo here; run scripts/packages as root, it installs: ${missing[*]}"
+    packages_fail "sudo is missing; run scripts/packages as root to install: ${missing[*]}"
     return
   fi
   echo "packages: installing ${missing[*]}" >&2
@@ -70,7 +70,7 @@ packages_install_bus() {
   if packages_exists "$extra"; then
     packages_install "$extra" && packages_as_root modprobe -a can-raw vcan vxcan && return
   fi
-  echo "packages: neither this kernel nor a package offers vcan: tests of a CAN bus will be skipped" >&2
+  echo "packages: no vcan in this kernel or in a package; tests of a CAN bus will be skipped" >&2
 }
 
 # Browser for the dashboard tests. Ubuntu has no such package; the tests are skipped there and report it.
@@ -94,7 +94,7 @@ packages_setup() {
   local group names=()
   for group in "$@"; do
     [[ -n $(packages_in "$group") ]] ||
-      packages_fail "no group \"$group\"; there are: $(awk '/^[a-z]/ { print $1 }' "$packages_list" | uniq | xargs)" || return
+      packages_fail "unknown group \"$group\"; known: $(awk '/^[a-z]/ { print $1 }' "$packages_list" | uniq | xargs)" || return
     [[ $group == body ]] || mapfile -t -O "${#names[@]}" names < <(packages_in "$group")
   done
   packages_install "${names[@]}" || return

@@ -95,7 +95,7 @@ class KernelBus:
         pass
 
     def complaint(self):
-        return "the command's namespace went away"
+        return "the command's namespace has ended"
 
     def end(self):
         self.process.kill()  # --kill-child also kills the namespace's process 1, which ends all others
@@ -113,8 +113,8 @@ class UmlBus:
         self.kernel = shutil.which("linux.uml", path=os.environ.get("PATH", "") + ":/usr/bin")
         if self.kernel is None:
             raise Failure(
-                "the running kernel lends no vcan to this user and user-mode-linux is not installed: "
-                "apt-get install user-mode-linux iproute2, or run this as root on a kernel that has vcan"
+                "this user cannot use vcan of the running kernel, and user-mode-linux is not installed: "
+                "apt-get install user-mode-linux iproute2, or run as root on a kernel with vcan"
             )
         self.log = collections.deque(maxlen=50)
         self.pumps = []
@@ -232,7 +232,7 @@ class UmlBus:
         words = ("panic", "error", "fail", "cannot", "denied", "not permitted")
         lines = [line for line in self.log if line and "[<" not in line]
         telling = [line for line in lines if any(word in line.lower() for word in words)]
-        return f"user-mode Linux ended early: {(telling or lines or ['it said nothing'])[-1]}"
+        return f"user-mode Linux ended early: {(telling or lines or ['no output'])[-1]}"
 
     def end(self):
         try:

@@ -221,13 +221,13 @@ class Supervisor:
 def open_bus(streams):
     choice = os.environ.get("WITH_VCAN", "")
     if choice not in ("", "uml", "kernel"):
-        raise Failure(f"WITH_VCAN is '{choice}', but can only be 'uml' or 'kernel'")
+        raise Failure(f"WITH_VCAN is '{choice}'; allowed: uml, kernel")
     if choice != "uml":
         bus = KernelBus(streams)
         if bus.prefix is not None:
             return bus
         if choice == "kernel":
-            raise Failure("the running kernel lends no vcan to this user (WITH_VCAN=kernel)")
+            raise Failure("this user cannot use vcan of the running kernel (WITH_VCAN=kernel)")
     return UmlBus(streams)
 
 

@@ -27,7 +27,7 @@ talk() {
   start=$(block 'Install and run' 3)
   exec 3< <(eval "exec $start")
   read -r line <&3
-  [[ $line == "lk-emu ready vcan0:1-4" ]] || { echo "bare: it said: $line" >&2 && return 1; }
+  [[ $line == "lk-emu ready vcan0:1-4" ]] || { echo "bare: unexpected ready line: $line" >&2 && return 1; }
   conversation=$(block 'A first conversation' 1)
   expected=$(grep -c '^cansend' <<<"$conversation")
   # shellcheck disable=SC2034 # the trap reads it
@@ -39,7 +39,7 @@ talk() {
   )
   # Each query must have a reply with its interface, identifier, length and command byte.
   for ((; lines < 2 * expected; ++lines)); do
-    read -t 30 -r frame <&4 || { echo "bare: no more frames after $lines" >&2 && return 1; }
+    read -t 30 -r frame <&4 || { echo "bare: time-out after $lines frames" >&2 && return 1; }
     echo "$frame"
     frames+=("$(awk '{ print $1, $2, $3, $4 }' <<<"$frame")")
   done
@@ -54,17 +54,17 @@ talk_without_vcan() {
   start=$(grep -o '`lk-emu --bus slcan-tcp:[^`]*`' README.md | tr -d '`')
   exec 5< <(eval "exec $start")
   read -r line <&5
-  [[ $line == "lk-emu ready slcan-tcp:29536:1-4" ]] || { echo "bare: it said: $line" >&2 && return 1; }
+  [[ $line == "lk-emu ready slcan-tcp:29536:1-4" ]] || { echo "bare: unexpected ready line: $line" >&2 && return 1; }
   answer=$(/usr/bin/python3 -c "$(block 'A first conversation' 1 python)")
   echo "$answer"
-  [[ $answer == *'ID: 0141 '*'DL:  8    9a '* ]] || { echo "bare: that is no reply to a query" >&2 && return 1; }
+  [[ $answer == *'ID: 0141 '*'DL:  8    9a '* ]] || { echo "bare: not a reply to the query: $answer" >&2 && return 1; }
 }
 
 if [[ ${1:-} == --talk ]]; then
   talk
   talk_without_vcan
 else
-  ! block 'Install and run' 1 | grep -w sudo || { echo "bare: README asks root for sudo" >&2 && exit 1; }
+  ! block 'Install and run' 1 | grep -w sudo || { echo "bare: commands of README for root use sudo" >&2 && exit 1; }
   bash -exc "$(block 'Install and run' 1)"
   scripts/with-vcan --timeout 120 bash tests/bare/follow_readme.sh --talk
 fi
