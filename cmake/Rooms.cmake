@@ -54,8 +54,8 @@ function(lk_program_room directory)
   target_compile_definitions(lk_${name} PRIVATE LKEMU_VERSION="${PROJECT_VERSION}")
 endfunction()
 
-# Embeds the files unchanged in the room's library: lk_embed_files(TARGET NAME name HEADER file DIRECTORY dir FILES file...).
-# find_NAME, which HEADER declares, finds them by their path below DIRECTORY.
+# `lk_embed_files(TARGET NAME name HEADER file DIRECTORY dir FILES file...)`: embeds the files unchanged in the room's
+# library. The function find_NAME, which HEADER declares, finds them by their path below DIRECTORY.
 function(lk_embed_files target)
   cmake_parse_arguments(PARSE_ARGV 1 embed "" "NAME;HEADER;DIRECTORY" "FILES")
   list(TRANSFORM embed_FILES PREPEND ${PROJECT_SOURCE_DIR}/${embed_DIRECTORY}/ OUTPUT_VARIABLE paths)

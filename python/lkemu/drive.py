@@ -92,8 +92,8 @@ class Targets:
     ) -> Fault:
         """Sets a fault of this kind; `lk-emu faults` lists kinds and parameters.
 
-        for_s, every_s, times: duration, period and number of repetitions. probability: per frame, for kinds that act on
-        frames. optional: a test does not fail if the fault never takes effect.
+        `for_s`, `every_s`, `times`: duration, period and number of repetitions. `probability`: per frame, for kinds
+        that act on frames. `optional`: a test does not fail if the fault never takes effect.
         """
         course = {"name": name, "for_s": for_s, "every_s": every_s, "times": times, "probability": probability}
         words = {"kind": kind, **{key: value for key, value in course.items() if value is not None}, **parameters}

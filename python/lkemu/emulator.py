@@ -48,21 +48,22 @@ class Drives:
 class Emulator:
     """Virtual drives on a CAN bus that run within a `with` block.
 
-    bus: interface, or a URI (docs/guides/buses.md).
+    `bus`: interface, or a URI (docs/guides/buses.md).
         None or "free": a free interface, created if needed and permitted.
         "auto": as "free", or slcan over TCP if no interface is available.
         None with `config`: the buses of the file.
         {"vcan0": "1-4", "vcan1": "1,2"}: several buses with their IDs.
-    ids: "1-4" (default), "1,3", 3 or [1, 3].
-    config, motor, generation, seed, bitrate (bit/s), rom, scenario, record (directory), log_level: as lk-emu's options.
-    boot_angle_deg: rotor angle of every drive at the start; None: drawn from the seed.
-    quirks: {"pid_commands": True, "state_1": "centivolt"}, for all drives.
-    clock: "realtime", "stepped", "x10".
-    program: path of lk-emu; default: $LKEMU, else the program of this build, else the one in PATH.
-    create_bus: create missing interfaces; None: if needed and permitted.
-    log_dir: directory for lk-emu's output.
-    arguments: more arguments for lk-emu.
-    timeout_s: time limit of each request. start_timeout_s: time limit until the drives answer.
+    `ids`: "1-4" (default), "1,3", 3 or [1, 3].
+    `config`, `motor`, `generation`, `seed`, `bitrate` (bit/s), `rom`, `scenario`, `record` (directory), `log_level`: as
+        lk-emu's options.
+    `boot_angle_deg`: rotor angle of every drive at the start; None: drawn from the seed.
+    `quirks`: {"pid_commands": True, "state_1": "centivolt"}, for all drives.
+    `clock`: "realtime", "stepped", "x10".
+    `program`: path of lk-emu; default: $LKEMU, else the program of this build, else the one in PATH.
+    `create_bus`: create missing interfaces; None: if needed and permitted.
+    `log_dir`: directory for lk-emu's output.
+    `arguments`: more arguments for lk-emu.
+    `timeout_s`: time limit of each request. `start_timeout_s`: time limit until the drives answer.
     """
 
     def __init__(

@@ -52,9 +52,9 @@ class Torque(NamedTuple):
     """Output of a drive in a step."""
 
     torque_Nm: float  # on the joint, mean of the step
-    torque_slope_Nm_s: float  # slope within the step, relative to its middle
-    armature_kg_m2: float  # to be added to the joint, in this step
-    angle_rad: float  # of the output shaft at the end of the step
+    torque_slope_Nm_s: float  # about the middle of the step
+    armature_kg_m2: float  # to be added to the joint
+    angle_rad: float  # output shaft, at the step's end
     speed_rad_s: float
 
 

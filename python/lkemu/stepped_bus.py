@@ -24,8 +24,8 @@ class SteppedBus(can.BusABC):
     """A can.Bus of python-can that advances time while its host waits; otherwise time stands still.
 
     Passes all other calls to `bus`. Use it from one thread only: a can.Notifier would advance the clock on its own.
-    patience: simulated time without a frame, over one or several calls; a longer wait raises NoReply. The time restarts
-    with the first frame sent after one was received. A call with a time-out is never cut short.
+    `patience`: simulated time without a frame, over one or several calls. A longer wait raises NoReply. The time
+    restarts with the first frame sent after one was received. A call with a time-out is never cut short.
     """
 
     def __init__(self, bus: Any, clock: Clock, step: Duration = "1ms", patience: Duration = PATIENCE) -> None:

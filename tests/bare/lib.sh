@@ -28,8 +28,8 @@ install_deb() {
   "$BARE/root" --release "$1" --file "${debs[0]}" tests/bare/use_deb.sh
 }
 
-# run_campaign ENGINE PACKAGES WRAPPER FILE: runs tests/engines/plan.toml, with more cases, by an engine from these packages.
-# lk-emu and the engine's FILE come from the Debian package.
+# `run_campaign ENGINE PACKAGES WRAPPER FILE`: runs tests/engines/plan.toml, with more cases, by an engine from these
+# packages. The programs and the engine's FILE come from the Debian package.
 run_campaign() {
   make_deb bookworm
   local debs=("$BARE_BUILDS"/bookworm/release/lk-emu_*.deb)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Checks the package lk-emu-body and runs its program in a root with lk-emu installed; part of deb_test.sh.
-# usage: deb_body.sh DEB ROOT SCRATCH, where DEB is installed in ROOT
+# Checks the package lk-emu-body and runs its program in a root with lk-emu installed. Called by deb_test.sh.
+# Usage: deb_body.sh DEB ROOT SCRATCH, where DEB is installed in ROOT.
 set -euo pipefail
 deb=$1 root=$2 scratch=$3
 
