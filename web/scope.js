@@ -120,7 +120,7 @@ function lookForTrigger() {
 
 // --- plots
 
-/// Returns a value that changes when a plot that stands still must be redrawn; null: always redraw.
+/// Returns a value that changes when a stationary plot must be redrawn; null: always redraw.
 function state() {
   if (!shown.stands) return null;
   const {from_s, to_s, marks} = view();

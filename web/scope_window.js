@@ -21,7 +21,7 @@ export class ScopeWindow {
     return this.held ?? this.trigger.window(to_s, this.width_s) ?? {from_s: to_s - this.width_s, to_s};
   }
 
-  /// Whether the window stands still, by pause or trigger.
+  /// Whether the window is stationary, because of a pause or the trigger.
   get stands() {
     return this.held !== null || this.trigger.window(this.newest(), this.width_s) !== null;
   }
