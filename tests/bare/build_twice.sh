@@ -32,4 +32,4 @@ first=$(tests/bare/build_twice.sh 022)
 second=$(runuser -u builder -- $other/tests/bare/build_twice.sh 077)
 [[ $(wc -l <<<"$first") == 5 ]]
 diff <(echo "$first") <(echo "$second")
-printf 'the same twice:\n%s\n' "$first"
+printf 'identical in both builds:\n%s\n' "$first"

@@ -2,7 +2,7 @@
 # Sourced by use_slurm.sh and use_snakemake.sh with their arguments PROGRAM FILE PLAN. Creates a working directory, puts the
 # program into PATH as lk-emu, and sets file and plan to the absolute paths of FILE and PLAN.
 set -euo pipefail
-# shellcheck disable=SC2034 # for those who source this
+# shellcheck disable=SC2034 # used by the scripts that source this file
 program=$(realpath -- "$1") file=$(realpath -- "$2") plan=$(realpath -- "$3")
 # shellcheck disable=SC2034
 shards=4
@@ -17,7 +17,7 @@ until_true() {
   local end=$((SECONDS + 120))
   until "$@" >/dev/null 2>&1; do
     ((SECONDS < end)) || {
-      echo "in vain: $*"
+      echo "time-out: $*"
       tail -n 20 -- *.log
       exit 1
     }
@@ -49,5 +49,5 @@ kill_program() {
 is_the_whole() {
   lk-emu campaign "$plan" --jobs 1 --quiet -o one.db
   cmp <(lk-emu campaign export "$1") <(lk-emu campaign export one.db)
-  echo "the same as of --jobs 1: $(lk-emu campaign export "$1" | wc -l) lines, $(lk-emu campaign export "$1" | sha256sum)"
+  echo "equals the result of --jobs 1: $(lk-emu campaign export "$1" | wc -l) lines, $(lk-emu campaign export "$1" | sha256sum)"
 }

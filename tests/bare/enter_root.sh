@@ -39,6 +39,6 @@ else
   umount --lazy .
   root=/
 fi
-# shellcheck disable=SC2016 # the inner shell's to expand
+# shellcheck disable=SC2016 # the inner shell expands it
 exec "${enter[@]}" "$root" /usr/bin/env -i HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin TERM=dumb LANG=C.UTF-8 \
   bash -c 'cd /root/lk-emu && exec "$@"' bash "$@" </dev/null

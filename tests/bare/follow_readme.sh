@@ -18,7 +18,7 @@ block() {
 # Prints the number of sockets that receive frames of vcan0.
 count_listeners() { cat /proc/net/can/rcvlist_* | grep -c vcan0; }
 
-# Runs the conversation on a CAN interface. Pre: the kernel supports CAN, and no interface exists.
+# Runs the conversation on a CAN interface. Deletes vcan0 first, because the README creates it. Pre: CAN in the kernel.
 talk() {
   local start conversation expected listeners line frame lines=0 frames=()
   ip link del vcan0
