@@ -21,7 +21,7 @@ def has_more(bus: Any) -> bool:
 
 
 class SteppedBus(can.BusABC):
-    """A can.Bus of python-can that advances time while its host waits; otherwise time stands still.
+    """A can.Bus of python-can that advances time while its host waits; otherwise time is stopped.
 
     Passes all other calls to `bus`. Use it from one thread only: a can.Notifier would advance the clock on its own.
     `patience`: simulated time without a frame, over one or several calls. A longer wait raises NoReply. The time
