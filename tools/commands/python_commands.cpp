@@ -194,7 +194,7 @@ int run_campaigns(int argc, const char* const* argv) {
 namespace {
 
 constexpr const char* kIdentifyFooter = R"(
-Example, at the motor and after it:
+Example of an experiment, and of a comparison with it later:
   lk-emu identify --plan excite.py --motor mg4005 --id 1
   python3 excite.py --interface socketcan --channel can0 --log my_motor.log
   lk-emu identify my_motor.log --motor mg4005 -o my_motor.toml --report my_motor.html
@@ -203,7 +203,7 @@ Example, at the motor and after it:
 Needs Python 3.11 or newer with numpy and scipy, and matplotlib for --report:
 apt install python3-numpy python3-scipy python3-matplotlib.
 
-Exit status: 0 done, 1 something is not as --expect has it, 2 unusable input.)";
+Exit status: 0 done, 1 a value differs from --expect, 2 unusable input.)";
 
 /// The options of python/lkemu/identify, for the help, the completions and their check.
 struct IdentifyApp {

@@ -31,13 +31,13 @@ def parse(words: List[str]) -> argparse.Namespace:
     parser.add_argument("--motor", default="mf7015", help="motor whose gear, encoder and torque constant are used: a name or a file "
                         "(default %(default)s)")  # fmt: skip
     parser.add_argument("--generation", help="firmware of the drives, one of legacy, late-legacy, v235, v236, v236b, seen "
-                        "(default: guessed of the log)")  # fmt: skip
-    parser.add_argument("--id", type=int, help="only only this (default: all in of the)")
+                        "(default: as the log shows)")  # fmt: skip
+    parser.add_argument("--id", type=int, help="only this drive (default: all in the log)")
     parser.add_argument("-o", "--output", metavar="FILE", help="motor file to write")
     parser.add_argument("--report", metavar="FILE", help="report with plots to write, one HTML file")
     parser.add_argument("--expect", metavar="FILE", help="earlier motor file to compare with; prints what has changed")
-    parser.add_argument("--plan", metavar="FILE", help="write no Python script that moves drive --id for 30 s and logs it, instead of "
-                        "reads no log")  # fmt: skip
+    parser.add_argument("--plan", metavar="FILE", help="write a Python script that moves drive --id for 30 s and logs it, instead of "
+                        "reading a log")  # fmt: skip
     given = parser.parse_args(words)
     if given.id is not None and not 1 <= given.id <= 32:
         raise Unusable(f"identify: --id: {given.id} is not in the range 1..32")
