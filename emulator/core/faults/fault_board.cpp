@@ -252,7 +252,9 @@ void apply_to_read(FaultBoard& faults, protocol::Frame& frame, SimTime now) {
   }
 }
 
-LiveFault* echo_fault(FaultBoard& faults) { return const_cast<LiveFault*>(echo_fault(std::as_const(faults))); }
+LiveFault* echo_fault(FaultBoard& faults) {
+  return const_cast<LiveFault*>(echo_fault(std::as_const(faults)));
+}
 
 const LiveFault* echo_fault(const FaultBoard& faults) {
   if (!faults.any_active()) return nullptr;
