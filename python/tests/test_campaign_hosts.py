@@ -355,6 +355,22 @@ def test_rejects_invalid_host_table(function, change, problem):
     assert done.returncode == 2 and problem in done.stderr and done.stderr.count("\n") == 1
 
 
+def test_rejects_two_detections_in_one_table(write):
+    write("well")
+    plan = pathlib.Path("plan.toml")
+    plan.write_text(plan.read_text().replace("exit_status = 3", 'exit_status = 3\nsays = "stop"'))
+    done = campaign("plan.toml")
+    assert done.returncode == 2 and "exit_status and says exclude each other" in done.stderr and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("option", ["--csv", "--candump"])
+def test_rejects_signals_of_a_case_with_host(write, option):
+    write("well")
+    done = campaign("plan.toml", "--case", "0", option, "file")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == f"lk-emu: {option}: not possible with [host]: the case would run without the host program\n"
+
+
 def test_rejects_placeholder_without_dimension(write):
     write("well")
     plan = pathlib.Path("plan.toml")

@@ -195,6 +195,9 @@ def show_case(plan: Plan, program: Program, given: argparse.Namespace) -> int:
     from . import report as reports  # pylint: disable=import-outside-toplevel
     from .answer import Answer
 
+    for option in ("csv", "candump"):
+        if plan.host is not None and getattr(given, option) is not None:
+            raise StartError(f"--{option}: not possible with [host]: the case would run without the host program")
     values = values_of(plan, given.case, given.set)
     result = run_one(plan, program, given.case, values)
     print(reports.sentence(Answer(head_of(plan, program.version(), "")), result))

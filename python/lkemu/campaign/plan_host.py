@@ -24,6 +24,8 @@ def read_detection(text: PlanText, table: Mapping[str, Any]) -> Detection:
     errors = [] if drive == "none" else [drive] if isinstance(drive, str) else list(drive)
     host, lines, statuses = [], [], []
     for rule in table.get("host", ()):
+        if len(rule) > 1 and ("says" in rule or "exit_status" in rule):
+            raise text.error("detect.host", f"{' and '.join(rule)} exclude each other; write a [[detect.host]] for each")
         if "says" in rule:
             try:
                 regex.compile(rule["says"])

@@ -53,7 +53,7 @@ class Program:
                 raise problems[0]
             errors = process.stderr.read().strip()
             if process.wait() == 2:
-                raise StartError(errors)
+                raise StartError(errors.removeprefix("lk-emu: "))
             if process.returncode not in (0, 1):
                 raise Error(f"lk-emu run --cases ended with status {process.returncode}" + (f": {errors}" if errors else "") + "; --resume goes on")
 
@@ -67,7 +67,7 @@ class Program:
     def _output(self, *arguments: str, text: str = "") -> str:
         done = subprocess.run([self.path, *arguments], input=text, capture_output=True, text=True, check=False)
         if done.returncode != 0:
-            raise StartError(done.stderr.strip())
+            raise StartError(done.stderr.strip().removeprefix("lk-emu: "))
         return done.stdout
 
 
