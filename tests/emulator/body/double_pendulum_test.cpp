@@ -67,7 +67,7 @@ TEST(DoublePendulum, IsWhereOneSystemOfEquationsHasIt) {
     for (const int id : {1, 2}) {
       run.receive(0, {now, query({id == 1 ? turn_cdeg : -turn_cdeg / 2}, id)});
       run.advance_to(now);
-      firmware[static_cast<std::size_t>(id - 1)].command(run.bus(0).setpoint(id));
+      firmware[static_cast<std::size_t>(id - 1)].command(run.bus(0).state().setpoint(id));
     }
     for (const std::int64_t end = tick + f_Hz / 4; tick < end; ++tick) {
       const DoubleReference::State y = reference.state();
