@@ -63,8 +63,8 @@ class Bus {
   bool write_setting(int id, RomParameter parameter, const Registers& value) {
     return emulator::write_setting(state_, id, parameter, value);
   }
-  /// Executes or starts the directive now. Returns false without effect if it is a fault and there
-  /// is no room for it.
+  /// Executes or starts the directive now. Returns false without effect if it is a fault and the
+  /// board is full.
   bool apply(const Directive& directive) { return emulator::apply(state_, directive); }
   /// Schedules a directive for its time or condition; a fault is armed now. Samples conditions
   /// every kSamplePeriod, but counts frames at once. Returns false without effect if there is no

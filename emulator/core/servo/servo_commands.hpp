@@ -12,7 +12,7 @@
 
 namespace lk::emulator {
 
-/// What a command finds.
+/// Input of a command.
 struct Context {
   const protocol::Query& query;
   const model::Telemetry& before;  // of the motor, when the query ended

@@ -102,7 +102,7 @@ Line& line_of(World& world, const std::string* bus);
 TelemetryRequest read_telemetry_request(World& world, const ApiRequest& request);
 /// Returns the bus of a frame stream.
 Line& read_frames_request(World& world, const ApiRequest& request);
-/// Throws if there is no body.
+/// Requires a robot with a body.
 void check_body_request(const World& world, const ApiRequest& request);
 
 // Handlers of requests for a stream without an upgrade.
