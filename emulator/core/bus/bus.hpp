@@ -21,7 +21,8 @@ class Bus {
   /// Throws also if the IDs of drives do not ascend, or if an event is invalid.
   explicit Bus(const BusConfig& config) : state_(config) {}
 
-  /// All that the bus keeps. Change it only by the functions of BusState.
+  /// All that the bus keeps. Only the coupling to a body changes it: by functions of BusState, and
+  /// `body`.
   const BusState& state() const { return state_; }
   BusState& state() { return state_; }
 
@@ -29,8 +30,8 @@ class Bus {
   /// `at` only if the send queue of hosts is full, or if hosts have an adapter.
   void receive(const TimedFrame& in) { emulator::receive(state_, in); }
   /// Advances up to and including `until`, never backwards. Returns false only if shared motors
-  /// have not reached `waits_for`: call again with the same time when they have. `deliver_to` and
-  /// `settle` return the same.
+  /// have not reached `state().waits_for`: call again with the same time when they have.
+  /// `deliver_to` and `settle` return the same.
   bool advance_to(SimTime until) { return emulator::advance_to(state_, until); }
   /// Executes all events before `t` and advances the motors to `t`; events at `t` remain pending.
   /// Returns as `advance_to`.
