@@ -259,4 +259,38 @@ std::variant<ReplyFrame, Reject> decode_reply(const Frame& frame, const WireForm
   return ReplyFrame{id, read(frame, format)};
 }
 
+std::string_view to_string(Reject cause) {
+  switch (cause) {
+    case Reject::kErrorFrame:
+      return "error frame";
+    case Reject::kCanFd:
+      return "CAN FD frame";
+    case Reject::kRemote:
+      return "remote request";
+    case Reject::kExtended:
+      return "extended identifier";
+    case Reject::kForeignId:
+      return "foreign identifier";
+    case Reject::kNoSuchDrive:
+      return "no such drive";
+    case Reject::kWrongLength:
+      return "wrong length";
+    case Reject::kUnknownCommand:
+      return "unknown command";
+    case Reject::kWrongMode:
+      return "wrong mode";
+    case Reject::kNoPower:
+      return "drive without power";
+    case Reject::kDriveBusy:
+      return "drive busy";
+    case Reject::kFault:
+      return "injected fault";
+    case Reject::kQueueFull:
+      return "queue full";
+    case Reject::kNoPacket:
+      return "no packet";
+  }
+  return "?";
+}
+
 }  // namespace lk::protocol

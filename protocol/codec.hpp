@@ -3,8 +3,10 @@
 /// @file Conversion of frames to commands and replies, and back. Decoders accept any input and
 /// never throw: they return the reason why a frame is not valid.
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string_view>
 #include <variant>
 
 #include "protocol/command_table.hpp"
@@ -14,17 +16,26 @@
 
 namespace lk::protocol {
 
-/// Reason why a frame is not part of the protocol, in the order of the checks.
+/// Why a frame got no reply. Causes marked "bus" are found by the bus, the others by the decoders.
 enum class Reject : std::uint8_t {
-  kErrorFrame,
-  kCanFd,
-  kRemote,
-  kExtended,
-  kForeignId,       // neither of a drive nor of several drives
-  kWrongLength,     // DLC is not 8; LEN is not the command's
-  kUnknownCommand,  // this drive has no such command or parameter
-  kNoPacket,        // no packet on RS-485, or a frame of the other wire
+  kErrorFrame,      // reported by a controller, sent by no node
+  kCanFd,           // CAN FD frame
+  kRemote,          // remote transmission request
+  kExtended,        // 29-bit identifier
+  kForeignId,       // neither a drive's identifier nor a multi-drive one that a drive here knows
+  kNoSuchDrive,     // bus: identifier of a drive that is not on it
+  kWrongLength,     // DLC is not 8; LEN does not match the command
+  kUnknownCommand,  // unknown DATA[0], or unknown parameter in DATA[1]
+  kWrongMode,       // bus: single-drive frame in multi-drive mode; 0x280, no drive in that mode
+  kNoPower,         // bus: the drive is unpowered or booting
+  kDriveBusy,       // bus: too many pending replies; replying on RS-485, or calibrating
+  kFault,           // bus: an injected fault kept the frame from the drive
+  kQueueFull,       // bus: the host sends faster than the wire carries; its send queue is full
+  kNoPacket,        // bytes on RS-485 that are not a packet, or that the wire spoiled
 };
+inline constexpr std::size_t kRejects = 14;
+/// A short name for logs and summaries: "unknown command".
+std::string_view to_string(Reject cause);
 
 /// `Query::id` of a multi-drive command.
 inline constexpr int kMultiDrive = 0;

@@ -3,34 +3,15 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <string_view>
 
 #include "emulator/core/sim_time.hpp"
+#include "protocol/codec.hpp"
 #include "protocol/serial_framing.hpp"
 
 namespace lk::emulator {
 
-/// Why a frame got no reply.
-enum class Drop : std::uint8_t {
-  kErrorFrame,      // reported by a controller, sent by no node
-  kCanFd,           // CAN FD frame
-  kRemote,          // remote transmission request
-  kExtended,        // 29-bit identifier
-  kForeignId,       // neither a drive's identifier nor a multi-drive one that a drive here knows
-  kNoSuchDrive,     // identifier of a drive that is not on this bus
-  kWrongLength,     // DLC is not 8; LEN does not match the command
-  kUnknownCommand,  // unknown DATA[0], or unknown parameter in DATA[1]
-  kWrongMode,  // single-drive frame to a drive in multi-drive mode; 0x280, no drive in that mode
-  kNoPower,    // the drive is unpowered or booting
-  kDriveBusy,  // too many pending replies, or deaf: replying on RS-485, or calibrating
-  kFault,      // an injected fault kept the frame from the drive
-  kQueueFull,  // the host sends faster than the wire carries; its send queue is full
-  kNoPacket,   // bytes on RS-485 that are not a packet, or that the wire spoiled
-};
-inline constexpr std::size_t kDropKinds = 14;
-
-/// A short name for logs and summaries: "unknown command".
-std::string_view to_string(Drop cause);
+using protocol::Reject;
+using Drop = Reject;
 
 /// Counters of one drive since construction of the bus; a power cycle does not reset them.
 struct ServoStats {
@@ -59,17 +40,17 @@ struct BusStats {
   std::uint64_t extra_frames = 0;      // replies to no query: copies, babble, echoes, duplicates
   std::uint64_t error_frames = 0;      // seen by hosts: destroyed frames, and overruns
   // Frames of hosts. Invariant: frames = queries + dropped + frames_waiting.
-  std::array<std::uint64_t, kDropKinds> dropped{};  // indexed by Drop
-  std::uint64_t frames_waiting = 0;                 // in the send queue of the hosts
-  std::uint64_t refused_motion = 0;                 // sums over the drives
+  std::array<std::uint64_t, protocol::kRejects> dropped{};  // indexed by Reject
+  std::uint64_t frames_waiting = 0;                         // in the send queue of the hosts
+  std::uint64_t refused_motion = 0;                         // sums over the drives
   std::uint64_t invalid_targets = 0;
   std::uint64_t rom_writes = 0;
   std::uint64_t queue_peak = 0;      // most host frames waiting at once
   protocol::ReceiverStats receiver;  // drops in the receivers of drives, RS-485 only
   SimTime wire_busy{0};              // time the wire was occupied, inter-frame spaces included
 
-  void drop(Drop cause) { ++dropped[static_cast<std::size_t>(cause)]; }
-  std::uint64_t count(Drop cause) const { return dropped[static_cast<std::size_t>(cause)]; }
+  void drop(Reject cause) { ++dropped[static_cast<std::size_t>(cause)]; }
+  std::uint64_t count(Reject cause) const { return dropped[static_cast<std::size_t>(cause)]; }
   friend bool operator==(const BusStats&, const BusStats&) = default;
 };
 

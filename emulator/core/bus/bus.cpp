@@ -118,22 +118,22 @@ BusState::BusState(const BusConfig& config)
 void receive(BusState& bus, const TimedFrame& in) {
   ++bus.own_stats.frames;
   if (in.frame.kind == protocol::FrameKind::kError) {
-    bus.own_stats.drop(Drop::kErrorFrame);
+    bus.own_stats.drop(Reject::kErrorFrame);
     return;
   }
   if (in.frame.kind == protocol::FrameKind::kFd) {
-    bus.own_stats.drop(Drop::kCanFd);  // no classical bus carries it
+    bus.own_stats.drop(Reject::kCanFd);  // no classical bus carries it
     return;
   }
   if (protocol::is_serial(in.frame) != bus.serial.has_value() ||
       (bus.serial && in.frame.dlc == 0)) {
-    bus.own_stats.drop(bus.serial ? Drop::kNoPacket : Drop::kForeignId);
+    bus.own_stats.drop(bus.serial ? Reject::kNoPacket : Reject::kForeignId);
     return;
   }
   const SimTime at = std::max(in.at, bus.time);
   if (bus.adapted() || bus.wire.host_queue_full()) advance_to(bus, at);
   if (bus.wire.host_queue_full()) {
-    bus.own_stats.drop(Drop::kQueueFull);
+    bus.own_stats.drop(Reject::kQueueFull);
     return;
   }
   if (bus.adapted()) {

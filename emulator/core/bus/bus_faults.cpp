@@ -60,7 +60,7 @@ bool is_disturbed(BusState& bus) {
 /// The controllers of hosts and of duplicates recover by themselves.
 void leave_bus(BusState& bus, const WireCandidate& given_up) {
   if (given_up.from_host) {
-    bus.own_stats.drop(Drop::kFault);
+    bus.own_stats.drop(Reject::kFault);
     return;
   }
   ++bus.own_stats.replies_lost;

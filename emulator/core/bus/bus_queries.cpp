@@ -9,28 +9,6 @@
 namespace lk::emulator {
 namespace {
 
-Drop drop_cause(protocol::Reject reject) {
-  switch (reject) {
-    case protocol::Reject::kErrorFrame:
-      return Drop::kErrorFrame;
-    case protocol::Reject::kCanFd:
-      return Drop::kCanFd;
-    case protocol::Reject::kRemote:
-      return Drop::kRemote;
-    case protocol::Reject::kExtended:
-      return Drop::kExtended;
-    case protocol::Reject::kForeignId:
-      return Drop::kForeignId;
-    case protocol::Reject::kWrongLength:
-      return Drop::kWrongLength;
-    case protocol::Reject::kUnknownCommand:
-      return Drop::kUnknownCommand;
-    case protocol::Reject::kNoPacket:
-      return Drop::kNoPacket;
-  }
-  return Drop::kForeignId;
-}
-
 /// Addressees of a query.
 enum class Addressees : std::uint8_t { kOne, kSeveral };
 
@@ -118,39 +96,39 @@ bool line_is_held(BusState& bus) {
   if (holder == bus.nodes.end()) return false;
   holder->servo.effective_faults.hangs_after_off |= holder->servo.faults.hangs_after_off;
   count_firmware_effects(bus.faults, holder->servo, bus.time);
-  bus.own_stats.drop(Drop::kFault);
+  bus.own_stats.drop(Reject::kFault);
   return true;
 }
 
 /// A drive receives a frame addressed to it. Returns why it does not answer; nullopt if it does.
-std::optional<Drop> process_for_drive(BusState& bus, SimTime at, Node& node,
-                                      const protocol::Frame& frame) {
+std::optional<Reject> process_for_drive(BusState& bus, SimTime at, Node& node,
+                                        const protocol::Frame& frame) {
   // A condition on this query acts before the drive processes it.
   if (!bus.conditions.empty() && bus.conditions.count(node.id(), frame.data[0], bus.time))
     sample(bus);
-  if (!node.power.alive) return Drop::kNoPower;
+  if (!node.power.alive) return Reject::kNoPower;
   Servo& servo = node.servo;
   if (servo.multi_drive_mode()) {
     ++servo.stats.wrong_mode;
-    return Drop::kWrongMode;
+    return Reject::kWrongMode;
   }
   protocol::Frame received = frame;
-  if (!apply_to_query(bus.faults, node.link, servo, received, bus.time)) return Drop::kFault;
+  if (!apply_to_query(bus.faults, node.link, servo, received, bus.time)) return Reject::kFault;
   if (servo.ignores_queries()) {
     bus.lane(node).feed_input();  // restarts the lost-input window
-    return Drop::kDriveBusy;
+    return Reject::kDriveBusy;
   }
-  if (bus.wire.cannot_receive(node.link.owner, at)) return Drop::kDriveBusy;
+  if (bus.wire.cannot_receive(node.link.owner, at)) return Reject::kDriveBusy;
   if (bus.serial) keep_received(servo, received);
   const auto understood = understand(servo, received);
   const auto* query = std::get_if<protocol::Query>(&understood);
   if (query == nullptr) {
     ++servo.stats.unknown_commands;
-    return drop_cause(std::get<protocol::Reject>(understood));
+    return std::get<Reject>(understood);
   }
   if (node.link.full(bus.wire)) {
     count_ignored(bus.faults, node.id(), received, bus.time);
-    return Drop::kDriveBusy;
+    return Reject::kDriveBusy;
   }
   answer(bus, at, node, *query, Addressees::kOne);
   return std::nullopt;
@@ -161,40 +139,40 @@ std::optional<Drop> process_for_drive(BusState& bus, SimTime at, Node& node,
 void process_multi_drive(BusState& bus, SimTime at, const protocol::Frame& frame) {
   if (bus.nodes.size() > 0 &&
       std::ranges::none_of(bus.nodes, [](const Node& node) { return node.power.alive; })) {
-    bus.own_stats.drop(Drop::kNoPower);
+    bus.own_stats.drop(Reject::kNoPower);
     return;
   }
   if (line_is_held(bus)) return;
   bool answered = false;
-  Drop cause = frame.id == protocol::MultiTorque::kIdentifier ? Drop::kWrongMode : Drop::kForeignId;
+  Reject cause =
+      frame.id == protocol::MultiTorque::kIdentifier ? Reject::kWrongMode : Reject::kForeignId;
   bus.nodes.each_by_address([&](Node& node) {
     Servo& servo = node.servo;
     if (!node.power.alive) return;
     protocol::Frame received = frame;
     if (!apply_to_query(bus.faults, node.link, servo, received, bus.time)) {
-      cause = Drop::kFault;
+      cause = Reject::kFault;
       return;
     }
     const auto understood = understand(servo, received);
     const auto* query = std::get_if<protocol::Query>(&understood);
     if (query == nullptr) {
-      const bool unknown =
-          std::get<protocol::Reject>(understood) == protocol::Reject::kUnknownCommand;
+      const bool unknown = std::get<Reject>(understood) == Reject::kUnknownCommand;
       if (unknown && servo.multi_drive_mode()) {
         ++servo.stats.unknown_commands;
-        cause = Drop::kUnknownCommand;
+        cause = Reject::kUnknownCommand;
       }
     } else if (servo.multi_drive_mode()) {
       if (servo.ignores_queries()) bus.lane(node).feed_input();
       if (node.link.cannot_receive(bus.wire, at) || servo.ignores_queries()) {
         count_ignored(bus.faults, node.id(), received, bus.time);
-        cause = Drop::kDriveBusy;
+        cause = Reject::kDriveBusy;
         return;
       }
       answer(bus, at, node, *query, Addressees::kSeveral);
       answered = true;
-    } else if (cause == Drop::kForeignId) {
-      cause = Drop::kWrongMode;
+    } else if (cause == Reject::kForeignId) {
+      cause = Reject::kWrongMode;
     }
   });
   if (answered) {
@@ -208,8 +186,8 @@ void process_multi_drive(BusState& bus, SimTime at, const protocol::Frame& frame
 
 void process_query(BusState& bus, SimTime at, const protocol::Frame& frame) {
   const auto addressed = protocol::address(frame);
-  if (const auto* reject = std::get_if<protocol::Reject>(&addressed)) {
-    bus.own_stats.drop(drop_cause(*reject));
+  if (const auto* reject = std::get_if<Reject>(&addressed)) {
+    bus.own_stats.drop(*reject);
     return;
   }
   const int id = std::get<int>(addressed);
@@ -220,11 +198,11 @@ void process_query(BusState& bus, SimTime at, const protocol::Frame& frame) {
   if (line_is_held(bus)) return;
   const std::uint32_t drives = bus.nodes.at_address(id);
   if (drives == 0) {
-    bus.own_stats.drop(Drop::kNoSuchDrive);
+    bus.own_stats.drop(Reject::kNoSuchDrive);
     return;
   }
   bool answered = false;
-  Drop cause = Drop::kNoSuchDrive;
+  Reject cause = Reject::kNoSuchDrive;
   bus.nodes.each(drives, [&](Node& node) {
     const auto silent = process_for_drive(bus, at, node, frame);
     answered = answered || !silent;

@@ -177,8 +177,8 @@ Json bus_json(const Line& line) {
   Json ids = Json::array();
   for (const ServoConfig& servo : line.config().servos) ids.push_back(servo.id);
   Json dropped = Json::object();
-  for (std::size_t cause = 0; cause < kDropKinds; ++cause) {
-    dropped[as_key(to_string(static_cast<Drop>(cause)))] = stats.dropped[cause];
+  for (std::size_t cause = 0; cause < protocol::kRejects; ++cause) {
+    dropped[as_key(to_string(static_cast<protocol::Reject>(cause)))] = stats.dropped[cause];
   }
   Json counters = {{"frames", stats.frames},
                    {"queries", stats.queries},

@@ -89,9 +89,10 @@ void print_nonzero(const char* what, std::uint64_t count) {
 void print_bus(const BusStats& bus, const std::string& title) {
   std::printf("  %-46s %10" PRIu64 " frames, %" PRIu64 " queries, %" PRIu64 " replies\n",
               title.c_str(), bus.frames, bus.queries, bus.replies);
-  for (std::size_t cause = 0; cause < kDropKinds; ++cause) {
-    print_nonzero(("not answered: " + std::string(to_string(static_cast<Drop>(cause)))).c_str(),
-                  bus.dropped[cause]);
+  for (std::size_t cause = 0; cause < protocol::kRejects; ++cause) {
+    print_nonzero(
+        ("not answered: " + std::string(to_string(static_cast<protocol::Reject>(cause)))).c_str(),
+        bus.dropped[cause]);
   }
   print_nonzero("replies lost: with the power or by a fault",
                 bus.replies_lost - bus.replies_collided - bus.replies_overrun);

@@ -45,7 +45,7 @@ void WireWatch::observe(const Bus& bus, const BusStats& stats, bool disturbed) {
   const SimTime now = bus.time();
   waiting_ = stats.frames_waiting > kWaiting ? bus.state().wire.host_frames_ready(bus.time())
                                              : stats.frames_waiting;
-  const std::uint64_t lost = stats.count(Drop::kQueueFull);
+  const std::uint64_t lost = stats.count(Reject::kQueueFull);
   const bool runs_over = lost > std::exchange(lost_, lost) && waiting_ > kWaiting;
   if (waiting_ <= kWaiting || disturbed) {
     crowded_since_.reset();
@@ -56,7 +56,7 @@ void WireWatch::observe(const Bus& bus, const BusStats& stats, bool disturbed) {
 }
 
 std::optional<BusyWatch::Busy> BusyWatch::observe(const BusStats& stats) {
-  const std::uint64_t busy = stats.count(Drop::kDriveBusy);
+  const std::uint64_t busy = stats.count(Reject::kDriveBusy);
   const std::uint64_t times = busy - std::exchange(seen_, busy);
   if (times == 0) return std::nullopt;
   return Busy{{AdviceKind::kFasterThanDrive, &kTooMuch}, times};

@@ -16,24 +16,15 @@ using Values = std::vector<ReplyValue>;
 
 std::string_view reason(protocol::Reject reject) {
   switch (reject) {
-    case protocol::Reject::kErrorFrame:
-      return "error frame";
     case protocol::Reject::kCanFd:
       return "CAN FD";
-    case protocol::Reject::kRemote:
-      return "remote request";
     case protocol::Reject::kExtended:
       return "29-bit identifier";
     case protocol::Reject::kForeignId:
       return "no drive's identifier";
-    case protocol::Reject::kWrongLength:
-      return "wrong length";
-    case protocol::Reject::kUnknownCommand:
-      return "unknown command";
-    case protocol::Reject::kNoPacket:
-      return "no packet";
+    default:
+      return to_string(reject);
   }
-  return "";
 }
 
 FrameWords meaningless(FrameWords words, std::string_view why, std::string_view mark) {
@@ -126,7 +117,7 @@ FrameWords FrameReader::query(const protocol::Frame& frame) const {
   }
   const ReplyReader* const reader =
       words.id == protocol::kMultiDrive ? reader_of_several(frame.id) : reader_of(words.id);
-  if (reader == nullptr) return meaningless(words, to_string(Drop::kNoSuchDrive), "unknown");
+  if (reader == nullptr) return meaningless(words, to_string(Reject::kNoSuchDrive), "unknown");
   const auto decoded = protocol::decode_query(frame, reader->format);
   if (const auto* reject = std::get_if<protocol::Reject>(&decoded)) {
     return meaningless(words, reason(*reject), "unknown");

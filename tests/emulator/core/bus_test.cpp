@@ -231,7 +231,7 @@ TEST(BusDrops, EveryCauseIsCounted) {
 }
 
 TEST(BusDrops, CausesHaveNames) {
-  for (std::size_t k = 0; k < kDropKinds; ++k) {
+  for (std::size_t k = 0; k < protocol::kRejects; ++k) {
     EXPECT_GT(to_string(static_cast<Drop>(k)).size(), 3U);
   }
 }
