@@ -36,7 +36,7 @@ void bytes_to_host(BusState& bus, TimedFrame frame) {
 
 /// Hosts that receive while they send read their own frame first.
 void echo(BusState& bus, SimTime at) {
-  LiveFault* const fault = echo_fault(bus.faults);
+  LiveFault* const fault = bus.faults.first(kWholeBus, &FaultRow::echoes);
   if (fault == nullptr) return;
   const SerialWire* const wire = bus.wire.serial();
   if (wire == nullptr) return;

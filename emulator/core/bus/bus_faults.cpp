@@ -10,11 +10,13 @@ namespace lk::emulator {
 
 namespace {
 
-void update_line_hold(BusState& bus) {
-  if (bus.wire.serial() == nullptr) return;
+/// Updates the hosts' adapter and their hold of the line for the active faults.
+void apply_host_faults(BusState& bus) {
+  bus.adapter.set(adapter_times(bus.faults, bus.own_adapter));
+  SerialWire* const wire = bus.wire.serial();
+  if (wire == nullptr) return;
   const LiveFault* const holder = line_holder(bus.faults);
-  bus.wire.serial()->hold_line(holder != nullptr ? holder->row().line_hold_time(*holder)
-                                                 : SimTime{0});
+  wire->hold_line(holder != nullptr ? holder->row().line_hold_time(*holder) : SimTime{0});
 }
 
 /// Updates motor, link and firmware of a drive for its active faults.
@@ -93,8 +95,7 @@ void begin_fault(BusState& bus, std::size_t fault) {
     }
     return;
   }
-  if (row.adapter != nullptr) bus.adapter.set(adapter_times(bus.faults, bus.own_adapter));
-  if (row.line_hold_time != nullptr) update_line_hold(bus);
+  apply_host_faults(bus);
   if (live.fault.duration) bus.agenda.schedule(bus.time + *live.fault.duration, FaultEnd{fault});
   for (std::size_t n = 0; n < live.fault.ids.size(); ++n) {
     live.anchors[n] = bus.truth(live.fault.ids[n]).theta_out;
@@ -116,9 +117,7 @@ void end_fault(BusState& bus, std::size_t fault) {
   bus.faults.stop(fault);
   bus.agenda.cancel_fault<Babbling>(fault);
   bus.own_stats.replies_lost += bus.duplicates.remove(fault, bus.wire, bus.time);
-  if (bus.faults[fault].row().adapter != nullptr)
-    bus.adapter.set(adapter_times(bus.faults, bus.own_adapter));
-  if (bus.faults[fault].row().line_hold_time != nullptr) update_line_hold(bus);
+  apply_host_faults(bus);
   for (const int id : bus.faults[fault].fault.ids) apply_faults(bus, bus.nodes.of(id));
 }
 

@@ -137,81 +137,66 @@ std::vector<std::size_t> FaultBoard::take_due_samples(SimTime now) {
 }
 
 LiveFault* FaultBoard::first(int id, bool FaultRow::*trait) {
-  if (!any_active()) return nullptr;
-  const auto found = std::ranges::find_if(faults_, [&](const LiveFault& live) {
-    return live.row().*trait && live.active() && live.is_of(id);
-  });
-  return found != faults_.end() ? &*found : nullptr;
+  LiveFault* first = nullptr;
+  each_active(*this, trait, id, [&](LiveFault& live) { first = first ? first : &live; });
+  return first;
 }
 
 bool FaultBoard::any(bool FaultRow::*trait) const {
-  return any_active() && std::ranges::any_of(faults_, [trait](const LiveFault& live) {
-           return live.row().*trait && live.active();
-         });
+  bool any = false;
+  each_active(*this, trait, kWholeBus, [&](const LiveFault&) { any = true; });
+  return any;
 }
 
 model::Faults plant_faults(const FaultBoard& faults, const ServoConfig& servo, SimTime now) {
   model::Faults sum;
-  for (const LiveFault& live : faults) {
-    if (live.active() && live.row().plant != nullptr && live.is_of(servo.id)) {
-      live.row().plant({live, servo, now - live.since}, sum);
-    }
-  }
+  each_active(faults, &FaultRow::plant, servo.id, [&](const LiveFault& live) {
+    live.row().plant({live, servo, now - live.since}, sum);
+  });
   return sum;
 }
 
 FirmwareFaults firmware_faults(const FaultBoard& faults, int id) {
   FirmwareFaults sum;
-  for (const LiveFault& live : faults) {
-    if (live.active() && live.row().firmware != nullptr && live.is_of(id)) {
-      sum.*live.row().firmware = true;
-      if (live.row().firmware_detail != nullptr) live.row().firmware_detail(live, sum);
-    }
-  }
+  each_active(faults, &FaultRow::firmware, id, [&](const LiveFault& live) {
+    sum.*live.row().firmware = true;
+    if (live.row().firmware_detail != nullptr) live.row().firmware_detail(live, sum);
+  });
   return sum;
 }
 
 AdapterTimes adapter_times(const FaultBoard& faults, AdapterTimes sum) {
-  for (const LiveFault& live : faults) {
-    if (live.active() && live.row().adapter != nullptr) live.row().adapter(live, sum);
-  }
+  each_active(faults, &FaultRow::adapter, kWholeBus,
+              [&](const LiveFault& live) { live.row().adapter(live, sum); });
   return sum;
 }
 
 void count_adapter(FaultBoard& faults, const AdapterEffects& shown, const protocol::Frame& frame,
                    SimTime now) {
-  if (!faults.any_active()) return;
-  for (LiveFault& live : faults) {
-    if (live.active() && live.row().adapter_shows != nullptr && shown.*live.row().adapter_shows) {
-      live.took_effect(now, kWholeBus, &frame);
-    }
-  }
+  each_active(faults, &FaultRow::adapter_shows, kWholeBus, [&](LiveFault& live) {
+    if (shown.*live.row().adapter_shows) live.took_effect(now, kWholeBus, &frame);
+  });
 }
 
 void count_firmware_effects(FaultBoard& faults, Servo& servo, SimTime now) {
   if (!faults.any_active()) return;
   const FirmwareFaults shown = take_effective_faults(servo);
-  for (LiveFault& live : faults) {
-    if (live.active() && live.row().firmware != nullptr && shown.*live.row().firmware &&
-        live.is_of(servo.id())) {
-      live.took_effect(now, servo.id());
-    }
-  }
+  each_active(faults, &FaultRow::firmware, servo.id(), [&](LiveFault& live) {
+    if (shown.*live.row().firmware) live.took_effect(now, servo.id());
+  });
 }
 
 bool apply_to_query(FaultBoard& faults, const DriveLink& link, const Servo& servo,
                     protocol::Frame& frame, SimTime now) {
   if (link.bus_off) return false;
-  if (!faults.any_active()) return true;
-  bool ignored = false;
-  for (LiveFault& live : faults) {
-    if (!live.active() || live.row().on_query == nullptr || !live.is_of(servo.id())) continue;
-    OnQuery on{live, servo, now, frame};
+  auto fate = OnQuery::Fate::kDelivered;
+  each_active(faults, &FaultRow::on_query, servo.id(), [&](LiveFault& live) {
+    if (fate == OnQuery::Fate::kLost) return;
+    OnQuery on{live, servo, now, frame, fate};
     live.row().on_query(on);
-    if (on.fate == OnQuery::Fate::kLost) return false;
-    ignored = ignored || on.fate == OnQuery::Fate::kIgnored;
-  }
-  return !ignored;
+    fate = on.fate;
+  });
+  return fate == OnQuery::Fate::kDelivered;
 }
 
 void count_ignored(FaultBoard& faults, int id, const protocol::Frame& query, SimTime now) {
@@ -222,64 +207,46 @@ void count_ignored(FaultBoard& faults, int id, const protocol::Frame& query, Sim
 FaultedReply apply_to_reply(FaultBoard& faults, int id, const DriveLink& link,
                             const Outgoing& reply, std::int64_t bitrate, SimTime now) {
   FaultedReply faulted{.out = {reply}};
-  for (LiveFault& live : faults) {
-    if (!live.active() || live.row().on_reply == nullptr || !live.is_of(id)) continue;
+  each_active(faults, &FaultRow::on_reply, id, [&](LiveFault& live) {
     OnReply on{live, id, now, link, faulted.out, bitrate};
     live.row().on_reply(on);
     faulted.lost += on.lost;
     faulted.extra += on.extra;
     faulted.stale = faulted.stale || on.stale;
-  }
+  });
   return faulted;
 }
 
 LiveFault* destroyer(FaultBoard& faults, int sender, std::int64_t bitrate, bool serial) {
-  if (!faults.any_active()) return nullptr;
-  for (LiveFault& live : faults) {
-    if (!live.active() || live.row().destroys == nullptr) continue;
+  LiveFault* found = nullptr;
+  each_active(faults, &FaultRow::destroys, kWholeBus, [&](LiveFault& live) {
     OnWire on{live, sender, bitrate, serial};
-    if (live.row().destroys(on)) return &live;
-  }
-  return nullptr;
+    if (found == nullptr && live.row().destroys(on)) found = &live;
+  });
+  return found;
 }
 
 void apply_to_read(FaultBoard& faults, protocol::Frame& frame, SimTime now) {
-  if (!faults.any_active()) return;
-  for (LiveFault& live : faults) {
-    if (!live.active() || live.row().on_read == nullptr) continue;
+  each_active(faults, &FaultRow::on_read, kWholeBus, [&](LiveFault& live) {
     OnRead on{live, now, frame};
     live.row().on_read(on);
-  }
-}
-
-LiveFault* echo_fault(FaultBoard& faults) {
-  return const_cast<LiveFault*>(echo_fault(std::as_const(faults)));
-}
-
-const LiveFault* echo_fault(const FaultBoard& faults) {
-  if (!faults.any_active()) return nullptr;
-  const auto found = std::ranges::find_if(
-      faults, [](const LiveFault& live) { return live.active() && live.row().echoes; });
-  return found != faults.end() ? &*found : nullptr;
+  });
 }
 
 LiveFault* line_holder(FaultBoard& faults) {
-  const auto longest = std::ranges::max_element(faults, {}, [](const LiveFault& live) {
-    const bool holds = live.active() && live.row().line_hold_time != nullptr;
-    return holds ? live.row().line_hold_time(live) : SimTime{-1};
+  LiveFault* longest = nullptr;
+  const auto hold_time = [](const LiveFault& live) { return live.row().line_hold_time(live); };
+  each_active(faults, &FaultRow::line_hold_time, kWholeBus, [&](LiveFault& live) {
+    if (longest == nullptr || hold_time(live) > hold_time(*longest)) longest = &live;
   });
-  const bool any =
-      longest != faults.end() && longest->active() && longest->row().line_hold_time != nullptr;
-  return any ? &*longest : nullptr;
+  return longest;
 }
 
 SimTime recovery(const FaultBoard& faults, int id) {
-  for (const LiveFault& live : faults) {
-    if (live.active() && live.row().recovery != nullptr && live.is_of(id)) {
-      return live.row().recovery(live);
-    }
-  }
-  return SimTime{0};
+  std::optional<SimTime> first;
+  each_active(faults, &FaultRow::recovery, id,
+              [&](const LiveFault& live) { first = first.value_or(live.row().recovery(live)); });
+  return first.value_or(SimTime{0});
 }
 
 model::Faults plant_faults(const LiveFault& live, const ServoConfig& servo, SimTime now) {

@@ -61,9 +61,8 @@ class FaultBoard {
   /// As `take_due_samples`, for one fault out of turn. Returns true if it is to be sampled.
   bool mark_sampled(std::size_t order, SimTime now);
 
-  // Effects of active faults on one drive.
-
-  /// First active fault of the drive whose row has `trait`; null if there is none.
+  /// First active fault of the drive whose row has `trait`, kWholeBus: of any; null if there is
+  /// none.
   LiveFault* first(int id, bool FaultRow::*trait);
   /// Some active fault has a row with `trait`.
   bool any(bool FaultRow::*trait) const;
@@ -85,6 +84,15 @@ class FaultBoard {
 
 // Effects of active faults.
 
+/// Calls `act` with each active fault that has a function or flag in this column of the table, in
+/// the order of arming. `id`: only faults of this drive; kWholeBus: all.
+template <class Board, class Value, class Act>
+void each_active(Board& faults, Value FaultRow::*column, int id, Act act) {
+  if (!faults.any_active()) return;
+  for (auto& live : faults) {
+    if (live.active() && live.row().*column && (id == kWholeBus || live.is_of(id))) act(live);
+  }
+}
 model::Faults plant_faults(const FaultBoard& faults, const ServoConfig& servo, SimTime now);
 FirmwareFaults firmware_faults(const FaultBoard& faults, int id);
 /// Returns `sum` plus the times of active faults of the adapter.
@@ -113,9 +121,6 @@ FaultedReply apply_to_reply(FaultBoard& faults, int id, const DriveLink& link,
 LiveFault* destroyer(FaultBoard& faults, int sender, std::int64_t bitrate, bool serial);
 /// Applies faults to a frame that the host reads on RS-485.
 void apply_to_read(FaultBoard& faults, protocol::Frame& frame, SimTime now);
-/// Fault that lets hosts read what they send; null if none does.
-LiveFault* echo_fault(FaultBoard& faults);
-const LiveFault* echo_fault(const FaultBoard& faults);
 /// Fault that holds the line longest after frames of hosts; null if none does.
 LiveFault* line_holder(FaultBoard& faults);
 /// Extra time that the drive stays off the bus after a bus-off.

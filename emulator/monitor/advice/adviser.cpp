@@ -114,7 +114,7 @@ class Adviser::Impl {
       Watched& one = drives_[next_drive_++ % drives_.size()];
       one.observations_left = std::max(one.observations_left, 1);
     }
-    echoes_ = echo_fault(bus.state().faults) != nullptr;
+    echoes_ = bus.state().faults.any(&FaultRow::echoes);
     const BusStats stats = bus.stats();
     const std::uint64_t arrived = query_count_ - std::min(stats.frames_waiting, query_count_);
     bool moved = false;
