@@ -10,7 +10,8 @@ namespace lk::emulator {
 constexpr std::int64_t kNsPerS = 1'000'000'000;
 
 SimTime bits_duration(std::int64_t bits, std::int64_t bitrate) {
-  assert(bits >= 0 && bitrate > 0);
+  assert(bits >= 0 && bitrate >= 0);
+  if (bitrate == 0) return SimTime{0};
   return SimTime{(bits * kNsPerS + bitrate - 1) / bitrate};
 }
 

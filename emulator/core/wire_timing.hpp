@@ -12,8 +12,8 @@
 
 namespace lk::emulator {
 
-/// Returns the duration of `bits` at `bitrate` > 0 bit/s, rounded up to a nanosecond. Exact at the
-/// bit rates of CAN 2.0A, whose bit is a whole number of nanoseconds.
+/// Returns the duration of `bits` at `bitrate` bit/s, rounded up to a nanosecond; 0 at bit rate 0.
+/// Exact at the bit rates of CAN 2.0A, whose bit is a whole number of nanoseconds.
 SimTime bits_duration(std::int64_t bits, std::int64_t bitrate);
 
 /// Start bit, eight data bits, stop bit.

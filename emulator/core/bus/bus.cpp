@@ -86,7 +86,7 @@ void deliver(BusState& bus, const WireDelivery& delivery) {
 
 void deliver_next(BusState& bus) {
   if (destroy_next(bus)) return;
-  const auto delivery = bus.wire.deliver(bus.time);
+  const auto delivery = bus.wire([&](auto& wire) { return wire.deliver(bus.time); });
   assert(delivery || bus.serial);
   if (delivery) deliver(bus, *delivery);
 }
@@ -136,15 +136,17 @@ void receive(BusState& bus, const TimedFrame& in) {
     bus.own_stats.drop(Reject::kQueueFull);
     return;
   }
+  SimTime ready = at;
   if (bus.adapted()) {
     const HostAdapter::ToWire written = bus.adapter.to_wire(at);
     count_adapter(bus.faults, written.shown, in.frame, at);
-    bus.wire.send_from_host(written.at, in.frame, in.sender);
-  } else {
-    bus.wire.send_from_host(at, in.frame, in.sender);
+    ready = written.at;
   }
-  bus.own_stats.queue_peak =
-      std::max<std::uint64_t>(bus.own_stats.queue_peak, bus.wire.host_queue_size());
+  const std::size_t queued = bus.wire([&](auto& wire) {
+    wire.send_from_host(ready, in.frame, in.sender);
+    return wire.host_queue_size();
+  });
+  bus.own_stats.queue_peak = std::max<std::uint64_t>(bus.own_stats.queue_peak, queued);
 }
 
 bool advance_to(BusState& bus, SimTime until) { return deliver_to(bus, until) && settle(bus); }
@@ -243,10 +245,12 @@ DriveView BusState::view(int id) const {
 BusStats BusState::stats() const {
   assert(settled());
   BusStats sum = own_stats;
-  sum.wire_busy = wire.busy();
+  wire([&](auto& on) {
+    sum.wire_busy = on.busy();
+    sum.frames_waiting = on.host_queue_size();
+    sum.replies_waiting = on.drive_frames() + adapter.waiting();
+  });
   if (wire.serial() != nullptr) sum.receiver = wire.serial()->receiver_stats();
-  sum.frames_waiting = wire.host_queue_size();
-  sum.replies_waiting = wire.drive_frames() + adapter.waiting();
   for (const Node& node : nodes) {
     sum.replies_waiting += node.link.held_back ? 1U : 0U;
     sum.refused_motion += node.servo.stats.refused_motion;

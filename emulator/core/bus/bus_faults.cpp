@@ -69,7 +69,8 @@ void leave_bus(BusState& bus, const WireCandidate& given_up) {
   if (given_up.owner >= Duplicates::kFirstOwner) return;
   Node& node = bus.nodes.of(static_cast<int>(given_up.owner & 0x3FU));
   bus.own_stats.replies_lost += node.link.drop_all(bus.wire, bus.time);
-  const SimTime pause = bus.wire.bits(CanWire::kRecoveryBits) + recovery(bus.faults, node.id());
+  const SimTime pause =
+      bits_duration(CanWire::kRecoveryBits, bus.wire.bitrate()) + recovery(bus.faults, node.id());
   if (pause > SimTime{0}) {
     node.link.bus_off = true;
     bus.agenda.schedule(bus.time + pause, BusOffEnd{node.id()});

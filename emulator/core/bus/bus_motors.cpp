@@ -111,9 +111,8 @@ Advance advance_affected_motors_to(BusState& bus, SimTime t) {
   const std::optional<SimTime> start = bus.wire.next_reply_start();
   const bool replies = start && *start <= t;
   // If the drive of an unfinished reply dies, a frame behind it may have had the wire by now.
-  if (!agenda_due && !wire_due && !(replies && bus.wire.several_wait())) {
-    return Advance::kReached;
-  }
+  const auto several_wait = [](auto& wire) { return wire.several_wait(); };
+  if (!agenda_due && !wire_due && !(replies && bus.wire(several_wait))) return Advance::kReached;
   if (bus.nodes.size() == 1 || any_affects_others(bus)) {
     return advance_motors_to(bus, t);
   }

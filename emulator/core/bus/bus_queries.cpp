@@ -30,8 +30,8 @@ SimTime reply_time(const BusState& bus, Node& node, Addressees whom) {
         bus.wire.bitrate() >= 4'000'000   ? std::chrono::microseconds(30)
         : bus.wire.bitrate() >= 2'000'000 ? std::chrono::microseconds(45)
                                           : std::chrono::microseconds(90));
-    return before +
-           (node.servo.address() - protocol::kMinId) * (bus.wire.bits(kReplyBits) + before);
+    return before + (node.servo.address() - protocol::kMinId) *
+                        (bits_duration(kReplyBits, bus.wire.bitrate()) + before);
   }
   if (config.reply_spread == SimTime{0}) return config.reply_time;
   const std::uint64_t drawn =
@@ -118,7 +118,7 @@ std::optional<Reject> process_for_drive(BusState& bus, SimTime at, Node& node,
     bus.lane(node).feed_input();  // restarts the lost-input window
     return Reject::kDriveBusy;
   }
-  if (bus.wire.cannot_receive(node.link.owner, at)) return Reject::kDriveBusy;
+  if (node.link.is_deaf(bus.wire, at)) return Reject::kDriveBusy;
   if (bus.serial) keep_received(servo, received);
   const auto understood = understand(servo, received);
   const auto* query = std::get_if<protocol::Query>(&understood);

@@ -69,7 +69,9 @@ struct BusState {
     return faults.any(&FaultRow::blocks) || faults.any(&FaultRow::holds_back);
   }
   /// No host sends, and no drive has a pending reply.
-  bool line_is_quiet() const { return wire.host_queue_size() == 0 && wire.drive_frames() == 0; }
+  bool line_is_quiet() const {
+    return wire([](auto& on) { return on.host_queue_size() == 0 && on.drive_frames() == 0; });
+  }
   /// Some fault or condition may read any drive.
   bool faults_or_conditions() const { return faults.any_active() || !conditions.empty(); }
 

@@ -34,17 +34,17 @@ void Duplicates::add(const FaultBoard& faults, std::size_t fault, const Servo& o
   init.seed = mix(live.random + static_cast<std::uint64_t>(config.id));
   model::DriveBank motor({&init, 1});
   Servo servo(config, motor.telemetry(0));
-  const auto owner = kFirstOwner + static_cast<std::uint32_t>(fault % kOwners) * 64U +
-                     static_cast<std::uint32_t>(config.id);
+  const DriveLink link{.owner = kFirstOwner + static_cast<std::uint32_t>(fault % kOwners) * 64U +
+                                static_cast<std::uint32_t>(config.id)};
   drives_.push_back(
-      {fault, owner, f_pwm_Hz, ticks_until(now, f_pwm_Hz), std::move(motor), std::move(servo)});
+      {fault, link, f_pwm_Hz, ticks_until(now, f_pwm_Hz), std::move(motor), std::move(servo)});
 }
 
 std::size_t Duplicates::remove(std::size_t fault, Wire& wire, SimTime now) {
   std::size_t lost = 0;
-  std::erase_if(drives_, [&](const Drive& drive) {
+  std::erase_if(drives_, [&](Drive& drive) {
     if (drive.fault != fault) return false;
-    lost += wire.drop_replies(drive.owner, now);
+    lost += drive.link.drop_all(wire, now);
     return true;
   });
   return lost;
@@ -67,7 +67,7 @@ std::size_t Duplicates::process(SimTime at, const protocol::Frame& frame, Wire& 
     const bool for_several = id != nullptr && *id == protocol::kMultiDrive;
     if (id == nullptr || (!for_several && servo.address() != *id) || !servo.on_its_bus() ||
         !servo.at_its_rate() || servo.multi_drive_mode() != for_several ||
-        wire.drive_queue_full(drive.owner) || wire.cannot_receive(drive.owner, at)) {
+        drive.link.cannot_receive(wire, at)) {
       continue;
     }
     const auto understood = understand(servo, frame);
@@ -77,7 +77,7 @@ std::size_t Duplicates::process(SimTime at, const protocol::Frame& frame, Wire& 
     const std::uint64_t writes_before = servo.stats.rom_writes;
     const protocol::Reply reply = handle(servo, *query, Lane{drive.motor, 0});
     if (take_restart(servo)) {
-      wire.drop_replies(drive.owner, now);
+      drive.link.drop_all(wire, now);
       power_cycle(servo, Lane{drive.motor, 0});
     }
     if (std::holds_alternative<protocol::NoReply>(reply)) continue;
@@ -87,9 +87,8 @@ std::size_t Duplicates::process(SimTime at, const protocol::Frame& frame, Wire& 
     if (servo.stats.rom_writes != writes_before) {
       ready = std::max(ready, at + servo.config.flash.write_time);  // a duplicate has no Memory
     }
-    drive.last_reply = std::max(ready, drive.last_reply);
     faults[drive.fault].took_effect(now, servo.id(), &answer);
-    wire.send_from_drive(drive.last_reply, answer, 0, drive.owner, false);
+    drive.link.send(wire, {.ready = ready, .frame = answer});
     take_address_change(servo);
     ++answers;
   }
@@ -97,7 +96,8 @@ std::size_t Duplicates::process(SimTime at, const protocol::Frame& frame, Wire& 
 }
 
 int& Duplicates::errors(std::uint32_t owner) {
-  return std::ranges::find(drives_, owner, &Drive::owner)->errors;
+  const auto owns = [owner](const Drive& drive) { return drive.link.owner == owner; };
+  return std::ranges::find_if(drives_, owns)->link.errors;
 }
 
 using protocol::Frame;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "emulator/core/faults/fault_board.hpp"
+#include "emulator/core/node/link.hpp"
 #include "emulator/core/servo/servo.hpp"
 #include "emulator/core/wire/wire.hpp"
 #include "model/drive_bank.hpp"
@@ -41,13 +42,11 @@ class Duplicates {
  private:
   struct Drive {
     std::size_t fault;
-    std::uint32_t owner;  // of its frames
+    DriveLink link;
     std::int64_t f_pwm_Hz;
     std::int64_t first_tick;  // tick of the bus at which its own clock began
     model::DriveBank motor;
     Servo servo;
-    int errors = 0;
-    SimTime last_reply{0};
   };
   std::vector<Drive> drives_;
 };

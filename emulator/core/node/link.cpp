@@ -5,10 +5,16 @@
 
 namespace lk::emulator {
 
+bool DriveLink::full(const Wire& wire) const {
+  return wire([&](auto& on) { return on.drive_queue_full(owner, held_back ? 1 : 0); });
+}
+
 std::size_t DriveLink::send(Wire& wire, const Outgoing& out) {
   if (full(wire)) return 1;
   last_reply = std::max(out.ready, last_reply);
-  wire.send_from_drive(last_reply, out.frame, out.after_rom_write, owner, blocked);
+  wire([&](auto& on) {
+    on.send_from_drive(last_reply, out.frame, out.after_rom_write, owner, blocked);
+  });
   return 0;
 }
 
@@ -28,13 +34,17 @@ std::size_t DriveLink::send_all(Wire& wire, const std::vector<Outgoing>& out) {
 }
 
 bool DriveLink::babble(Wire& wire, const protocol::Frame& frame, SimTime now) const {
-  if (bus_off || full(wire) || wire.copies(owner, frame) >= 2) return false;
-  wire.send_from_drive(now, frame, 0, owner, blocked);
-  return true;
+  if (bus_off || full(wire)) return false;
+  return wire([&](auto& on) {
+    const bool room = on.copies(owner, frame) < 2;
+    if (room) on.send_from_drive(now, frame, 0, owner, blocked);
+    return room;
+  });
 }
 
 std::size_t DriveLink::drop_all(Wire& wire, SimTime now) {
-  const std::size_t lost = wire.drop_replies(owner, now) + (held_back ? 1 : 0);
+  const std::size_t lost =
+      wire([&](auto& on) { return on.drop_replies(owner, now); }) + (held_back ? 1 : 0);
   held_back.reset();
   last_frame.reset();
   last_reply = SimTime{0};
@@ -43,12 +53,12 @@ std::size_t DriveLink::drop_all(Wire& wire, SimTime now) {
 
 std::size_t DriveLink::block(Wire& wire, SimTime now) {
   blocked = true;
-  return wire.block(owner, now);
+  return wire([&](auto& on) { return on.block(owner, now); });
 }
 
 void DriveLink::release(Wire& wire, SimTime now) {
   blocked = false;
-  wire.release(owner, now);
+  wire([&](auto& on) { on.release(owner, now); });
 }
 
 std::size_t DriveLink::release_held_back(Wire& wire, SimTime now) {

@@ -30,10 +30,13 @@ struct DriveLink {
   std::uint64_t replies_drawn = 0;          // number of random reply times drawn
 
   /// It accepts no query: too many replies are pending, for flash or wire.
-  bool full(const Wire& wire) const { return wire.drive_queue_full(owner, held_back ? 1 : 0); }
-  /// It does not receive a query that ends at `end`: full, or replying on RS-485.
+  bool full(const Wire& wire) const;
+  /// It does not receive a query that ends at `end`: it replies on RS-485.
+  bool is_deaf(const Wire& wire, SimTime end) const {
+    return wire.serial() != nullptr && wire.serial()->cannot_receive(owner, end);
+  }
   bool cannot_receive(const Wire& wire, SimTime end) const {
-    return full(wire) || wire.cannot_receive(owner, end);
+    return full(wire) || is_deaf(wire, end);
   }
   /// Queues a frame in the order of calls. Returns the number of lost frames: 1 if full.
   std::size_t send(Wire& wire, const Outgoing& out);

@@ -167,13 +167,13 @@ void CanWire::remove(const Transmission& transmission) {
   }
 }
 
-std::optional<CanWire::Delivery> CanWire::deliver(SimTime until) {
+std::optional<WireDelivery> CanWire::deliver(SimTime until) {
   if (!next_ || next_->end > until) {
     return std::nullopt;
   }
   const Transmission transmission = *next_;
   const Waiting& frame = sender(transmission);
-  std::optional<Delivery> delivery(std::in_place);  // avoids a second copy of the frame
+  std::optional<WireDelivery> delivery(std::in_place);  // avoids a second copy of the frame
   delivery->at = transmission.end;
   delivery->frame = protocol::Frame(frame.frame);
   delivery->from_host = !transmission.drive;
@@ -186,20 +186,16 @@ std::optional<CanWire::Delivery> CanWire::deliver(SimTime until) {
   return delivery;
 }
 
-CanWire::Candidate CanWire::next() const {
+WireCandidate CanWire::next() const {
   assert(next_);
   const Waiting& frame = sender(*next_);
   return {protocol::Frame(frame.frame), !next_->drive, frame.owner};
 }
 
-SimTime CanWire::bits(int count) const {
-  return bitrate_ > 0 ? bits_duration(count, bitrate_) : SimTime{0};
-}
-
 /// Occupies the wire with the frame up to its error flags, the delimiter, and the intermission.
 void CanWire::break_off(const Transmission& transmission) {
-  const SimTime occupancy =
-      sender(transmission).length + bits(kErrorDelimiterBits + protocol::kInterframeBits);
+  constexpr int kBits = kErrorDelimiterBits + protocol::kInterframeBits;
+  const SimTime occupancy = sender(transmission).length + bits_duration(kBits, bitrate_);
   free_at_ = transmission.start + occupancy;
   busy_ += occupancy;
 }
@@ -208,7 +204,7 @@ void CanWire::destroy(int pause_bits) {
   assert(next_);
   break_off(*next_);
   Waiting& frame = next_->drive ? drives_[*next_->drive] : hosts_[host_head_];
-  frame.at = free_at_ + bits(pause_bits);
+  frame.at = free_at_ + bits_duration(pause_bits, bitrate_);
   update_next();
 }
 
@@ -217,7 +213,7 @@ void CanWire::destroy_for_good(int pause_bits) {
   break_off(*next_);
   remove(*next_);
   if (!next_->drive) {
-    hosts_from_ = free_at_ + bits(pause_bits);
+    hosts_from_ = free_at_ + bits_duration(pause_bits, bitrate_);
   }
   update_next();
 }

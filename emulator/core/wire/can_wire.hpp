@@ -23,9 +23,6 @@ class CanWire {
   /// Capacity of a drive's send queue; assumed: three mailboxes of a controller, and a queue.
   static constexpr std::size_t kDriveQueue = 16;
 
-  using Delivery = WireDelivery;
-  using Candidate = WireCandidate;
-
   /// After a destroyed frame. The bit error is assumed in the CRC. The receivers' error flags begin
   /// after the ACK delimiter (ISO 11898-1), in place of the 7-bit end of frame. The sender's flag
   /// follows one bit later; together they take 7 bits. So the flags end where the frame would have
@@ -40,8 +37,6 @@ class CanWire {
   explicit CanWire(std::int64_t bitrate);
 
   std::int64_t bitrate() const { return bitrate_; }
-  /// Duration of `count` bits.
-  SimTime bits(int count) const;
   bool host_queue_full() const { return host_count_ == kHostQueue; }
   std::size_t host_queue_size() const { return host_count_; }
   /// Host frames that are ready for the wire at `now`; others are in an adapter.
@@ -86,9 +81,9 @@ class CanWire {
   }
   /// Removes and returns the next frame if its last bit is on the wire by `until`. The winner is
   /// not fixed earlier: a frame that is sent in time for the arbitration takes part.
-  std::optional<Delivery> deliver(SimTime until);
+  std::optional<WireDelivery> deliver(SimTime until);
   /// Pre: a frame is pending. The frame that `deliver` would return.
-  Candidate next() const;
+  WireCandidate next() const;
   /// Instead of `deliver`: a bit error destroys the frame. Its sender retries, at the earliest
   /// `pause_bits` after the error frame.
   void destroy(int pause_bits);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <tuple>
 #include <utility>
 
 #include "emulator/core/seed.hpp"
@@ -12,6 +13,65 @@ namespace lk::emulator {
 
 using protocol::Frame;
 using protocol::FrameKind;
+using Sending = SerialWire::Sending;
+using Waiting = SerialWire::Waiting;
+
+namespace {
+
+/// Finds the frame of this sender in `sending`: drives and hosts have at most one there.
+auto sent_by(auto& sending, std::uint32_t owner) {
+  return std::ranges::find_if(sending,
+                              [owner](const Sending& one) { return one.what.owner == owner; });
+}
+
+bool is_sending(const std::vector<Sending>& sending, std::uint32_t owner) {
+  return sent_by(sending, owner) != sending.end();
+}
+
+/// `first` began earlier; at equal starts it comes first in the list of frames.
+bool is_first(const Sending& first, const Sending& second) {
+  return first.start < second.start || (first.start == second.start && &first < &second);
+}
+
+/// Marks `other` as overlapped by `ended` until `until`.
+void mark_overlap(const Sending& ended, Sending& other, SimTime until) {
+  if (&other == &ended || other.start >= until) return;
+  other.covered_until = std::max(other.covered_until, until);
+  if (!is_first(ended, other)) return;
+  other.merged_until = std::max(other.merged_until, until);
+  if (ended.what.owner == SerialWire::kHost) return;
+  other.merged_for_host_until = std::max(other.merged_for_host_until, until);
+}
+
+WireDelivery delivery_of(const Sending& one, const std::optional<Frame>& packet) {
+  const Waiting& what = one.what;
+  WireDelivery delivery{one.end, what.frame, what.owner == SerialWire::kHost, what.after_rom_write,
+                        what.owner};
+  delivery.met_host = one.met_host;
+  if (delivery.from_host && packet) {
+    delivery.frame = *packet;
+  } else if (delivery.from_host || !one.clean) {
+    Frame bytes;
+    bytes.kind = FrameKind::kBytes;
+    bytes.dlc = static_cast<std::uint8_t>(one.read_size);
+    std::copy_n(one.read.begin(), one.read_size, bytes.data.begin());
+    delivery.frame = bytes;
+  }
+  return delivery;
+}
+
+}  // namespace
+
+SerialWire::Sending::Sending(const Waiting& frame, SimTime free_at, std::int64_t bit_s)
+    : what(frame),
+      bitrate(bit_s),
+      bytes(protocol::wire_bytes(frame.frame)),
+      start(std::max(frame.at, free_at)),
+      end(byte_time(bytes.size)) {}
+
+SimTime SerialWire::Sending::byte_time(std::size_t byte) const {
+  return start + bits_duration(kSerialBitsPerByte * static_cast<std::int64_t>(byte), bitrate);
+}
 
 SerialWire::SerialWire(std::int64_t bitrate, const protocol::ReceiverRules& rules,
                        std::uint64_t seed, bool receives_while_replying)
@@ -22,70 +82,50 @@ SerialWire::SerialWire(std::int64_t bitrate, const protocol::ReceiverRules& rule
   assert(bitrate >= 0);
 }
 
-SimTime SerialWire::bits(int count) const {
-  return bitrate_ > 0 ? bits_duration(count, bitrate_) : SimTime{0};
-}
-
-/// Start of a byte, which is the end of the byte before.
-SimTime SerialWire::byte_time(const Sending& one, std::size_t byte) const {
-  return one.start + bits(kSerialBitsPerByte * static_cast<int>(byte));
-}
-
 // --- senders
 
-bool SerialWire::host_sends() const {
-  return std::ranges::any_of(sending_, [](const Sending& one) { return one.what.owner == kHost; });
+std::size_t SerialWire::host_queue_size() const {
+  return hosts_.size() + (is_sending(sending_, kHost) ? 1 : 0);
 }
 
 std::size_t SerialWire::host_frames_ready(SimTime now) const {
   const auto is_ready = [now](const Waiting& one) { return one.at <= now; };
-  const bool sends = std::ranges::any_of(
-      sending_, [&](const Sending& one) { return one.what.owner == kHost && is_ready(one.what); });
-  return static_cast<std::size_t>(std::ranges::count_if(hosts_, is_ready)) + (sends ? 1 : 0);
-}
-
-std::size_t SerialWire::of_drive(std::uint32_t owner) const {
-  const auto sent = std::ranges::count_if(
-      sending_, [owner](const Sending& one) { return one.what.owner == owner; });
-  return static_cast<std::size_t>(sent + std::ranges::count(drives_, owner, &Waiting::owner));
+  const auto sent = sent_by(sending_, kHost);
+  return static_cast<std::size_t>(std::ranges::count_if(hosts_, is_ready)) +
+         (sent != sending_.end() && is_ready(sent->what) ? 1 : 0);
 }
 
 bool SerialWire::cannot_receive(std::uint32_t owner, SimTime end) const {
-  if (!receives_while_replying_) return of_drive(owner) > 0;
-  return std::ranges::any_of(
-      sending_, [&](const Sending& one) { return one.what.owner == owner && one.start < end; });
+  const auto sent = sent_by(sending_, owner);
+  if (receives_while_replying_) return sent != sending_.end() && sent->start < end;
+  return sent != sending_.end() || std::ranges::count(drives_, owner, &Waiting::owner) > 0;
 }
 
 bool SerialWire::drive_queue_full(std::uint32_t owner, std::size_t elsewhere) const {
-  return of_drive(owner) + elsewhere >= kDriveQueue;
+  const auto waiting = std::ranges::count(drives_, owner, &Waiting::owner);
+  return static_cast<std::size_t>(waiting) + (is_sending(sending_, owner) ? 1 : 0) + elsewhere >=
+         kDriveQueue;
 }
 
 std::size_t SerialWire::drive_frames() const {
-  return drives_.size() + sending_.size() - (host_sends() ? 1 : 0);
+  return drives_.size() + sending_.size() - (is_sending(sending_, kHost) ? 1 : 0);
 }
 
 std::size_t SerialWire::copies(std::uint32_t owner, const Frame& frame) const {
   const auto same = [&](const Waiting& one) { return one.owner == owner && one.frame == frame; };
-  return static_cast<std::size_t>(
-      std::ranges::count_if(drives_, same) +
-      std::ranges::count_if(sending_, [&](const Sending& one) { return same(one.what); }));
+  const auto sent = sent_by(sending_, owner);
+  return static_cast<std::size_t>(std::ranges::count_if(drives_, same)) +
+         (sent != sending_.end() && same(sent->what) ? 1 : 0);
 }
 
-SerialWire::Sending SerialWire::begin(const Waiting& what, SimTime free_at) const {
-  Sending one{.what = what, .bytes = protocol::wire_bytes(what.frame)};
-  one.start = std::max(what.at, free_at);
-  one.end = byte_time(one, one.bytes.size);
-  return one;
-}
-
-void SerialWire::send_from_host(SimTime at, const Frame& frame) {
+void SerialWire::send_from_host(SimTime at, const Frame& frame, std::uint32_t) {
   assert(!host_queue_full() && protocol::is_serial(frame) && frame.dlc > 0);
   const Waiting what{.at = at, .frame = frame};
-  if (host_sends()) {
+  if (is_sending(sending_, kHost)) {
     hosts_.push_back(what);
     host_bytes_ += protocol::wire_bytes(frame).size;
   } else {
-    sending_.push_back(begin(what, host_free_at_));
+    sending_.emplace_back(what, host_free_at_, bitrate_);
   }
 }
 
@@ -93,10 +133,11 @@ void SerialWire::send_from_drive(SimTime at, const Frame& frame, std::uint64_t a
                                  std::uint32_t owner, bool blocked) {
   assert(owner != kHost && !drive_queue_full(owner));
   const Waiting what{at, frame, after_rom_write, owner, blocked};
-  if (blocked || of_drive(owner) > 0) {
+  if (blocked || is_sending(sending_, owner) ||
+      std::ranges::count(drives_, owner, &Waiting::owner) > 0) {
     drives_.push_back(what);
   } else {
-    sending_.push_back(begin(what, at));
+    sending_.emplace_back(what, at, bitrate_);
   }
 }
 
@@ -105,7 +146,7 @@ void SerialWire::begin_next(std::uint32_t owner, SimTime free_at) {
   if (owner == kHost) {
     host_free_at_ = free_at;
     if (hosts_.empty()) return;
-    sending_.push_back(begin(hosts_.front(), free_at));
+    sending_.emplace_back(hosts_.front(), free_at, bitrate_);
     host_bytes_ -= sending_.back().bytes.size;
     hosts_.pop_front();
     return;
@@ -113,16 +154,14 @@ void SerialWire::begin_next(std::uint32_t owner, SimTime free_at) {
   const auto next = std::ranges::find_if(
       drives_, [owner](const Waiting& one) { return one.owner == owner && !one.blocked; });
   if (next == drives_.end()) return;
-  sending_.push_back(begin(*next, free_at));
+  sending_.emplace_back(*next, free_at, bitrate_);
   drives_.erase(next);
 }
 
 std::size_t SerialWire::block(std::uint32_t owner, SimTime now) {
-  const auto own = std::ranges::find_if(
-      sending_, [owner](const Sending& one) { return one.what.owner == owner; });
+  const auto own = sent_by(sending_, owner);
   if (own != sending_.end() && own->start >= now) {  // else it is completed
-    drives_.push_back(own->what);
-    std::rotate(drives_.begin(), drives_.end() - 1, drives_.end());  // it stays the first
+    drives_.insert(drives_.begin(), own->what);      // it stays the first
     sending_.erase(own);
   }
   std::size_t count = 0;
@@ -140,14 +179,12 @@ void SerialWire::release(std::uint32_t owner, SimTime now) {
     one.blocked = false;
     one.at = std::max(one.at, now);
   }
-  const auto own = [owner](const Sending& one) { return one.what.owner == owner; };
-  if (std::ranges::none_of(sending_, own)) begin_next(owner, now);
+  if (!is_sending(sending_, owner)) begin_next(owner, now);
 }
 
 std::size_t SerialWire::drop_replies(std::uint32_t owner, SimTime now) {
-  const auto own = std::ranges::find_if(
-      sending_, [owner](const Sending& one) { return one.what.owner == owner; });
-  std::size_t count =
+  const auto own = sent_by(sending_, owner);
+  const std::size_t count =
       std::erase_if(drives_, [owner](const Waiting& one) { return one.owner == owner; });
   if (own == sending_.end()) return count;
   if (own->start < now) {
@@ -159,35 +196,32 @@ std::size_t SerialWire::drop_replies(std::uint32_t owner, SimTime now) {
 
 // --- bytes on the line
 
-bool SerialWire::overlaps(const Sending& one) const {
-  return std::ranges::any_of(sending_, [&](const Sending& other) {
-    return &other != &one && one.start < other.end && other.start < one.end;
-  });
-}
-
 /// Its bytes must be processed one by one: they may not be exactly one intact packet.
 bool SerialWire::goes_by_bytes(const Sending& one) const {
   if (one.bytes.size == 0) return false;
-  if (one.processed > 0 || one.covered_until > one.start || one.spoilt || overlaps(one))
-    return true;
-  if (one.what.owner != kHost) return line_hold_ > SimTime{0} && host_holds(one.start);
+  const bool overlaps = std::ranges::any_of(sending_, [&](const Sending& other) {
+    return &other != &one && one.start < other.end && other.start < one.end;
+  });
+  if (one.processed > 0 || one.covered_until > one.start || one.spoilt || overlaps) return true;
+  if (one.what.owner != kHost) {
+    return line_hold_ > SimTime{0} && one.start < host_free_at_ + line_hold_;
+  }
   const Frame& frame = one.what.frame;
   return frame.kind == FrameKind::kBytes || frame.id >= protocol::MultiTorque::kIdentifier ||
          !receiver_.idle() || frame.dlc - 1 > receiver_.rules().max_len;
 }
 
 SimTime SerialWire::due(const Sending& one) const {
-  return goes_by_bytes(one) ? byte_time(one, one.processed + 1) : one.end;
+  return goes_by_bytes(one) ? one.byte_time(one.processed + 1) : one.end;
 }
 
-/// The frame with the earliest due bytes; at equal times the one that began first.
-const SerialWire::Sending* SerialWire::next_sending() const {
-  const Sending* first = nullptr;
-  SimTime first_due{0};
-  for (const Sending& one : sending_) {
-    const SimTime at = due(one);
-    if (first == nullptr || at < first_due || (at == first_due && one.start < first->start)) {
-      first = &one;
+std::size_t SerialWire::next_sending() const {
+  std::size_t first = 0;
+  SimTime first_due = sending_.empty() ? SimTime{0} : due(sending_.front());
+  for (std::size_t n = 1; n < sending_.size(); ++n) {
+    const SimTime at = due(sending_[n]);
+    if (std::tie(at, sending_[n].start) < std::tie(first_due, sending_[first].start)) {
+      first = n;
       first_due = at;
     }
   }
@@ -195,52 +229,43 @@ const SerialWire::Sending* SerialWire::next_sending() const {
 }
 
 std::optional<SimTime> SerialWire::next_due() const {
-  const Sending* const next = next_sending();
-  return next != nullptr ? std::optional(due(*next)) : std::nullopt;
+  return sending_.empty() ? std::nullopt : std::optional(due(sending_[next_sending()]));
 }
 
 std::optional<SimTime> SerialWire::next_reply_start() const {
-  const Sending* const next = next_sending();
-  return next != nullptr && next->what.owner != kHost ? std::optional(next->start) : std::nullopt;
+  if (sending_.empty()) return std::nullopt;
+  const Sending& next = sending_[next_sending()];
+  return next.what.owner != kHost ? std::optional(next.start) : std::nullopt;
 }
 
 WireCandidate SerialWire::next() const {
-  const Sending* const next = next_sending();
-  assert(next != nullptr);
-  const bool from_host = next->what.owner == kHost;
-  WireCandidate candidate{next->what.frame, from_host, next->what.owner};
-  if (from_host && goes_by_bytes(*next)) candidate.frame.kind = FrameKind::kBytes;
+  assert(!sending_.empty());
+  const Sending& next = sending_[next_sending()];
+  const bool from_host = next.what.owner == kHost;
+  WireCandidate candidate{next.what.frame, from_host, next.what.owner};
+  if (from_host && goes_by_bytes(next)) candidate.frame.kind = FrameKind::kBytes;
   return candidate;
 }
 
 bool SerialWire::take_fault_chance() {
-  assert(next_sending() != nullptr);
-  Sending& next = next_of_all();
+  assert(!sending_.empty());
+  Sending& next = sending_[next_sending()];
   return next.processed == 0 && !std::exchange(next.faults_applied, true);
 }
 
 void SerialWire::spoil_next() {
-  Sending& next = next_of_all();
+  Sending& next = sending_[next_sending()];
   if (next.bytes.size > 0) next.spoilt = mix(random_++) % next.bytes.size;
-}
-
-void SerialWire::mark_overlap(const Sending& ended, Sending& other, SimTime until) {
-  if (&other == &ended || other.start >= until) return;
-  other.covered_until = std::max(other.covered_until, until);
-  if (!is_first(ended, other)) return;
-  other.merged_until = std::max(other.merged_until, until);
-  if (ended.what.owner == kHost) return;
-  other.merged_for_host_until = std::max(other.merged_for_host_until, until);
 }
 
 std::optional<Frame> SerialWire::process_byte(Sending& one) {
   const std::size_t place = one.processed++;
-  const SimTime begin = byte_time(one, place);
-  const SimTime end = byte_time(one, place + 1);
+  const SimTime begin = one.byte_time(place);
+  const SimTime end = one.byte_time(place + 1);
   std::uint8_t value = one.bytes.bytes[place];
   // Spoiled by a fault, or by overlap with a frame that has ended.
   bool spoiled = one.spoilt == place || begin < one.covered_until;
-  if (one.what.owner != kHost && line_hold_ > SimTime{0} && host_holds(begin)) {
+  if (one.what.owner != kHost && line_hold_ > SimTime{0} && begin < host_free_at_ + line_hold_) {
     spoiled = one.met_host = true;
   }
   bool merged = begin < one.merged_until;
@@ -249,8 +274,8 @@ std::optional<Frame> SerialWire::process_byte(Sending& one) {
     if (&other == &one || other.start >= end || other.end <= begin) continue;
     // Index of the other's last byte that begins before the end of this one.
     std::size_t beside = 0;
-    while (beside + 1 < other.bytes.size && byte_time(other, beside + 1) < end) ++beside;
-    const bool together = byte_time(other, beside) == begin;
+    while (beside + 1 < other.bytes.size && other.byte_time(beside + 1) < end) ++beside;
+    const bool together = other.byte_time(beside) == begin;
     const bool equal = together && other.bytes.bytes[beside] == one.bytes.bytes[place];
     spoiled = spoiled || !equal;
     merged = merged || is_first(other, one);
@@ -262,34 +287,18 @@ std::optional<Frame> SerialWire::process_byte(Sending& one) {
   return merged ? std::nullopt : receiver_.feed(value, begin, end);
 }
 
-WireDelivery SerialWire::delivery_of(const Sending& one, const std::optional<Frame>& packet) const {
-  const Waiting& what = one.what;
-  WireDelivery delivery{one.end, what.frame, what.owner == kHost, what.after_rom_write, what.owner};
-  delivery.met_host = one.met_host;
-  if (delivery.from_host && packet) {
-    delivery.frame = *packet;
-  } else if (delivery.from_host || !one.clean) {
-    Frame bytes;
-    bytes.kind = FrameKind::kBytes;
-    bytes.dlc = static_cast<std::uint8_t>(one.read_size);
-    std::copy_n(one.read.begin(), one.read_size, bytes.data.begin());
-    delivery.frame = bytes;
-  }
-  return delivery;
-}
-
 std::optional<WireDelivery> SerialWire::deliver(SimTime until) {
-  const Sending* const next = next_sending();
-  if (next == nullptr || due(*next) > until) return std::nullopt;
-  const auto place = next - sending_.data();
-  Sending& one = next_of_all();
+  if (sending_.empty()) return std::nullopt;
+  const auto place = sending_.begin() + static_cast<std::ptrdiff_t>(next_sending());
+  Sending& one = *place;
+  if (due(one) > until) return std::nullopt;
   const std::size_t bytes = goes_by_bytes(one) ? one.processed + 1 : one.bytes.size;
   std::optional<Frame> packet;
   while (one.processed < bytes) packet = process_byte(one);
   const bool from_host = one.what.owner == kHost;
   if (one.processed < one.bytes.size) {
     if (!packet || !from_host) return std::nullopt;  // packets of drives are no queries
-    return WireDelivery{byte_time(one, one.processed), *packet, true, 0, kHost, true};
+    return WireDelivery{one.byte_time(one.processed), *packet, true, 0, kHost, true};
   }
   const WireDelivery delivery = delivery_of(one, packet);
   busy_ += one.end - one.start;
@@ -297,7 +306,7 @@ std::optional<WireDelivery> SerialWire::deliver(SimTime until) {
   const std::uint32_t owner = one.what.owner;
   const SimTime end = one.end;
   if (from_host) written_ = one.what.frame;
-  sending_.erase(sending_.begin() + place);
+  sending_.erase(place);
   begin_next(owner, end);
   return delivery;
 }

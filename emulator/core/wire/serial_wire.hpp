@@ -27,6 +27,38 @@ class SerialWire {
   /// Size of a serial port's transmit buffer on Linux (UART_XMIT_SIZE; USB adapters have the same).
   static constexpr std::size_t kHostBytes = 4096;
   static constexpr std::size_t kDriveQueue = 16;
+  static constexpr std::uint32_t kHost = 0;  // owner of frames of hosts
+
+  struct Waiting {
+    SimTime at{0};
+    protocol::Frame frame;
+    std::uint64_t after_rom_write = 0;
+    std::uint32_t owner = kHost;
+    bool blocked = false;
+  };
+  /// A frame on the wire, or about to be.
+  struct Sending {
+    Sending(const Waiting& what, SimTime free_at, std::int64_t bitrate);
+    /// Start of a byte, which is the end of the byte before.
+    SimTime byte_time(std::size_t byte) const;
+
+    Waiting what;
+    std::int64_t bitrate;
+    protocol::WireBytes bytes;
+    SimTime start;
+    SimTime end;
+    std::size_t processed = 0;  // number of bytes processed
+    // End of overlap with ended frames: any; those that began first; of these, those of drives.
+    SimTime covered_until{0};
+    SimTime merged_until{0};
+    SimTime merged_for_host_until{0};
+    std::optional<std::size_t> spoilt = {};                // index of a byte that a fault spoils
+    bool faults_applied = false;                           // faults have acted on it
+    bool clean = true;                                     // bytes are as sent so far
+    bool met_host = false;                                 // a byte began while hosts held the line
+    std::array<std::uint8_t, protocol::kMaxBytes> read{};  // bytes as the host reads them
+    std::size_t read_size = 0;
+  };
 
   /// `bitrate` in bit/s; 0: bytes take no time. `seed` determines spoiled bytes.
   /// `receives_while_replying`: a drive accepts packets until its reply begins.
@@ -34,15 +66,14 @@ class SerialWire {
              bool receives_while_replying = true);
 
   std::int64_t bitrate() const { return bitrate_; }
-  SimTime bits(int count) const;
-
   bool host_queue_full() const {
     return host_queue_size() >= kHostQueue || host_bytes_ >= kHostBytes;
   }
-  std::size_t host_queue_size() const { return hosts_.size() + (host_sends() ? 1 : 0); }
+  std::size_t host_queue_size() const;
   std::size_t host_frames_ready(SimTime now) const;
-  /// Queues a frame, ready at `at`. Pre: `frame` is kSerial or kBytes, and not empty.
-  void send_from_host(SimTime at, const protocol::Frame& frame);
+  /// Queues a frame, ready at `at`. Pre: `frame` is kSerial or kBytes, and not empty. Hosts are one
+  /// sender here.
+  void send_from_host(SimTime at, const protocol::Frame& frame, std::uint32_t sender = 0);
 
   bool drive_queue_full(std::uint32_t owner, std::size_t elsewhere = 0) const;
   std::size_t drive_frames() const;
@@ -78,56 +109,13 @@ class SerialWire {
   const protocol::ReceiverStats& receiver_stats() const { return receiver_.stats(); }
 
  private:
-  struct Waiting {
-    SimTime at{0};
-    protocol::Frame frame;
-    std::uint64_t after_rom_write = 0;
-    std::uint32_t owner = kHost;
-    bool blocked = false;
-  };
-  /// A frame on the wire, or about to be.
-  struct Sending {
-    Waiting what;
-    SimTime start{0};
-    SimTime end{0};
-    protocol::WireBytes bytes;
-    std::size_t processed = 0;  // number of bytes processed
-    // End of overlap with ended frames: any; those that began first; of these, those of drives.
-    SimTime covered_until{0};
-    SimTime merged_until{0};
-    SimTime merged_for_host_until{0};
-    std::optional<std::size_t> spoilt = {};                // index of a byte that a fault spoils
-    bool faults_applied = false;                           // faults have acted on it
-    bool clean = true;                                     // bytes are as sent so far
-    bool met_host = false;                                 // a byte began while hosts held the line
-    std::array<std::uint8_t, protocol::kMaxBytes> read{};  // bytes as the host reads them
-    std::size_t read_size = 0;
-  };
-  static constexpr std::uint32_t kHost = 0;
-
-  /// Hosts hold the line at `at`, after their bytes.
-  bool host_holds(SimTime at) const { return at < host_free_at_ + line_hold_; }
-  SimTime byte_time(const Sending& one, std::size_t byte) const;
-  bool host_sends() const;
-  std::size_t of_drive(std::uint32_t owner) const;
-  Sending begin(const Waiting& what, SimTime free_at) const;
   void begin_next(std::uint32_t owner, SimTime free_at);
-  bool overlaps(const Sending& one) const;
   bool goes_by_bytes(const Sending& one) const;
   SimTime due(const Sending& one) const;
-  const Sending* next_sending() const;
-  Sending& next_of_all() {
-    return sending_[static_cast<std::size_t>(next_sending() - sending_.data())];
-  }
-  /// `first` began earlier; at equal starts it comes first in `sending_`.
-  static bool is_first(const Sending& first, const Sending& second) {
-    return first.start < second.start || (first.start == second.start && &first < &second);
-  }
-  /// Marks `other` as overlapped by `ended` until `until`.
-  static void mark_overlap(const Sending& ended, Sending& other, SimTime until);
+  /// Index of the frame with the earliest due bytes; at equal times the one that began first.
+  std::size_t next_sending() const;
   /// Processes the next byte of `one`. Returns the packet that drives have received with it.
   std::optional<protocol::Frame> process_byte(Sending& one);
-  WireDelivery delivery_of(const Sending& one, const std::optional<protocol::Frame>& packet) const;
 
   std::int64_t bitrate_;
   bool receives_while_replying_;

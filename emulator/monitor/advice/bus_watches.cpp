@@ -43,8 +43,9 @@ void Disturbances::observe(const Bus& bus, const BusStats& stats) {
 
 void WireWatch::observe(const Bus& bus, const BusStats& stats, bool disturbed) {
   const SimTime now = bus.time();
-  waiting_ = stats.frames_waiting > kWaiting ? bus.state().wire.host_frames_ready(bus.time())
-                                             : stats.frames_waiting;
+  waiting_ = stats.frames_waiting > kWaiting
+                 ? bus.state().wire([&](auto& wire) { return wire.host_frames_ready(bus.time()); })
+                 : stats.frames_waiting;
   const std::uint64_t lost = stats.count(Reject::kQueueFull);
   const bool runs_over = lost > std::exchange(lost_, lost) && waiting_ > kWaiting;
   if (waiting_ <= kWaiting || disturbed) {

@@ -65,7 +65,7 @@ TEST(MemoryPart, TakesOneWriteAfterTheOtherAndLosesThemWithThePower) {
 }
 
 TEST(LinkPart, SendsInOrderAndHoldsOneBackUntilTheNextHasLeft) {
-  Wire wire(0);
+  Wire wire(BusConfig{.bitrate = 0});
   DriveLink link{.owner = 0x141};
   Outgoing held{3ms, kReply};
   held.held_back = true;
@@ -73,13 +73,13 @@ TEST(LinkPart, SendsInOrderAndHoldsOneBackUntilTheNextHasLeft) {
   EXPECT_TRUE(link.held_back);
   EXPECT_EQ(link.send_all(wire, {Outgoing{5ms, frame("141#9A19000000000000")}}), 0U);
   EXPECT_FALSE(link.held_back);
-  EXPECT_EQ(wire.deliver(5ms)->frame.data[0], 0x9A);
-  EXPECT_EQ(wire.deliver(5ms)->frame.data[0], 0x9C);  // ready earlier, but queued behind it
-  EXPECT_FALSE(wire.deliver(1s));
+  EXPECT_EQ(wire.can()->deliver(5ms)->frame.data[0], 0x9A);
+  EXPECT_EQ(wire.can()->deliver(5ms)->frame.data[0], 0x9C);  // ready earlier, but queued behind it
+  EXPECT_FALSE(wire.can()->deliver(1s));
 }
 
 TEST(LinkPart, ABlockedQueueFillsUpAndIsForgottenWithThePower) {
-  Wire wire(0);
+  Wire wire(BusConfig{.bitrate = 0});
   DriveLink link{.owner = 0x141};
   EXPECT_EQ(link.block(wire, 0ms), 0U);
   for (std::size_t n = 0; n < CanWire::kDriveQueue; ++n) {
