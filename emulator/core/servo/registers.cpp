@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <tuple>
 
 #include "emulator/core/units.hpp"
 #include "protocol/wire.hpp"
@@ -176,53 +177,23 @@ RomParameter rom_parameter_of(ParameterId id, Series series) {
 }
 
 void copy_parameter(RomParameter parameter, const Registers& from, Registers& to) {
-  switch (parameter) {
-    case RomParameter::kGains:
-      to.gains = from.gains;
-      return;
-    case RomParameter::kAcceleration:
-      to.acceleration_dps_s = from.acceleration_dps_s;
-      return;
-    case RomParameter::kEncoderOffset:
-      to.encoder_offset = from.encoder_offset;
-      return;
-    case RomParameter::kMaxTorqueCurrent:
-      to.max_torque_current_lsb = from.max_torque_current_lsb;
-      return;
-    case RomParameter::kMaxPower:
-      to.max_power_permille = from.max_power_permille;
-      return;
-    case RomParameter::kMaxSpeed:
-      to.max_speed_dps = from.max_speed_dps;
-      return;
-    case RomParameter::kMaxAngle:
-      to.max_angle_deg = from.max_angle_deg;
-      return;
-    case RomParameter::kCurrentRamp:
-      to.current_ramp_A_s = from.current_ramp_A_s;
-      return;
-    case RomParameter::kBroadcastMode:
-      to.broadcast_mode = from.broadcast_mode;
-      return;
-    case RomParameter::kProtections:
-      to.protections = from.protections;
-      return;
-    case RomParameter::kAlignValue:
-      to.align_value = from.align_value;
-      return;
-    case RomParameter::kDriverId:
-      to.driver_id = from.driver_id;
-      return;
-    case RomParameter::kBusType:
-      to.bus_type = from.bus_type;
-      return;
-    case RomParameter::kSerialRate:
-      to.serial_rate = from.serial_rate;
-      return;
-    case RomParameter::kCanRate:
-      to.can_rate = from.can_rate;
-      return;
-  }
+  // In the order of RomParameter.
+  constexpr auto kMembers = std::tuple(
+      &Registers::gains, &Registers::acceleration_dps_s, &Registers::encoder_offset,
+      &Registers::max_torque_current_lsb, &Registers::max_power_permille, &Registers::max_speed_dps,
+      &Registers::max_angle_deg, &Registers::current_ramp_A_s, &Registers::broadcast_mode,
+      &Registers::protections, &Registers::align_value, &Registers::driver_id, &Registers::bus_type,
+      &Registers::serial_rate, &Registers::can_rate);
+  static_assert(std::tuple_size_v<decltype(kMembers)> == kRomParameters);
+  const auto copy = [&](RomParameter one, auto member) {
+    if (one == parameter) to.*member = from.*member;
+  };
+  std::apply(
+      [&](auto... members) {
+        int place = 0;
+        (copy(static_cast<RomParameter>(place++), members), ...);
+      },
+      kMembers);
 }
 
 }  // namespace lk::emulator

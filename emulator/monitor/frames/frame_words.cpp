@@ -15,16 +15,10 @@ namespace {
 using Values = std::vector<ReplyValue>;
 
 std::string_view reason(protocol::Reject reject) {
-  switch (reject) {
-    case protocol::Reject::kCanFd:
-      return "CAN FD";
-    case protocol::Reject::kExtended:
-      return "29-bit identifier";
-    case protocol::Reject::kForeignId:
-      return "no drive's identifier";
-    default:
-      return to_string(reject);
-  }
+  if (reject == protocol::Reject::kCanFd) return "CAN FD";
+  if (reject == protocol::Reject::kExtended) return "29-bit identifier";
+  if (reject == protocol::Reject::kForeignId) return "no drive's identifier";
+  return to_string(reject);
 }
 
 FrameWords meaningless(FrameWords words, std::string_view why, std::string_view mark) {
