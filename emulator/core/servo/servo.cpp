@@ -87,31 +87,30 @@ void power_cycle(Servo& servo, const Lane& lane) {
   lane.restart();
 }
 
-std::variant<protocol::Query, protocol::Reject> understand(const Servo& servo,
-                                                           const protocol::Frame& frame) {
+std::variant<Query, protocol::Reject> understand(const Servo& servo, const protocol::Frame& frame) {
   auto decoded = protocol::decode_query(frame, servo.format);
-  const auto* query = std::get_if<protocol::Query>(&decoded);
+  const auto* query = std::get_if<Query>(&decoded);
   if (query != nullptr && query->id == protocol::kMultiDrive) {
     return protocol::for_drive(servo.address(), *query, servo.format);
   }
   return decoded;
 }
 
-protocol::Reply handle(Servo& servo, const protocol::Query& query, const Lane& lane) {
+Reply handle(Servo& servo, const Query& query, const Lane& lane) {
   const model::Telemetry before = lane.telemetry();
   const bool was_mute = servo.is_mute();
   turn_off_after_trip(servo, before);
   lane.feed_input();
   ++servo.stats.queries;
   const Context context{query, before, lane};
-  const protocol::Reply reply = std::visit(
+  const Reply reply = std::visit(
       [&](const auto& command) { return execute(servo, command, context); }, query.command);
   servo.effective_faults.hangs_after_off |= was_mute && servo.faults.hangs_after_off;
   if (!std::holds_alternative<protocol::NoReply>(reply)) ++servo.stats.replies;
   return reply;
 }
 
-protocol::Frame encode(const Servo& servo, const protocol::Reply& reply) {
+protocol::Frame encode(const Servo& servo, const Reply& reply) {
   return protocol::encode_reply(servo.address(), reply, servo.format);
 }
 

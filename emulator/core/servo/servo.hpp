@@ -20,6 +20,9 @@
 
 namespace lk::emulator {
 
+using protocol::Query;
+using protocol::Reply;
+
 /// Event after which the next motion command is acknowledged but not executed.
 enum class LostAfter : std::uint8_t { kBoot, kLostInput, kClear, kOff };
 
@@ -138,12 +141,11 @@ struct Servo {
 
 /// Decodes a frame as a query in its single-drive form. Returns kForeignId or kUnknownCommand if
 /// this drive does not answer it.
-std::variant<protocol::Query, protocol::Reject> understand(const Servo& servo,
-                                                           const protocol::Frame& frame);
+std::variant<Query, protocol::Reject> understand(const Servo& servo, const protocol::Frame& frame);
 /// Executes a query from `understand` and returns the reply. Pre: the motor is at the time of the
 /// query's last bit. The reply shows that state; the query affects the next one.
-protocol::Reply handle(Servo& servo, const protocol::Query& query, const Lane& lane);
-protocol::Frame encode(const Servo& servo, const protocol::Reply& reply);
+Reply handle(Servo& servo, const Query& query, const Lane& lane);
+protocol::Frame encode(const Servo& servo, const Reply& reply);
 /// Stores an RS-485 packet with this drive's ID, whose remains 0x95 may read.
 void keep_received(Servo& servo, const protocol::Frame& packet);
 
@@ -155,7 +157,7 @@ void power_cycle(Servo& servo, const Lane& lane);
 /// Ends the first half of 0x18. Returns true if the second half begins.
 bool turn_back(Servo& servo, const Lane& lane);
 /// Ends 0x18 and returns its reply. Pre: calibrating(). `random` selects the align value.
-protocol::Reply finish_calibration(Servo& servo, const Lane& lane, std::uint64_t random);
+Reply finish_calibration(Servo& servo, const Lane& lane, std::uint64_t random);
 
 /// ROM contents after 0x44 has saved the pending settings.
 Registers pending_rom(const Servo& servo);

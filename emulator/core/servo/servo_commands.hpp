@@ -14,7 +14,7 @@ namespace lk::emulator {
 
 /// Input of a command.
 struct Context {
-  const protocol::Query& query;
+  const Query& query;
   const model::Telemetry& before;  // of the motor, when the query ended
   const Lane& lane;
 };
@@ -26,80 +26,67 @@ inline protocol::Echo echo(const Context& context) {
 // `execute` carries out a command and returns its reply.
 
 // servo_states.cpp: run state, brake, errors and measured values.
-protocol::Reply execute(Servo& servo, const protocol::Off&, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::Stop&, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::Run&, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::Brake& command, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::Restart&, const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::ReadState1&, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::ClearErrors&, const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::ReadState2&, const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::ReadState3&, const Context& context);
-protocol::Reply state_1_reply(const Servo& servo, protocol::Opcode command,
-                              const model::Telemetry& telemetry);
-protocol::Reply state_2_reply(const Servo& servo, protocol::Opcode command,
-                              const model::Telemetry& telemetry);
+Reply execute(Servo& servo, const protocol::Off&, const Context& context);
+Reply execute(Servo& servo, const protocol::Stop&, const Context& context);
+Reply execute(Servo& servo, const protocol::Run&, const Context& context);
+Reply execute(Servo& servo, const protocol::Brake& command, const Context& context);
+Reply execute(Servo& servo, const protocol::Restart&, const Context& context);
+Reply execute(const Servo& servo, const protocol::ReadState1&, const Context& context);
+Reply execute(Servo& servo, const protocol::ClearErrors&, const Context& context);
+Reply execute(const Servo& servo, const protocol::ReadState2&, const Context& context);
+Reply execute(const Servo& servo, const protocol::ReadState3&, const Context& context);
+Reply state_1_reply(const Servo& servo, protocol::Opcode command,
+                    const model::Telemetry& telemetry);
+Reply state_2_reply(const Servo& servo, protocol::Opcode command,
+                    const model::Telemetry& telemetry);
 void turn_off_after_trip(Servo& servo, const model::Telemetry& telemetry);
 
 // servo_motion.cpp: set points of the loops, and the calibration, which turns the shaft.
-protocol::Reply execute(Servo& servo, const protocol::OpenLoop& command, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::Torque& command, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::Speed& command, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::Position1& command, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::Position2& command, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::Position3& command, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::Position4& command, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::Position5& command, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::Position6& command, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::MultiTorque& command, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::MultiSpeed& command, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::MultiPosition& command,
-                        const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::MultiCommand&, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::Calibrate&, const Context& context);
+Reply execute(Servo& servo, const protocol::OpenLoop& command, const Context& context);
+Reply execute(Servo& servo, const protocol::Torque& command, const Context& context);
+Reply execute(Servo& servo, const protocol::Speed& command, const Context& context);
+Reply execute(Servo& servo, const protocol::Position1& command, const Context& context);
+Reply execute(Servo& servo, const protocol::Position2& command, const Context& context);
+Reply execute(Servo& servo, const protocol::Position3& command, const Context& context);
+Reply execute(Servo& servo, const protocol::Position4& command, const Context& context);
+Reply execute(Servo& servo, const protocol::Position5& command, const Context& context);
+Reply execute(Servo& servo, const protocol::Position6& command, const Context& context);
+Reply execute(Servo& servo, const protocol::MultiTorque& command, const Context& context);
+Reply execute(Servo& servo, const protocol::MultiSpeed& command, const Context& context);
+Reply execute(Servo& servo, const protocol::MultiPosition& command, const Context& context);
+Reply execute(const Servo& servo, const protocol::MultiCommand&, const Context& context);
+Reply execute(Servo& servo, const protocol::Calibrate&, const Context& context);
 /// Reapplies the limits to the command in force.
 void reapply_limits(Servo& servo, const Lane& lane);
 
 // servo_angles.cpp: encoder and angles.
-protocol::Reply execute(const Servo& servo, const protocol::ReadEncoder& command,
-                        const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::WriteOffsetToRom& command,
-                        const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::WriteZeroToRom&, const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::ReadMultiTurnAngle&,
-                        const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::ReadSingleTurnAngle&,
-                        const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::ClearAngle& command, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::ClearTurns&, const Context& context);
+Reply execute(const Servo& servo, const protocol::ReadEncoder& command, const Context& context);
+Reply execute(Servo& servo, const protocol::WriteOffsetToRom& command, const Context& context);
+Reply execute(Servo& servo, const protocol::WriteZeroToRom&, const Context& context);
+Reply execute(const Servo& servo, const protocol::ReadMultiTurnAngle&, const Context& context);
+Reply execute(const Servo& servo, const protocol::ReadSingleTurnAngle&, const Context& context);
+Reply execute(Servo& servo, const protocol::ClearAngle& command, const Context& context);
+Reply execute(Servo& servo, const protocol::ClearTurns&, const Context& context);
 /// Sets the multi-turn angle after a start or an off.
 void start_multi_turn(Servo& servo, const model::Telemetry& telemetry, BootMultiTurn from);
 /// Applies the encoder offset in RAM.
 void apply_offset(Servo& servo);
 
 // servo_settings.cpp: registers in RAM and ROM.
-protocol::Reply execute(const Servo& servo, const protocol::ReadPid&, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::WritePidToRam& command,
-                        const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::WritePidToRom& command,
-                        const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::ReadAcceleration&,
-                        const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::WriteAccelerationToRam& command,
-                        const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::ReadParameter& command,
-                        const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::WriteParameter& command,
-                        const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::ReadMaxTorque&, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::WriteMaxTorque& command,
-                        const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::ReadStoredSetting& command,
-                        const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::WriteStoredSetting& command,
-                        const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::SaveSettings& command,
-                        const Context& context);
+Reply execute(const Servo& servo, const protocol::ReadPid&, const Context& context);
+Reply execute(Servo& servo, const protocol::WritePidToRam& command, const Context& context);
+Reply execute(Servo& servo, const protocol::WritePidToRom& command, const Context& context);
+Reply execute(const Servo& servo, const protocol::ReadAcceleration&, const Context& context);
+Reply execute(Servo& servo, const protocol::WriteAccelerationToRam& command,
+              const Context& context);
+Reply execute(const Servo& servo, const protocol::ReadParameter& command, const Context& context);
+Reply execute(Servo& servo, const protocol::WriteParameter& command, const Context& context);
+Reply execute(const Servo& servo, const protocol::ReadMaxTorque&, const Context& context);
+Reply execute(Servo& servo, const protocol::WriteMaxTorque& command, const Context& context);
+Reply execute(const Servo& servo, const protocol::ReadStoredSetting& command,
+              const Context& context);
+Reply execute(Servo& servo, const protocol::WriteStoredSetting& command, const Context& context);
+Reply execute(Servo& servo, const protocol::SaveSettings& command, const Context& context);
 /// Passes the registers to loops and protections.
 void configure_loops(const Servo& servo, const Lane& lane);
 /// Applies a change of several RAM registers: to loops, protections and the command in force.
@@ -109,29 +96,21 @@ void apply_ram(Servo& servo, const Lane& lane);
 bool write_rom(Servo& servo, std::span<const RomParameter> parameters, const Registers& rom);
 
 // servo_serial.cpp: settings over RS-485, and the blocks of the vendor's tool.
-protocol::Reply execute(const Servo& servo, const protocol::ReadSetting& command,
-                        const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::WriteSettingToRam& command,
-                        const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::WriteSettingToRom& command,
-                        const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::Restore&, const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::Connect&, const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::Disconnect&, const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::ReadProduct&, const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::ReadDeviceType&,
-                        const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::ReadSettingsBlock&,
-                        const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::WriteSettingsBlock&, const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::ReadCalibration&,
-                        const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::WriteCalibration&,
-                        const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::AlignReducer&, const Context& context);
-protocol::Reply execute(Servo& servo, const protocol::RestoreSettings&, const Context& context);
-protocol::Reply execute(const Servo& servo, const protocol::RestoreCalibration&,
-                        const Context& context);
+Reply execute(const Servo& servo, const protocol::ReadSetting& command, const Context& context);
+Reply execute(Servo& servo, const protocol::WriteSettingToRam& command, const Context& context);
+Reply execute(Servo& servo, const protocol::WriteSettingToRom& command, const Context& context);
+Reply execute(const Servo& servo, const protocol::Restore&, const Context& context);
+Reply execute(const Servo& servo, const protocol::Connect&, const Context& context);
+Reply execute(const Servo& servo, const protocol::Disconnect&, const Context& context);
+Reply execute(const Servo& servo, const protocol::ReadProduct&, const Context& context);
+Reply execute(const Servo& servo, const protocol::ReadDeviceType&, const Context& context);
+Reply execute(const Servo& servo, const protocol::ReadSettingsBlock&, const Context& context);
+Reply execute(Servo& servo, const protocol::WriteSettingsBlock&, const Context& context);
+Reply execute(const Servo& servo, const protocol::ReadCalibration&, const Context& context);
+Reply execute(const Servo& servo, const protocol::WriteCalibration&, const Context& context);
+Reply execute(const Servo& servo, const protocol::AlignReducer&, const Context& context);
+Reply execute(Servo& servo, const protocol::RestoreSettings&, const Context& context);
+Reply execute(const Servo& servo, const protocol::RestoreCalibration&, const Context& context);
 
 // servo_faults.cpp: injected faults.
 /// Applies the faults to RAM after a start.

@@ -35,7 +35,7 @@ void set_gains(model::GainBytes& gains, const protocol::PidGains& bytes) {
 }
 
 /// Each number of a query is within the range in its row.
-bool is_within_ranges(const protocol::Query& query, const protocol::WireFormat& format) {
+bool is_within_ranges(const Query& query, const protocol::WireFormat& format) {
   const auto& info = protocol::info_of(query.command, format.dialect.framing);
   return std::ranges::all_of(info.query, [&](const protocol::Field& field) {
     if (!protocol::present(field, query.data, format)) return true;
