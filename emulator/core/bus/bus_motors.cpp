@@ -107,7 +107,8 @@ Advance advance_affected_motors_to(BusState& bus, SimTime t) {
     return advance_motors_to(bus, t);
   }
   const bool agenda_due = bus.agenda.next_due() && *bus.agenda.next_due() <= t;
-  const bool wire_due = bus.wire.next_due() && *bus.wire.next_due() <= t;
+  const std::optional<SimTime> wire_next = bus.wire.next_due();
+  const bool wire_due = wire_next && *wire_next <= t;
   const std::optional<SimTime> start = bus.wire.next_reply_start();
   const bool replies = start && *start <= t;
   // If the drive of an unfinished reply dies, a frame behind it may have had the wire by now.

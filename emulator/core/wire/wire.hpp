@@ -43,13 +43,13 @@ class Wire {
   bool host_queue_full() const {
     return (*this)([](auto& medium) { return medium.host_queue_full(); });
   }
-  std::optional<SimTime> next_due() const {
+  [[gnu::always_inline]] std::optional<SimTime> next_due() const {
     return (*this)([](auto& medium) { return medium.next_due(); });
   }
   std::optional<SimTime> next_reply_start() const {
     return (*this)([](auto& medium) { return medium.next_reply_start(); });
   }
-  WireCandidate next() const {
+  [[gnu::always_inline]] WireCandidate next() const {
     return (*this)([](auto& medium) { return medium.next(); });
   }
 
