@@ -161,7 +161,8 @@ void SerialWire::begin_next(std::uint32_t owner, SimTime free_at) {
 std::size_t SerialWire::block(std::uint32_t owner, SimTime now) {
   const auto own = sent_by(sending_, owner);
   if (own != sending_.end() && own->start >= now) {  // else it is completed
-    drives_.insert(drives_.begin(), own->what);      // it stays the first
+    drives_.push_back(own->what);
+    std::rotate(drives_.begin(), drives_.end() - 1, drives_.end());  // it stays the first
     sending_.erase(own);
   }
   std::size_t count = 0;
