@@ -151,21 +151,19 @@ DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel)
 DriveBank::DriveBank(std::span<const DriveOf> drives) : state_(std::make_unique<State>(drives)) {}
 DriveBank::DriveBank(const DriveBank& other) : state_(std::make_unique<State>(*other.state_)) {}
 DriveBank::DriveBank(DriveBank&& other) noexcept = default;
-DriveBank& DriveBank::operator=(const DriveBank& other) {
-  state_ = std::make_unique<State>(*other.state_);
+DriveBank& DriveBank::operator=(DriveBank other) noexcept {
+  state_ = std::move(other.state_);
   return *this;
 }
-DriveBank& DriveBank::operator=(DriveBank&& other) noexcept = default;
 DriveBank::~DriveBank() = default;
 
 std::size_t DriveBank::size() const { return state_->units.size(); }
 
-std::int64_t DriveBank::ticks(std::size_t drive) const {
-  return state_->with_block(drive,
-                            [](const auto& block, std::size_t lane) { return block.at[lane]; });
-}
-
-std::int64_t DriveBank::ticks() const {
+std::int64_t DriveBank::ticks(std::optional<std::size_t> one) const {
+  if (one) {
+    return state_->with_block(*one,
+                              [](const auto& block, std::size_t lane) { return block.at[lane]; });
+  }
   std::int64_t least = ticks(0);
   for (std::size_t drive = 1; drive < state_->units.size(); ++drive) {
     least = std::min(least, ticks(drive));
@@ -242,12 +240,9 @@ void DriveBank::State::die(std::size_t drive) {
 
 void DriveBank::State::restart(std::size_t drive) {
   Unit& unit = units[drive];
-  const double counts = with_block(drive, [](const auto& block, std::size_t lane) {
-    return lane_of(block.loop.encoder_counts, lane);
-  });
   unit.protection = {};
   settings_changed(unit.settings.protections, unit.protection);
-  unit.motion = motion_state_at(unit.motion_params, counts);
+  unit.motion = motion_state_at(unit.motion_params, with_block(drive, kCountsOf));
   unit.setpoint = Idle{};
 }
 
@@ -306,12 +301,13 @@ void DriveBank::advance(std::int64_t n_ticks) {
   }
 }
 
-bool DriveBank::advance_to_edge(std::int64_t until) {
+bool DriveBank::advance_to_edge(std::int64_t until, std::optional<std::size_t> only) {
+  if (only) return state_->advance_to_edge(until, *only);
   // Advances block by block over the whole time, so that each block stays in the cache. Drives do
   // not influence each other.
   bool edge = false;
   for (std::size_t drive = 0; drive < state_->units.size(); drive += state_->kernel.width) {
-    edge = advance_to_edge(until, drive) || edge;
+    edge = state_->advance_to_edge(until, drive) || edge;
   }
   return edge;
 }
@@ -337,17 +333,7 @@ bool DriveBank::State::advance_to_edge(std::int64_t until, std::size_t drive) {
   return edge;
 }
 
-bool DriveBank::advance_to_edge(std::int64_t until, std::size_t drive) {
-  return state_->advance_to_edge(until, drive);
-}
-
-const DriveParams& DriveBank::params(std::size_t drive) const {
-  return state_->units[drive].params;
-}
-bool DriveBank::connected(std::size_t drive) const { return state_->units[drive].connected; }
-const Setpoint& DriveBank::setpoint(std::size_t drive) const {
-  return state_->units[drive].setpoint;
-}
+const DriveInputs& DriveBank::inputs(std::size_t drive) const { return state_->units[drive]; }
 
 bool DriveBank::alive(std::size_t drive) const {
   return state_->units[drive].life.life == Life::kAlive;

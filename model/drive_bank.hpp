@@ -41,6 +41,15 @@ struct MountedShaft {
   double armature = 0.0;  // kg·m²: the flange, plus the rotor if the body sees both as one
 };
 
+/// A drive as its owner has set it up.
+struct DriveInputs {
+  DriveParams params;  // without the effect of faults
+  ControlSettings settings;
+  bool connected = true;
+  Setpoint setpoint = Idle{};  // in force: Off after a protection has tripped
+  Faults faults;
+};
+
 class DriveBank;
 
 /// Reference to a drive of a bank.
@@ -61,22 +70,19 @@ class DriveBank {
   explicit DriveBank(std::span<const DriveOf> drives);
   DriveBank(const DriveBank& other);
   DriveBank(DriveBank&& other) noexcept;
-  DriveBank& operator=(const DriveBank& other);
-  DriveBank& operator=(DriveBank&& other) noexcept;
+  DriveBank& operator=(DriveBank other) noexcept;
   ~DriveBank();
 
   std::size_t size() const;
-  /// Returns the number of ticks that all drives have completed; tick n happens at n/f_pwm.
-  std::int64_t ticks() const;
-  /// Returns the number of ticks that this drive has completed.
-  std::int64_t ticks(std::size_t drive) const;
+  /// Returns the number of ticks that this drive, or all drives, have completed; tick n happens at
+  /// n/f_pwm.
+  std::int64_t ticks(std::optional<std::size_t> drive = {}) const;
   void advance(std::int64_t n_ticks);
   /// Advances all drives to tick `until`. Returns true if a drive died or came alive before: that
   /// drive, and the drives computed with it, then stop after that tick. Call again to continue.
-  bool advance_to_edge(std::int64_t until);
-  /// As above, for this drive and the drives computed with it, which are always the same. Other
-  /// drives do not advance.
-  bool advance_to_edge(std::int64_t until, std::size_t drive);
+  /// With `only`, just this drive and the drives computed with it, which are always the same,
+  /// advance.
+  bool advance_to_edge(std::int64_t until, std::optional<std::size_t> only = {});
   /// Returns true if the controller has power and has booted.
   bool alive(std::size_t drive) const;
 
@@ -115,25 +121,17 @@ class DriveBank {
   /// Replaces all faults of the drive. The instant energy change (a reconnected coupling, a new
   /// inertia) counts as work of the load.
   void set_faults(std::size_t drive, const Faults& faults);
-  const Faults& faults(std::size_t drive) const;
   /// Returns true if the faults of `one`, without any others, have an effect on the drive now
   /// (criteria: docs/internals/model.md §14). They need not be active; effects that build up over
   /// time then do not count.
   bool takes_effect(std::size_t drive, const Faults& one) const;
 
-  // Last values set by the caller; params() excludes the effect of faults.
-  const DriveParams& params(std::size_t drive) const;
-  bool connected(std::size_t drive) const;
-  /// Returns the setpoint in force: Off after a protection has tripped.
-  const Setpoint& setpoint(std::size_t drive) const;
-
+  const DriveInputs& inputs(std::size_t drive) const;
   Telemetry telemetry(std::size_t drive) const;
   Truth truth(std::size_t drive) const;
   EnergyLedger energy(std::size_t drive) const;
 
  private:
-  /// Moves the shaft to the joint angle `theta`, at rest.
-  void put_at_rest(std::size_t drive, double theta);
   /// Defined in drive_bank_state.hpp, which only the sources of DriveBank include.
   struct State;
   std::unique_ptr<State> state_;

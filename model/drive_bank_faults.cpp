@@ -71,8 +71,6 @@ void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
   if (unit.mounted) unit.mount_offset += state_->joint(drive).theta - joint_before;
 }
 
-const Faults& DriveBank::faults(std::size_t drive) const { return state_->units[drive].faults; }
-
 bool DriveBank::takes_effect(std::size_t drive, const Faults& one) const {
   const State::Unit& unit = state_->units[drive];
   const bool alive = unit.life.life == Life::kAlive;

@@ -66,7 +66,13 @@ void DriveBank::mount(std::size_t drive, const Mount& mount) {
   unit.mounted = true;
   unit.mounted_stiff = mount.stiff;
   unit.params.load = {.J = mount.J, .tau = mount.tau};
-  if (mount.posed) put_at_rest(drive, mount.theta + unit.mount_offset);
+  if (mount.posed) {
+    turn_shaft(drive, mount.theta + unit.mount_offset - state_->joint(drive).theta);
+    state_->with_block(drive, [](auto& block, std::size_t lane) {
+      lane_of(block.plant.omega, lane) = 0.0;
+      lane_of(block.plant.omega_out, lane) = 0.0;
+    });
+  }
   const State::Joint joint = state_->joint(drive);
   const MechanicsParams mechanics = with_faults(unit.params, unit.faults).mechanics;
   state_->with_block(drive, [&](auto& block, std::size_t lane) {
@@ -84,14 +90,6 @@ void DriveBank::mount(std::size_t drive, const Mount& mount) {
     const double stored = stored_energy(get<PlantParams<double>>(p, lane),
                                         get<PlantState<double>>(block.plant, lane));
     lane_of(block.plant.p_load, lane) -= (stored - stored_before) * lane_of(p.f_s, lane);
-  });
-}
-
-void DriveBank::put_at_rest(std::size_t drive, double theta) {
-  turn_shaft(drive, theta - state_->joint(drive).theta);
-  state_->with_block(drive, [&](auto& block, std::size_t lane) {
-    lane_of(block.plant.omega, lane) = 0.0;
-    lane_of(block.plant.omega_out, lane) = 0.0;
   });
 }
 

@@ -20,22 +20,17 @@ namespace lk::model {
 
 struct DriveBank::State {
   /// The slow, scalar part of one drive.
-  struct Unit {
-    DriveParams params;
-    ControlSettings settings;
+  struct Unit : DriveInputs {
     MotionParams motion_params;
     MotionState motion;
     ProtectionState protection;
     LifeState life;
     BrakeState brake;
-    bool connected = true;
     double supply_drop = 0.0;  // V
     bool mounted = false;      // on a body; inertia faults do not scale its J
     bool mounted_stiff = false;
     double mount_offset = 0.0;  // rad: shaft angle minus body angle
-    Faults faults;
     bool slow_sensors_faulty = false;
-    Setpoint setpoint = Idle{};
     SlowSensors slow_sensors{};
     SlowMeasurement slow;
     std::uint64_t slow_noise = 1;

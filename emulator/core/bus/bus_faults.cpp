@@ -34,7 +34,7 @@ void apply_faults(BusState& bus, Node& node) {
   }
   const Lane motor = bus.lane(node);
   const model::Faults plant = plant_faults(bus.faults, node.servo.config, bus.time);
-  if (!(motor.bank.faults(motor.index) == plant)) motor.bank.set_faults(motor.index, plant);
+  if (!(motor.bank.inputs(motor.index).faults == plant)) motor.bank.set_faults(motor.index, plant);
 }
 
 void sample_fault(BusState& bus, LiveFault& live) {

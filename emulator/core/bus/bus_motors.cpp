@@ -202,14 +202,15 @@ DriveConditions BusState::drive_conditions(int id) const {
   const MotorLocation& location = nodes.of(id).motor;
   const model::DriveBank& bank = motors.bank(location);
   const std::size_t index = motors.index(location);
-  const model::DriveParams& params = bank.params(index);
-  return {bank.connected(index), params.supply.v_source, params.thermal.temp_ambient, params.load};
+  const model::DriveInputs& inputs = bank.inputs(index);
+  const model::DriveParams& params = inputs.params;
+  return {inputs.connected, params.supply.v_source, params.thermal.temp_ambient, params.load};
 }
 
 model::Setpoint BusState::setpoint(int id) const {
   assert(settled());
   const MotorLocation& location = nodes.of(id).motor;
-  return motors.bank(location).setpoint(motors.index(location));
+  return motors.bank(location).inputs(motors.index(location)).setpoint;
 }
 
 }  // namespace lk::emulator
