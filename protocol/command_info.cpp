@@ -4,33 +4,24 @@
 
 #include "protocol/command_table.hpp"
 #include "protocol/field_values.hpp"
-#include "protocol/serial_table.hpp"
+#include "protocol/row_codec.hpp"
 
 namespace lk::protocol {
 namespace {
 
-/// Returns the fields of a list of rows, without their members.
-template <const auto& kRows, bool kOfQuery, std::size_t kPlace>
-constexpr auto fields() {
-  constexpr const auto& rows = []() -> const auto& {
-    if constexpr (kOfQuery) {
-      return at<kPlace>(kRows).query;
-    } else {
-      return at<kPlace>(kRows).reply;
-    }
-  }
-  ();
-  return [&]<std::size_t... N>(std::index_sequence<N...>) {
-    return std::array<Field, sizeof...(N)>{at<N>(rows).field...};
-  }
-  (std::make_index_sequence<std::remove_cvref_t<decltype(rows)>::kSize>{});
+/// The fields of a query or reply, without their members.
+template <const auto& kRows, row_codec::Side kSide, std::size_t kPlace>
+constexpr auto kFields = []<std::size_t... N>(std::index_sequence<N...>) {
+  return std::array<Field, sizeof...(N)>{
+      at<N>(row_codec::field_rows<kRows, kPlace, kSide>()).field...};
 }
-template <const auto& kRows, bool kOfQuery, std::size_t kPlace>
-constexpr auto kFields = fields<kRows, kOfQuery, kPlace>();
+(std::make_index_sequence<
+    std::remove_cvref_t<decltype(row_codec::field_rows<kRows, kPlace, kSide>())>::kSize>{});
 
 template <const auto& kRows, std::size_t kPlace>
 constexpr CommandInfo info() {
-  using Row = std::remove_cvref_t<decltype(at<kPlace>(kRows))>;
+  using row_codec::Side;
+  using Row = row_codec::RowAt<kRows, kPlace>;
   using Query = typename Row::QueryType;
   CommandInfo info{at<kPlace>(kRows).traits};
   if constexpr (requires { Query::kOpcode; }) {
@@ -40,32 +31,31 @@ constexpr CommandInfo info() {
   }
   info.echoed = std::is_same_v<typename Row::ReplyType, Echo>;
   info.answered = !std::is_same_v<typename Row::ReplyType, NoReply>;
-  info.query = kFields<kRows, true, kPlace>;
-  info.reply = info.echoed ? info.query : std::span<const Field>(kFields<kRows, false, kPlace>);
+  info.query = kFields<kRows, Side::kQuery, kPlace>;
+  info.reply =
+      info.echoed ? info.query : std::span<const Field>(kFields<kRows, Side::kReply, kPlace>);
   return info;
 }
 
-template <const auto& kRows, std::size_t... kPlaces>
-constexpr auto infos(std::index_sequence<kPlaces...>) {
+template <const auto& kRows>
+constexpr auto kInfos = []<std::size_t... kPlaces>(std::index_sequence<kPlaces...>) {
   return std::array{info<kRows, kPlaces>()...};
 }
-template <const auto& kRows>
-constexpr auto kInfos =
-    infos<kRows>(std::make_index_sequence<std::remove_cvref_t<decltype(kRows)>::kSize>{});
+(std::make_index_sequence<row_codec::kCount<kRows>>{});
 
 constexpr const auto& kCommands = kInfos<kCommandRows>;
 constexpr const auto& kMultiDriveCommands = kInfos<kMultiDriveRows>;
 constexpr const auto& kSerialCommands = kInfos<kSerialRows>;
 constexpr const auto& kSerialMultiDriveCommands = kInfos<kSerialMultiDriveRows>;
-static_assert(std::ranges::adjacent_find(kCommands, std::ranges::greater_equal{},
-                                         &CommandInfo::opcode) == kCommands.end(),
-              "command bytes ascend, so each stands once");
-static_assert(std::ranges::adjacent_find(kSerialCommands, std::ranges::greater_equal{},
-                                         &CommandInfo::opcode) == kSerialCommands.end(),
-              "command bytes ascend, so each stands once");
-static_assert(std::ranges::adjacent_find(kMultiDriveCommands, std::ranges::greater_equal{},
-                                         &CommandInfo::identifier) == kMultiDriveCommands.end(),
-              "identifiers ascend, so each stands once");
+
+template <class Code>
+constexpr bool ascends(std::span<const CommandInfo> infos, Code CommandInfo::*code) {
+  return std::ranges::adjacent_find(infos, std::ranges::greater_equal{}, code) == infos.end();
+}
+static_assert(ascends(kCommands, &CommandInfo::opcode) &&
+                  ascends(kSerialCommands, &CommandInfo::opcode) &&
+                  ascends(kMultiDriveCommands, &CommandInfo::identifier),
+              "codes ascend, so each stands once");
 
 /// Index of the command of a byte; 0xFF: none.
 template <const auto& kInfo>

@@ -14,26 +14,12 @@
 namespace lk::protocol {
 
 /// Restarts the drive, without a reply.
-struct Restart {
-  static constexpr Opcode kOpcode{0x07};
-  bool operator==(const Restart&) const = default;
-};
+struct Restart : NoFields<0x07> {};
 
 /// Turns the shaft back and forth to measure the angle between encoder and windings.
-struct Calibrate {
-  static constexpr Opcode kOpcode{0x18};
-  bool operator==(const Calibrate&) const = default;
-};
-
-struct WriteZeroToRom {
-  static constexpr Opcode kOpcode{0x19};
-  bool operator==(const WriteZeroToRom&) const = default;
-};
-
-struct ReadPid {
-  static constexpr Opcode kOpcode{0x30};
-  bool operator==(const ReadPid&) const = default;
-};
+struct Calibrate : NoFields<0x18> {};
+struct WriteZeroToRom : NoFields<0x19> {};
+struct ReadPid : NoFields<0x30> {};
 
 struct WritePidToRam {
   static constexpr Opcode kOpcode{0x31};
@@ -47,10 +33,7 @@ struct WritePidToRom {
   bool operator==(const WritePidToRom&) const = default;
 };
 
-struct ReadAcceleration {
-  static constexpr Opcode kOpcode{0x33};
-  bool operator==(const ReadAcceleration&) const = default;
-};
+struct ReadAcceleration : NoFields<0x33> {};
 
 struct WriteAccelerationToRam {
   static constexpr Opcode kOpcode{0x34};
@@ -58,10 +41,7 @@ struct WriteAccelerationToRam {
   bool operator==(const WriteAccelerationToRam&) const = default;
 };
 
-struct ReadMaxTorque {
-  static constexpr Opcode kOpcode{0x37};
-  bool operator==(const ReadMaxTorque&) const = default;
-};
+struct ReadMaxTorque : NoFields<0x37> {};
 
 struct WriteMaxTorque {
   static constexpr Opcode kOpcode{0x38};
@@ -93,20 +73,9 @@ struct SaveSettings {
   bool operator==(const SaveSettings&) const = default;
 };
 
-struct Off {
-  static constexpr Opcode kOpcode{0x80};
-  bool operator==(const Off&) const = default;
-};
-
-struct Stop {
-  static constexpr Opcode kOpcode{0x81};
-  bool operator==(const Stop&) const = default;
-};
-
-struct Run {
-  static constexpr Opcode kOpcode{0x88};
-  bool operator==(const Run&) const = default;
-};
+struct Off : NoFields<0x80> {};
+struct Stop : NoFields<0x81> {};
+struct Run : NoFields<0x88> {};
 
 // Actions of 0x8C. The decoder passes the byte on, because the drive checks it.
 inline constexpr std::uint8_t kBrakeEngage = 0x00;
@@ -135,15 +104,8 @@ struct WriteOffsetToRom {
   bool operator==(const WriteOffsetToRom&) const = default;
 };
 
-struct ReadMultiTurnAngle {
-  static constexpr Opcode kOpcode{0x92};
-  bool operator==(const ReadMultiTurnAngle&) const = default;
-};
-
-struct ReadSingleTurnAngle {
-  static constexpr Opcode kOpcode{0x94};
-  bool operator==(const ReadSingleTurnAngle&) const = default;
-};
+struct ReadMultiTurnAngle : NoFields<0x92> {};
+struct ReadSingleTurnAngle : NoFields<0x94> {};
 
 struct ClearAngle {
   static constexpr Opcode kOpcode{0x95};
@@ -151,25 +113,10 @@ struct ClearAngle {
   bool operator==(const ClearAngle&) const = default;
 };
 
-struct ReadState1 {
-  static constexpr Opcode kOpcode{0x9A};
-  bool operator==(const ReadState1&) const = default;
-};
-
-struct ClearErrors {
-  static constexpr Opcode kOpcode{0x9B};
-  bool operator==(const ClearErrors&) const = default;
-};
-
-struct ReadState2 {
-  static constexpr Opcode kOpcode{0x9C};
-  bool operator==(const ReadState2&) const = default;
-};
-
-struct ReadState3 {
-  static constexpr Opcode kOpcode{0x9D};
-  bool operator==(const ReadState3&) const = default;
-};
+struct ReadState1 : NoFields<0x9A> {};
+struct ClearErrors : NoFields<0x9B> {};
+struct ReadState2 : NoFields<0x9C> {};
+struct ReadState3 : NoFields<0x9D> {};
 
 struct OpenLoop {
   static constexpr Opcode kOpcode{0xA0};

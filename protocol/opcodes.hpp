@@ -35,4 +35,11 @@ inline constexpr std::uint8_t kNoCommand = 0x00;
 /// DATA[0] of a query to a single drive. Each command defines it, e.g. Torque::kOpcode.
 enum class Opcode : std::uint8_t {};
 
+/// Base of queries that consist of DATA[0] only.
+template <std::uint8_t kByte>
+struct NoFields {
+  static constexpr Opcode kOpcode{kByte};
+  bool operator==(const NoFields&) const = default;
+};
+
 }  // namespace lk::protocol

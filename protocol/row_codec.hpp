@@ -142,32 +142,4 @@ std::uint8_t write_fields(Payload& data, const Owner& owner, const WireFormat& f
   return size;
 }
 
-template <const auto& kRows>
-constexpr std::size_t kCount = std::remove_cvref_t<decltype(kRows)>::kSize;
-template <const auto& kRows, std::size_t kPlace>
-using RowAt = std::remove_cvref_t<decltype(at<kPlace>(kRows))>;
-
-/// Returns the index of the first command with this type of reply; kCount if there is none.
-template <const auto& kRows, class Kind, std::size_t N = 0>
-constexpr std::size_t reply_place() {
-  if constexpr (N == kCount<kRows>) {  // NOLINT(bugprone-branch-clone): there is no row N then
-    return N;
-  } else if constexpr (std::is_same_v<typename RowAt<kRows, N>::ReplyType, Kind>) {
-    return N;
-  } else {
-    return reply_place<kRows, Kind, N + 1>();
-  }
-}
-/// Returns the index of a type of query; kCount if there is none.
-template <const auto& kRows, class Kind, std::size_t N = 0>
-constexpr std::size_t query_place() {
-  if constexpr (N == kCount<kRows>) {  // NOLINT(bugprone-branch-clone): there is no row N then
-    return N;
-  } else if constexpr (std::is_same_v<typename RowAt<kRows, N>::QueryType, Kind>) {
-    return N;
-  } else {
-    return query_place<kRows, Kind, N + 1>();
-  }
-}
-
 }  // namespace lk::protocol::row_codec

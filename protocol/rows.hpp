@@ -4,6 +4,7 @@
 /// including file a second of compile time.
 
 #include <cstddef>
+#include <type_traits>
 #include <utility>
 
 namespace lk::protocol {
@@ -41,4 +42,37 @@ constexpr auto joined(const First& first, const Second& second) {
   (std::make_index_sequence<First::kSize>{}, std::make_index_sequence<Second::kSize>{});
 }
 
+namespace row_codec {
+
+template <const auto& kRows>
+constexpr std::size_t kCount = std::remove_cvref_t<decltype(kRows)>::kSize;
+template <const auto& kRows, std::size_t kPlace>
+using RowAt = std::remove_cvref_t<decltype(at<kPlace>(kRows))>;
+
+template <class Row>
+using QueryOf = typename Row::QueryType;
+template <class Row>
+using ReplyOf = typename Row::ReplyType;
+
+/// Returns the index of the first row whose `TypeOf` is `Kind`; kCount if there is none.
+template <const auto& kRows, template <class> class TypeOf, class Kind>
+constexpr std::size_t place() {
+  return []<std::size_t... N>(std::index_sequence<N...>) {
+    std::size_t place = kCount<kRows>;
+    static_cast<void>(
+        ((std::is_same_v<TypeOf<RowAt<kRows, N>>, Kind> && (place = N, true)) || ...));
+    return place;
+  }
+  (std::make_index_sequence<kCount<kRows>>{});
+}
+template <const auto& kRows, class Kind>
+constexpr std::size_t query_place() {
+  return place<kRows, QueryOf, Kind>();
+}
+template <const auto& kRows, class Kind>
+constexpr std::size_t reply_place() {
+  return place<kRows, ReplyOf, Kind>();
+}
+
+}  // namespace row_codec
 }  // namespace lk::protocol

@@ -48,30 +48,11 @@ struct WriteSettingToRom {
   bool operator==(const WriteSettingToRom&) const = default;
 };
 
-struct Restore {
-  static constexpr Opcode kOpcode{0x89};
-  bool operator==(const Restore&) const = default;
-};
-
-struct ClearTurns {
-  static constexpr Opcode kOpcode{0x93};
-  bool operator==(const ClearTurns&) const = default;
-};
-
-struct Connect {
-  static constexpr Opcode kOpcode{0x10};
-  bool operator==(const Connect&) const = default;
-};
-
-struct Disconnect {
-  static constexpr Opcode kOpcode{0x11};
-  bool operator==(const Disconnect&) const = default;
-};
-
-struct ReadProduct {
-  static constexpr Opcode kOpcode{0x12};
-  bool operator==(const ReadProduct&) const = default;
-};
+struct Restore : NoFields<0x89> {};
+struct ClearTurns : NoFields<0x93> {};
+struct Connect : NoFields<0x10> {};
+struct Disconnect : NoFields<0x11> {};
+struct ReadProduct : NoFields<0x12> {};
 
 // Sizes of the tool's blocks; contents: emulator/core/servo/tool_blocks.hpp. A write query carries
 // its block in Query::data.
@@ -79,44 +60,13 @@ inline constexpr std::uint8_t kSettingsBytes = 104;
 inline constexpr std::uint8_t kCalibrationBytes = 28;         // MS, MF, MH
 inline constexpr std::uint8_t kGearedCalibrationBytes = 108;  // MG
 
-struct ReadSettingsBlock {
-  static constexpr Opcode kOpcode{0x14};
-  bool operator==(const ReadSettingsBlock&) const = default;
-};
-
-struct WriteSettingsBlock {
-  static constexpr Opcode kOpcode{0x15};
-  bool operator==(const WriteSettingsBlock&) const = default;
-};
-
-struct ReadCalibration {
-  static constexpr Opcode kOpcode{0x16};
-  bool operator==(const ReadCalibration&) const = default;
-};
-
-struct WriteCalibration {
-  static constexpr Opcode kOpcode{0x17};
-  bool operator==(const WriteCalibration&) const = default;
-};
-
-struct ReadDeviceType {
-  static constexpr Opcode kOpcode{0x1F};
-  bool operator==(const ReadDeviceType&) const = default;
-};
-
-struct AlignReducer {
-  static constexpr Opcode kOpcode{0x20};
-  bool operator==(const AlignReducer&) const = default;
-};
-
-struct RestoreSettings {
-  static constexpr Opcode kOpcode{0x48};
-  bool operator==(const RestoreSettings&) const = default;
-};
-
-struct RestoreCalibration {
-  static constexpr Opcode kOpcode{0x4A};
-  bool operator==(const RestoreCalibration&) const = default;
-};
+struct ReadSettingsBlock : NoFields<0x14> {};
+struct WriteSettingsBlock : NoFields<0x15> {};
+struct ReadCalibration : NoFields<0x16> {};
+struct WriteCalibration : NoFields<0x17> {};
+struct ReadDeviceType : NoFields<0x1F> {};
+struct AlignReducer : NoFields<0x20> {};
+struct RestoreSettings : NoFields<0x48> {};
+struct RestoreCalibration : NoFields<0x4A> {};
 
 }  // namespace lk::protocol

@@ -33,14 +33,9 @@ constexpr auto filled(RowList<Places, Rows...> fields, std::uint8_t end) {
 }
 
 /// Returns the row of the command on CAN.
-template <class Query, std::size_t N = 0>
+template <class Query>
 constexpr const auto& can_row() {
-  using Row = std::remove_cvref_t<decltype(at<N>(kCommandRows))>;
-  if constexpr (std::is_same_v<typename Row::QueryType, Query>) {
-    return at<N>(kCommandRows);
-  } else {
-    return can_row<Query, N + 1>();
-  }
+  return at<row_codec::query_place<kCommandRows, Query>()>(kCommandRows);
 }
 
 /// Returns the command as on CAN, with its fields moved.

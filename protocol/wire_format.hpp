@@ -87,24 +87,18 @@ inline constexpr Dialect kV235Dialect{
     .iq_command_limit_lsb = 2048,
     .iq_scale = CurrentScale::kSeries,
 };
-inline constexpr Dialect kV236Dialect{
-    .state_1 = State1Layout::kCentiVoltAndBusCurrent,
-    .wide_single_turn = true,
-    .wide_single_turn_target = true,
-    .pid_commands = false,
-    .offset_command = false,
-    .clear_angle = ClearAngleMeaning::kSetsAngle,
-    .open_loop_command = true,
-    .speed_iq_limit = true,
-    .brake_command = true,
-    .parameter_commands = true,
-    .multi_drive_more = true,
-    .max_torque_commands = false,
-    .all_error_bits = true,
-    .iq_command_limit_lsb = 2048,
-    .iq_scale = CurrentScale::kSeries,
-    .phase_current_scale = CurrentScale::kSeries,
-};
+inline constexpr Dialect kV236Dialect = [] {
+  Dialect dialect = kV235Dialect;
+  dialect.state_1 = State1Layout::kCentiVoltAndBusCurrent;
+  dialect.offset_command = false;
+  dialect.clear_angle = ClearAngleMeaning::kSetsAngle;
+  dialect.speed_iq_limit = true;
+  dialect.brake_command = true;
+  dialect.parameter_commands = true;
+  dialect.multi_drive_more = true;
+  dialect.phase_current_scale = CurrentScale::kSeries;
+  return dialect;
+}();
 inline constexpr Dialect kV236bDialect = [] {
   Dialect dialect = kV236Dialect;
   dialect.clear_angle = ClearAngleMeaning::kZero;
@@ -128,18 +122,12 @@ inline constexpr Dialect kM23Dialect{
     .open_loop_limit_permille = 1000,
     .product_info_bytes = 42,
 };
-inline constexpr Dialect kLateM23Dialect{
-    .framing = Framing::kSerial,
-    .wide_single_turn = true,
-    .open_loop_command = true,
-    .multi_drive_more = true,
-    .iq_command_limit_lsb = 2048,
-    .iq_scale = CurrentScale::kSeries,
-    .zero_ram_command = false,
-    .zero_answered = false,
-    .open_loop_limit_permille = 1000,
-    .product_info_bytes = 42,
-};
+inline constexpr Dialect kLateM23Dialect = [] {
+  Dialect dialect = kM23Dialect;
+  dialect.iq_command_limit_lsb = 2048;
+  dialect.iq_scale = CurrentScale::kSeries;
+  return dialect;
+}();
 inline constexpr Dialect kM35Dialect{
     .framing = Framing::kSerial,
     .state_1 = State1Layout::kCentiVoltAndBusCurrent,
@@ -159,28 +147,17 @@ inline constexpr Dialect kM35Dialect{
     .phase_current_scale = CurrentScale::kSeries,
     .clear_turns_command = true,
 };
-inline constexpr Dialect kM36Dialect{
-    .framing = Framing::kSerial,
-    .state_1 = State1Layout::kCentiVoltAndBusCurrent,
-    .wide_single_turn = true,
-    .wide_single_turn_target = true,
-    .pid_commands = false,
-    .offset_command = false,
-    .clear_angle = ClearAngleMeaning::kSetsAngle,
-    .open_loop_command = true,
-    .speed_iq_limit = true,
-    .brake_command = true,
-    .parameter_commands = true,
-    .parameter_ranges = true,
-    .multi_drive_more = true,
-    .max_torque_commands = false,
-    .all_error_bits = true,
-    .iq_command_limit_lsb = 2048,
-    .iq_scale = CurrentScale::kSeries,
-    .phase_current_scale = CurrentScale::kSeries,
-    .zero_ram_len = 7,
-    .typed_encoder = true,
-};
+inline constexpr Dialect kM36Dialect = [] {
+  Dialect dialect = kM35Dialect;
+  dialect.speed_iq_limit = true;
+  dialect.parameter_commands = true;
+  dialect.parameter_ranges = true;
+  dialect.setting_commands = false;
+  dialect.clear_turns_command = false;
+  dialect.zero_ram_len = 7;
+  dialect.typed_encoder = true;
+  return dialect;
+}();
 /// The second print of V2.36 has no RS-485 part. Assumed: its commands in the packets of the first.
 inline constexpr Dialect kM36bDialect = [] {
   Dialect dialect = kM36Dialect;
