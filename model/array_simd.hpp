@@ -8,6 +8,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <functional>
 
 // NOLINTBEGIN(readability-identifier-naming): the standard's
 namespace lk::model::array_simd {
@@ -16,6 +17,12 @@ template <std::size_t n>
 struct Elements {
   static constexpr std::size_t kSize = n;
 };
+
+/// Returns the vector or mask whose element n is `act` of the elements n of `of`.
+template <class Result, class Act, class... Of>
+Result each(const Act& act, const Of&... of) {
+  return Result([&](std::size_t n) { return act(of[n]...); });
+}
 
 struct vector_aligned_tag {};
 inline constexpr vector_aligned_tag vector_aligned;
@@ -33,10 +40,10 @@ class simd_mask {
   }
   bool operator[](std::size_t n) const { return set_[n]; }
   friend simd_mask operator&&(const simd_mask& a, const simd_mask& b) {
-    return simd_mask([&](std::size_t n) { return a[n] && b[n]; });
+    return each<simd_mask>(std::logical_and(), a, b);
   }
   friend simd_mask operator||(const simd_mask& a, const simd_mask& b) {
-    return simd_mask([&](std::size_t n) { return a[n] || b[n]; });
+    return each<simd_mask>(std::logical_or(), a, b);
   }
 
  private:
@@ -73,30 +80,16 @@ class simd {
 
   simd& operator+=(const simd& b) { return *this = *this + b; }
   simd& operator^=(const simd& b) { return *this = *this ^ b; }
-  friend simd operator-(const simd& a) {
-    return simd([&](std::size_t n) { return -a[n]; });
-  }
-  friend simd operator+(const simd& a, const simd& b) {
-    return simd([&](std::size_t n) { return a[n] + b[n]; });
-  }
-  friend simd operator-(const simd& a, const simd& b) {
-    return simd([&](std::size_t n) { return a[n] - b[n]; });
-  }
+  friend simd operator-(const simd& a) { return each<simd>(std::negate(), a); }
+  friend simd operator+(const simd& a, const simd& b) { return each<simd>(std::plus(), a, b); }
+  friend simd operator-(const simd& a, const simd& b) { return each<simd>(std::minus(), a, b); }
   friend simd operator*(const simd& a, const simd& b) {
-    return simd([&](std::size_t n) { return a[n] * b[n]; });
+    return each<simd>(std::multiplies(), a, b);
   }
-  friend simd operator/(const simd& a, const simd& b) {
-    return simd([&](std::size_t n) { return a[n] / b[n]; });
-  }
-  friend simd operator&(const simd& a, const simd& b) {
-    return simd([&](std::size_t n) { return a[n] & b[n]; });
-  }
-  friend simd operator|(const simd& a, const simd& b) {
-    return simd([&](std::size_t n) { return a[n] | b[n]; });
-  }
-  friend simd operator^(const simd& a, const simd& b) {
-    return simd([&](std::size_t n) { return a[n] ^ b[n]; });
-  }
+  friend simd operator/(const simd& a, const simd& b) { return each<simd>(std::divides(), a, b); }
+  friend simd operator&(const simd& a, const simd& b) { return each<simd>(std::bit_and(), a, b); }
+  friend simd operator|(const simd& a, const simd& b) { return each<simd>(std::bit_or(), a, b); }
+  friend simd operator^(const simd& a, const simd& b) { return each<simd>(std::bit_xor(), a, b); }
   friend simd operator<<(const simd& a, int bits) {
     return simd([&](std::size_t n) { return a[n] << bits; });
   }
@@ -104,16 +97,16 @@ class simd {
     return simd([&](std::size_t n) { return a[n] >> bits; });
   }
   friend mask_type operator<(const simd& a, const simd& b) {
-    return mask_type([&](std::size_t n) { return a[n] < b[n]; });
+    return each<mask_type>(std::less(), a, b);
   }
   friend mask_type operator>(const simd& a, const simd& b) {
-    return mask_type([&](std::size_t n) { return a[n] > b[n]; });
+    return each<mask_type>(std::greater(), a, b);
   }
   friend mask_type operator==(const simd& a, const simd& b) {
-    return mask_type([&](std::size_t n) { return a[n] == b[n]; });
+    return each<mask_type>(std::equal_to(), a, b);
   }
   friend mask_type operator!=(const simd& a, const simd& b) {
-    return mask_type([&](std::size_t n) { return a[n] != b[n]; });
+    return each<mask_type>(std::not_equal_to(), a, b);
   }
 
  private:
