@@ -3,14 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <set>
 #include <string_view>
 
-#include "protocol/codec.hpp"
-#include "tests/support/frames.hpp"
-#include "tests/support/sweep.hpp"
+#include "tests/protocol/golden.hpp"
 
 namespace lk::protocol {
 namespace dialect_test {
@@ -49,7 +45,7 @@ Bytes expected_of(std::string_view generation) {
 }
 
 // Covers every byte, every generation, every series.
-TEST(Dialect, EachKnowsItsCommandsAndNoOthers) {
+TEST(Dialect, KnowsOnlyItsCommands) {
   for (const GenerationRow& preset : kGenerationRows) {
     for (const Series series : kAllOfSeries) {
       Bytes expected = expected_of(preset.name);
@@ -69,7 +65,7 @@ TEST(Dialect, EachKnowsItsCommandsAndNoOthers) {
   }
 }
 
-TEST(Dialect, EachKnowsItsIdentifiersForSeveral) {
+TEST(Dialect, KnowsOnlyItsMultiDriveIdentifiers) {
   for (const GenerationRow& preset : kGenerationRows) {
     for (const Series series : kAllOfSeries) {
       for (std::uint32_t id = 0x200; id < 0x300; ++id) {
@@ -85,7 +81,7 @@ TEST(Dialect, EachKnowsItsIdentifiersForSeveral) {
   }
 }
 
-TEST(Dialect, SwitchesStandAlone) {
+TEST(Dialect, SwitchesAreIndependent) {
   const auto answered = [](const Dialect& dialect, const char* text) {
     return std::holds_alternative<Query>(
         decode_query(frame(text), wire_format(dialect, Series::kMf)));
@@ -151,7 +147,7 @@ const GoldenQuery kQueries[] = {
     {"288#9A009C00920000 00", kMultiDrive, MultiCommand{{0x9A, 0x9C, 0x92, 0}}},
 };
 
-TEST(Dialect, RepliesToWhatADriveDoesNotKnowAreNone) {
+TEST(Dialect, RejectsRepliesToUnknownCommands) {
   const auto reject = [](const char* text, const WireFormat& format) {
     const auto decoded = decode_reply(frame(text), format);
     const auto* reason = std::get_if<Reject>(&decoded);
@@ -167,7 +163,7 @@ TEST(Dialect, RepliesToWhatADriveDoesNotKnowAreNone) {
   EXPECT_EQ(reject("141#C00A000000000000", kMgV236), std::nullopt);
 }
 
-TEST(Dialect, WhatIsInNoTableNobodyKnows) {
+TEST(Dialect, NoDriveKnowsCommandsOutsideTheTables) {
   for (const WireFormat& format : {kLegacyFormat, kMgV236, kMsV236}) {
     for (unsigned byte = 0; byte < 256; ++byte) {
       const auto opcode = static_cast<std::uint8_t>(byte);
@@ -181,16 +177,7 @@ TEST(Dialect, WhatIsInNoTableNobodyKnows) {
   }
 }
 
-TEST(Dialect, GoldenQueriesBothDirections) {
-  for (const auto& golden : kQueries) {
-    EXPECT_EQ(encode_query(golden.id, golden.command, kMgV236), frame(golden.text));
-    const auto result = decode_query(frame(golden.text), kMgV236);
-    const auto* query = std::get_if<Query>(&result);
-    ASSERT_NE(query, nullptr) << golden.text;
-    EXPECT_EQ(query->id, golden.id) << golden.text;
-    EXPECT_EQ(query->command, golden.command) << golden.text;
-  }
-}
+TEST(Dialect, GoldenQueriesBothDirections) { expect_queries(kQueries, kMgV236); }
 
 /// Commands that the first print lacks.
 const GoldenQuery kSecondPrint[] = {
@@ -204,14 +191,9 @@ const GoldenQuery kSecondPrint[] = {
     {"147#1800000000000000", 7, Calibrate{}},
 };
 
-TEST(Dialect, QueriesOfTheSecondPrintBothDirections) {
-  for (const auto& golden : kSecondPrint) {
-    EXPECT_EQ(encode_query(golden.id, golden.command, kMgV236b), frame(golden.text));
-    const auto result = decode_query(frame(golden.text), kMgV236b);
-    const auto* query = std::get_if<Query>(&result);
-    ASSERT_NE(query, nullptr) << golden.text;
-    EXPECT_EQ(query->id, golden.id);
-    EXPECT_EQ(query->command, golden.command) << golden.text;
+TEST(Dialect, OnlyTheSecondPrintHasItsQueries) {
+  expect_queries(kSecondPrint, kMgV236b);
+  for (const GoldenQuery& golden : kSecondPrint) {
     const auto first = decode_query(frame(golden.text), kMgV236);
     EXPECT_EQ(std::get<Reject>(first), Reject::kUnknownCommand) << golden.text;
   }
@@ -274,17 +256,7 @@ const GoldenReply kReplies[] = {
     {"141#190000000000A200", kMgV236, ZeroWritten{162}},
 };
 
-TEST(Dialect, GoldenRepliesBothDirections) {
-  for (const auto& golden : kReplies) {
-    EXPECT_EQ(encode_reply(1, golden.reply, golden.format), frame(golden.text));
-    const auto result = decode_reply(frame(golden.text), golden.format);
-    const auto* reply = std::get_if<ReplyFrame>(&result);
-    ASSERT_NE(reply, nullptr) << golden.text;
-    EXPECT_EQ(reply->id, 1);
-    EXPECT_EQ(reply->reply.index(), golden.reply.index()) << golden.text;
-    EXPECT_EQ(encode_reply(1, reply->reply, golden.format), frame(golden.text));
-  }
-}
+TEST(Dialect, GoldenRepliesBothDirections) { expect_replies(kReplies); }
 
 TEST(Dialect, DecodesValues) {
   const auto state_1 = std::get<State1>(
@@ -323,71 +295,38 @@ TEST(Dialect, CurrentScaleFollowsTheSeries) {
 
 TEST(Dialect, EveryIqCommand) {
   for (const WireFormat& format : {kMgV236, kMfV236}) {
-    for (const int n : test::sweep(-32768, 32767, {-2048, 2048})) {
-      Frame query = frame("141#A100000000000000");
-      put_le(query.data, 4, static_cast<std::int16_t>(n));
-      const auto torque = std::get<Torque>(std::get<Query>(decode_query(query, format)).command);
-      const int held = std::clamp(n, -2048, 2048);
-      ASSERT_NEAR(torque.iq_A, held * format.iq_command_lsb_A, 1e-12);
-      put_le(query.data, 4, static_cast<std::int16_t>(held));
-      ASSERT_EQ(encode_query(1, torque, format), query);
-
-      query = frame("141#A200000010270000");
-      put_le(query.data, 2, static_cast<std::int16_t>(n));
-      const auto speed = std::get<Speed>(std::get<Query>(decode_query(query, format)).command);
-      const int limit = std::clamp(n, 0, 2048);  // a negative limit counts as 0
-      ASSERT_NEAR(speed.iq_limit_A, limit * format.iq_command_lsb_A, 1e-12);
-      ASSERT_NEAR(speed.speed_dps, 100, 1e-12);
-      put_le(query.data, 2, static_cast<std::int16_t>(limit));
-      ASSERT_EQ(encode_query(1, speed, format), query);
-    }
+    expect_clamped<Torque>({"141#A100000000000000", 4, -2048, 2048, format},
+                           format.iq_command_lsb_A,
+                           [](const Torque& torque) { return torque.iq_A; });
+    // A negative limit counts as 0.
+    expect_clamped<Speed>({"141#A200000010270000", 2, 0, 2048, format}, format.iq_command_lsb_A,
+                          [](const Speed& speed) { return speed.iq_limit_A; });
   }
 }
 
 TEST(Dialect, EveryOpenLoopPower) {
-  for (const int n : test::sweep(-32768, 32767, {-850, 850})) {
-    Frame query = frame("141#A000000000000000");
-    put_le(query.data, 4, static_cast<std::int16_t>(n));
-    const auto command = std::get<OpenLoop>(std::get<Query>(decode_query(query, kMsV236)).command);
-    const int held = std::clamp(n, -850, 850);
-    ASSERT_EQ(command.power_permille, held);
-    put_le(query.data, 4, static_cast<std::int16_t>(held));
-    ASSERT_EQ(encode_query(1, command, kMsV236), query);
-  }
+  expect_clamped<OpenLoop>({"141#A000000000000000", 4, -850, 850, kMsV236}, 1,
+                           [](const OpenLoop& open_loop) { return open_loop.power_permille; });
 }
 
 TEST(Dialect, EverySixteenBitField) {
-  struct Field {
-    const char* text;
-    std::size_t at;
-    int lowest, highest;
-    WireFormat format;
-  };
-  for (const Field& field : {
-           Field{"141#9A00000000000000", 2, 0, 65535, kMfV235},
-           Field{"141#9A00000000000000", 2, 0, 65535, kMgV236},
-           Field{"141#9B00000000001000", 4, 0, 65535, kMgV236},
-           Field{"141#9400000000000500", 4, 0, 65535, kMgV236},
-           Field{"141#9400000005000000", 6, 0, 65535, kMgV236},
-           Field{"141#9C00000000000000", 2, -2048, 2048, kMfV236},
-           Field{"141#9C00000000000000", 2, -1000, 1000, kMsV236},
-           Field{"141#9D00000000000000", 6, 0, 65535, kMfV236},
-           Field{"141#C00A000000000000", 2, 0, 65535, kMgV236},
-           Field{"141#C00A000000000000", 4, 0, 65535, kMgV236},
-           Field{"141#C00A000000000000", 6, 0, 65535, kMgV236},
-           Field{"141#C01E000000000000", 4, 0, 65535, kMgV236},
-           Field{"141#C026000000000080", 4, 0, 65535, kMgV236},
-       }) {
-    Frame reply = frame(field.text);
-    for (const int n : test::sweep(field.lowest, field.highest, {0x8000})) {
-      put_le(reply.data, field.at, static_cast<std::uint16_t>(n));
-      const auto decoded = decode_reply(reply, field.format);
-      ASSERT_EQ(encode_reply(1, std::get<ReplyFrame>(decoded).reply, field.format), reply);
-    }
-  }
+  expect_unchanged({{"141#9A00000000000000", 2, 0, 65535, kMfV235},
+                    {"141#9A00000000000000", 2, 0, 65535, kMgV236},
+                    {"141#9B00000000001000", 4, 0, 65535, kMgV236},
+                    {"141#9400000000000500", 4, 0, 65535, kMgV236},
+                    {"141#9400000005000000", 6, 0, 65535, kMgV236},
+                    {"141#9C00000000000000", 2, -2048, 2048, kMfV236},
+                    {"141#9C00000000000000", 2, -1000, 1000, kMsV236},
+                    {"141#9D00000000000000", 6, 0, 65535, kMfV236},
+                    {"141#C00A000000000000", 2, 0, 65535, kMgV236},
+                    {"141#C00A000000000000", 4, 0, 65535, kMgV236},
+                    {"141#C00A000000000000", 6, 0, 65535, kMgV236},
+                    {"141#C01E000000000000", 4, 0, 65535, kMgV236},
+                    {"141#C026000000000080", 4, 0, 65535, kMgV236}},
+                   true);
 }
 
-TEST(Dialect, SaturatesWhereItsFieldEnds) {
+TEST(Dialect, SaturatesAtTheEndOfTheField) {
   EXPECT_EQ(encode_reply(1, State1{ReadState1::kOpcode, 0, 700, 0, 400}, kMgV236),
             frame("141#9A00FFFFFF7F0000"));
   EXPECT_EQ(encode_reply(1, State1{ReadState1::kOpcode, 0, -1, 0, -400}, kMgV236),
@@ -400,51 +339,40 @@ TEST(Dialect, SaturatesWhereItsFieldEnds) {
   EXPECT_EQ(encode_query(1, Position3{0, 70000}, kLegacyFormat), frame("141#A5000000FFFF0000"));
 }
 
-TEST(Dialect, LegacyIgnoresWhatNewerOnesRead) {
-  const auto decoded = [](const char* text) {
-    return std::get<Query>(decode_query(frame(text), kLegacyFormat)).command;
-  };
-  EXPECT_EQ(decoded("141#A2003E00A0860100"), Command{Speed{1000.0}});
-  EXPECT_EQ(decoded("141#95000000B0040000"), Command{ClearAngle{}});
-  EXPECT_EQ(decoded("141#A5010000407E0500"), (Command{Position3{kCounterClockwise, 0x7E40}}));
+TEST(Dialect, LegacyIgnoresFieldsOfNewerGenerations) {
+  for (const WireFormat& format : {kLegacyFormat, kMgLate}) {
+    const auto decoded = [&format](const char* text) {
+      return std::get<Query>(decode_query(frame(text), format)).command;
+    };
+    EXPECT_EQ(decoded("141#A2003E00A0860100"), Command{Speed{1000.0}});
+    EXPECT_EQ(decoded("141#95000000B0040000"), Command{ClearAngle{}});
+    EXPECT_EQ(decoded("141#A5010000407E0500"), (Command{Position3{kCounterClockwise, 0x7E40}}));
+  }
 }
 
-// Both directions, except query fields that such a drive ignores.
-TEST(Dialect, LateLegacyReadsWhatLegacyDoesInTheScaleOfItsSeries) {
+TEST(Dialect, LateLegacyUsesTheScaleOfItsSeries) {
   struct Golden {
     const char* text;
     WireFormat format;
     Command command;
+    int id = 1;
   };
-  for (const auto& golden : {
-           Golden{"141#A100000000080000", kMgLate, Torque{33}},    // 2048 of 66/4096 A
-           Golden{"141#A100000000080000", kMfLate, Torque{16.5}},  // 2048 of 33/4096 A
-           Golden{"141#A100000000F80000", kMfLate, Torque{-16.5}},
-           Golden{"280#0008000000F80004", kMgLate, MultiTorque{{33, 0, -33, 16.5}}},
-           Golden{"141#A2000000A0860100", kMgLate, Speed{1000.0}},
-           Golden{"141#A5010000407E0000", kMgLate, Position3{kCounterClockwise, 0x7E40}},
-           Golden{"141#A600F4019F8C0000", kMgLate, Position4{kClockwise, 500, 35999}},
-           Golden{"141#9100000000003412", kMgLate, WriteOffsetToRom{0x1234}},
-           Golden{"141#3000000000000000", kMgLate, ReadPid{}},
-           Golden{"141#340000000A000000", kMgLate, WriteAccelerationToRam{10}},
-       }) {
-    const auto result = decode_query(frame(golden.text), golden.format);
-    const auto* query = std::get_if<Query>(&result);
-    ASSERT_NE(query, nullptr) << golden.text;
-    EXPECT_EQ(query->command, golden.command) << golden.text;
-    EXPECT_EQ(encode_query(query->id, golden.command, golden.format), frame(golden.text));
-  }
-  const auto decoded = [](const char* text) {
-    return std::get<Query>(decode_query(frame(text), kMgLate)).command;
-  };
-  EXPECT_EQ(decoded("141#A2003E00A0860100"), Command{Speed{1000.0}});
-  EXPECT_EQ(decoded("141#95000000B0040000"), Command{ClearAngle{}});
-  EXPECT_EQ(decoded("141#A5010000407E0500"), (Command{Position3{kCounterClockwise, 0x7E40}}));
+  expect_queries(std::initializer_list<Golden>{
+      {"141#A100000000080000", kMgLate, Torque{33}},    // 2048 of 66/4096 A
+      {"141#A100000000080000", kMfLate, Torque{16.5}},  // 2048 of 33/4096 A
+      {"141#A100000000F80000", kMfLate, Torque{-16.5}},
+      {"280#0008000000F80004", kMgLate, MultiTorque{{33, 0, -33, 16.5}}, kMultiDrive},
+      {"141#A2000000A0860100", kMgLate, Speed{1000.0}},
+      {"141#A5010000407E0000", kMgLate, Position3{kCounterClockwise, 0x7E40}},
+      {"141#A600F4019F8C0000", kMgLate, Position4{kClockwise, 500, 35999}},
+      {"141#9100000000003412", kMgLate, WriteOffsetToRom{0x1234}},
+      {"141#3000000000000000", kMgLate, ReadPid{}},
+      {"141#340000000A000000", kMgLate, WriteAccelerationToRam{10}}});
 }
 
 // --- identifiers
 
-TEST(Dialect, RepliesMayHaveIdentifiersOfTheirOwn) {
+TEST(Dialect, RepliesMayHaveOtherIdentifiers) {
   Dialect dialect = kV236Dialect;
   dialect.reply_id_base = 0x180;
   const WireFormat format = wire_format(dialect, Series::kMg);
@@ -455,7 +383,7 @@ TEST(Dialect, RepliesMayHaveIdentifiersOfTheirOwn) {
   EXPECT_EQ(std::get<Query>(decode_query(frame("143#8C10000000000000"), format)).id, 3);
 }
 
-TEST(Dialect, MultiDriveIdentifiersAreForeignToThoseWithoutThem) {
+TEST(Dialect, RejectsUnknownMultiDriveIdentifiers) {
   for (const char* text :
        {"281#0000000000000000", "282#0000000000000000", "288#0000000000000000"}) {
     EXPECT_EQ(std::get<Reject>(decode_query(frame(text), kMfV235)), Reject::kForeignId);
@@ -464,7 +392,7 @@ TEST(Dialect, MultiDriveIdentifiersAreForeignToThoseWithoutThem) {
             Reject::kUnknownCommand);
 }
 
-TEST(Dialect, AnyCommandComesOutOfItsSlot) {
+TEST(Dialect, MultiCommandGivesEachDriveItsSlot) {
   const auto multi = std::get<Query>(decode_query(frame("288#9AFF9C008011FF00"), kMgV236));
   const auto first = std::get<Query>(for_drive(1, multi, kMgV236));
   EXPECT_EQ(first.command, Command{ReadState1{}});

@@ -70,7 +70,7 @@ std::string stuffed_stream(const Frame& f) {
   return out;
 }
 
-TEST(FrameBits, EqualsTheWrittenOutStream) {
+TEST(FrameBits, CountsTheBitsOfTheStuffedStream) {
   for (const char* text :
        {"141#9A00000000000000", "141#9C2364000CFE3412", "160#FFFFFFFFFFFFFFFF",
         "280#0000000000000000", "280#64009CFFD00730F8", "7FF#", "000#", "155#5555"}) {

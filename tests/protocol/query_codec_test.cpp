@@ -3,12 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
-
-#include "protocol/codec.hpp"
-#include "tests/support/frames.hpp"
-#include "tests/support/sweep.hpp"
+#include "tests/protocol/golden.hpp"
 
 namespace lk::protocol {
 namespace query_codec_test {
@@ -60,50 +55,9 @@ const Golden kGolden[] = {
     {"280#64009CFF D007 30F8", kMultiDrive, MultiTorque{{1.6, -1.6, 32.0, -32.0}}},
 };
 
-TEST(QueryCodec, GoldenBothDirections) {
-  for (const auto& golden : kGolden) {
-    EXPECT_EQ(encode_query(golden.id, golden.command, kLegacyFormat), frame(golden.text));
-    const auto result = decode_query(frame(golden.text), kLegacyFormat);
-    const auto* query = std::get_if<Query>(&result);
-    ASSERT_NE(query, nullptr) << golden.text;
-    EXPECT_EQ(query->id, golden.id) << golden.text;
-    EXPECT_EQ(query->command, golden.command) << golden.text;
-    EXPECT_EQ(query->data, frame(golden.text).data) << golden.text;
-  }
-}
+TEST(QueryCodec, GoldenBothDirections) { expect_queries(kGolden); }
 
-TEST(QueryCodec, GoldenCoversEveryRow) {
-  for (const auto& row : commands()) {
-    if (!knows(kLegacyFormat, row)) {
-      continue;  // covered by dialect_test
-    }
-    EXPECT_TRUE(std::ranges::any_of(kGolden, [&](const Golden& golden) {
-      return golden.id != kMultiDrive && frame(golden.text).data[0] == static_cast<int>(row.opcode);
-    })) << row.name;
-  }
-}
-
-// All 256 command bytes: exactly those in the table decode, and they encode to the same byte.
-TEST(QueryCodec, DecodedSetEqualsTable) {
-  int known = 0;
-  for (unsigned byte = 0; byte < 256; ++byte) {
-    Frame query = frame("141#0000000000000000");
-    query.data[0] = static_cast<std::uint8_t>(byte);
-    const auto result = decode_query(query, kLegacyFormat);
-    const bool in_table = std::ranges::any_of(commands(), [&](const CommandInfo& row) {
-      return static_cast<unsigned>(row.opcode) == byte && knows(kLegacyFormat, row);
-    });
-    if (in_table) {
-      ++known;
-      ASSERT_TRUE(std::holds_alternative<Query>(result)) << byte;
-      EXPECT_EQ(encode_query(1, std::get<Query>(result).command, kLegacyFormat), query);
-    } else {
-      ASSERT_TRUE(std::holds_alternative<Reject>(result)) << byte;
-      EXPECT_EQ(std::get<Reject>(result), Reject::kUnknownCommand);
-    }
-  }
-  EXPECT_GT(known, 0);
-}
+TEST(QueryCodec, GoldenCoversEveryRow) { expect_every_command(kGolden); }
 
 // Random values in unused bytes change nothing except the bytes that an echo repeats.
 TEST(QueryCodec, UnusedBytesAreIgnored) {
@@ -126,38 +80,25 @@ TEST(QueryCodec, IqIsClampedToItsRange) {
 }
 
 // Invalid targets and directions of 0xA5/0xA6 are decoded: the drive answers and counts them.
-TEST(QueryCodec, InvalidSingleTurnTargetsComeThrough) {
+TEST(QueryCodec, DecodesInvalidSingleTurnTargets) {
   EXPECT_EQ(decoded(frame("141#A5020000A08C0000")), Command{(Position3{2, 36000})});
   EXPECT_EQ(decoded(frame("141#A6FF0000FFFF0000")), Command{(Position4{255, 0, 65535})});
 }
 
 TEST(QueryCodec, EveryIqCommand) {
-  for (const int n : test::sweep(-32768, 32767, {-2000, 2000})) {
-    Frame query = frame("141#A100000000000000");
-    put_le(query.data, 4, static_cast<std::int16_t>(n));
-    const auto command = std::get<Torque>(decoded(query));
-    const int held = std::clamp(n, -2000, 2000);
-    ASSERT_NEAR(command.iq_A, held * 0.016, 1e-12);
-    put_le(query.data, 4, static_cast<std::int16_t>(held));
-    ASSERT_EQ(encode_query(1, command, kLegacyFormat), query);
-  }
+  expect_clamped<Torque>({"141#A100000000000000", 4, -2000, 2000}, 0.016,
+                         [](const Torque& torque) { return torque.iq_A; });
 }
 
-// Decodes and encodes all values of each 16-bit field without scale.
+// Fields without scale.
 TEST(QueryCodec, EverySixteenBitField) {
-  struct Field {
-    const char* text;
-    std::size_t at;
-  };
-  for (const Field& field : {Field{"141#9100000000000000", 6}, Field{"141#A400000001000000", 2},
-                             Field{"141#A500000000000000", 4}, Field{"141#A600000000000000", 2},
-                             Field{"141#A600000000000000", 4}, Field{"141#A800000001000000", 2}}) {
-    Frame query = frame(field.text);
-    for (const int n : test::sweep(0, 65535, {0x8000})) {
-      put_le(query.data, field.at, static_cast<std::uint16_t>(n));
-      ASSERT_EQ(encode_query(1, decoded(query), kLegacyFormat), query);
-    }
-  }
+  expect_unchanged({{"141#9100000000000000", 6},
+                    {"141#A400000001000000", 2},
+                    {"141#A500000000000000", 4},
+                    {"141#A600000000000000", 2},
+                    {"141#A600000000000000", 4},
+                    {"141#A800000001000000", 2}},
+                   false);
 }
 
 // 32-bit fields: values of either half, with the other half at its extremes.

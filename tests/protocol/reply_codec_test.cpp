@@ -3,11 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
-#include "protocol/codec.hpp"
-#include "tests/support/frames.hpp"
-#include "tests/support/sweep.hpp"
+#include "tests/protocol/golden.hpp"
 
 namespace lk::protocol {
 namespace reply_codec_test {
@@ -60,28 +56,9 @@ const Golden kGolden[] = {
     {"160#A82364000CFE3412", 32, state_2(Position6::kOpcode)},
 };
 
-TEST(ReplyCodec, GoldenBothDirections) {
-  for (const auto& golden : kGolden) {
-    EXPECT_EQ(encode_reply(golden.id, golden.reply, kLegacyFormat), frame(golden.text));
-    const auto result = decode_reply(frame(golden.text), kLegacyFormat);
-    const auto* reply = std::get_if<ReplyFrame>(&result);
-    ASSERT_NE(reply, nullptr) << golden.text;
-    EXPECT_EQ(reply->id, golden.id) << golden.text;
-    EXPECT_EQ(encode_reply(reply->id, reply->reply, kLegacyFormat), frame(golden.text));
-    EXPECT_EQ(reply->reply.index(), golden.reply.index()) << golden.text;
-  }
-}
+TEST(ReplyCodec, GoldenBothDirections) { expect_replies(kGolden); }
 
-TEST(ReplyCodec, GoldenCoversEveryRow) {
-  for (const auto& row : commands()) {
-    if (!knows(kLegacyFormat, row)) {
-      continue;  // covered by dialect_test
-    }
-    EXPECT_TRUE(std::ranges::any_of(kGolden, [&](const Golden& golden) {
-      return frame(golden.text).data[0] == static_cast<int>(row.opcode);
-    })) << row.name;
-  }
-}
+TEST(ReplyCodec, GoldenCoversEveryRow) { expect_every_command(kGolden); }
 
 TEST(ReplyCodec, DecodesValues) {
   const auto state1 = std::get<State1>(decoded(frame("141#9BF6003202000009")));
@@ -114,36 +91,23 @@ TEST(ReplyCodec, RoundsAndSaturates) {
   EXPECT_EQ(bytes(MultiTurnAngle{kInt56Max + 1}), frame("141#92FFFFFFFFFFFF7F"));
 }
 
-// Each 16-bit field of the replies is unchanged by decode and encode. The iq field has the range
-// ±2048.
+// The iq field has the range ±2048.
 TEST(ReplyCodec, EverySixteenBitField) {
-  struct Field {
-    const char* text;
-    std::size_t at;
-    int lowest, highest;
-  };
-  for (const Field& field : {
-           Field{"141#1900000000000000", 6, 0, 65535},
-           Field{"141#9000000000000000", 2, 0, 65535},
-           Field{"141#9000000000000000", 4, 0, 65535},
-           Field{"141#9000000000000000", 6, 0, 65535},
-           Field{"141#9400000000000000", 6, 0, 65535},
-           Field{"141#9A00000000000000", 3, 0, 65535},
-           Field{"141#9B00000000000000", 3, 0, 65535},
-           Field{"141#9C00000000000000", 2, -2048, 2048},
-           Field{"141#A100000000000000", 2, -2048, 2048},
-           Field{"141#9C00000000000000", 4, -32768, 32767},
-           Field{"141#9C00000000000000", 6, 0, 65535},
-           Field{"141#9D00000000000000", 2, -32768, 32767},
-           Field{"141#9D00000000000000", 4, -32768, 32767},
-           Field{"141#9D00000000000000", 6, -32768, 32767},
-       }) {
-    Frame reply = frame(field.text);
-    for (const int n : test::sweep(field.lowest, field.highest, {0x8000})) {
-      put_le(reply.data, field.at, static_cast<std::uint16_t>(n));
-      ASSERT_EQ(encode_reply(1, decoded(reply), kLegacyFormat), reply);
-    }
-  }
+  expect_unchanged({{"141#1900000000000000", 6},
+                    {"141#9000000000000000", 2},
+                    {"141#9000000000000000", 4},
+                    {"141#9000000000000000", 6},
+                    {"141#9400000000000000", 6},
+                    {"141#9A00000000000000", 3},
+                    {"141#9B00000000000000", 3},
+                    {"141#9C00000000000000", 2, -2048, 2048},
+                    {"141#A100000000000000", 2, -2048, 2048},
+                    {"141#9C00000000000000", 4, -32768, 32767},
+                    {"141#9C00000000000000", 6},
+                    {"141#9D00000000000000", 2, -32768, 32767},
+                    {"141#9D00000000000000", 4, -32768, 32767},
+                    {"141#9D00000000000000", 6, -32768, 32767}},
+                   true);
 }
 
 TEST(ReplyCodec, EveryTemperature) {

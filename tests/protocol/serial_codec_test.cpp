@@ -3,12 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <optional>
 
-#include "protocol/codec.hpp"
-#include "protocol/serial_framing.hpp"
-#include "tests/support/serial.hpp"
+#include "tests/protocol/golden.hpp"
 
 namespace lk::protocol {
 namespace serial_codec_test {
@@ -102,16 +99,7 @@ const GoldenQuery kQueries[] = {
     {"3E 4A 01 00 89", kM35, RestoreCalibration{}},
 };
 
-TEST(SerialCodec, QueriesBothDirections) {
-  for (const GoldenQuery& golden : kQueries) {
-    EXPECT_EQ(hex(encode_query(golden.id, golden.command, golden.format)), hex(golden.text));
-    const auto result = decode_query(packet(golden.text), golden.format);
-    const auto* query = std::get_if<Query>(&result);
-    ASSERT_NE(query, nullptr) << golden.text;
-    EXPECT_EQ(query->id, golden.id) << golden.text;
-    EXPECT_EQ(query->command, golden.command) << golden.text;
-  }
-}
+TEST(SerialCodec, QueriesBothDirections) { expect_queries(kQueries); }
 
 /// Commands with opaque payloads, which have no golden bytes above.
 TEST(SerialCodec, QueriesCoverEveryRow) {
@@ -172,19 +160,10 @@ const GoldenReply kReplies[] = {
     {"3E 10 01 00 4F", kM35, Block{.command = Connect::kOpcode}},
 };
 
-TEST(SerialCodec, RepliesBothDirections) {
-  for (const GoldenReply& golden : kReplies) {
-    EXPECT_EQ(hex(encode_reply(1, golden.reply, golden.format)), hex(golden.text));
-    const auto result = decode_reply(packet(golden.text), golden.format);
-    const auto* reply = std::get_if<ReplyFrame>(&result);
-    ASSERT_NE(reply, nullptr) << golden.text;
-    EXPECT_EQ(reply->id, 1);
-    EXPECT_EQ(hex(encode_reply(1, reply->reply, golden.format)), hex(golden.text));
-  }
-}
+TEST(SerialCodec, RepliesBothDirections) { expect_replies(kReplies); }
 
 /// A reply that repeats its query has equal bytes.
-TEST(SerialCodec, EchoesAreAsLongAsTheirQueries) {
+TEST(SerialCodec, EchoesRepeatTheirQueries) {
   const char* const texts[] = {"3E 88 01 00 C7", "3E 34 01 04 77 B8 0B 00 00 C3"};
   for (const char* text : texts) {
     const auto query = std::get<Query>(decode_query(packet(text), kM23));
@@ -199,7 +178,7 @@ std::optional<Reject> refused(const char* text, const WireFormat& format) {
 }
 
 /// Real MG4005: 0xC0 requires its seven bytes; 0x30 and 0x33 accept any number.
-TEST(SerialCodec, AWrongLengthIsTakenAsTheCommandHasIt) {
+TEST(SerialCodec, CommandDecidesOnAWrongLength) {
   EXPECT_EQ(refused("3E C0 01 00 FF", kM36), Reject::kWrongLength);
   EXPECT_EQ(refused("3E C0 01 01 00 0A 0A", kM36), Reject::kWrongLength);
   EXPECT_EQ(refused("3E C0 01 02 01 0A 00 0A", kM36), Reject::kWrongLength);
@@ -221,7 +200,7 @@ TEST(SerialCodec, AWrongLengthIsTakenAsTheCommandHasIt) {
 }
 
 /// The oldest manual allows more.
-TEST(SerialCodec, OpenLoopPowerIsHeldToWhatTheManualPrints) {
+TEST(SerialCodec, ClampsOpenLoopPowerToThePrintedRange) {
   constexpr WireFormat kMs23 = wire_format(kM23Dialect, Series::kMs);
   const auto power = [](const char* text, const WireFormat& format) {
     const auto decoded = decode_query(packet(text), format);
@@ -261,7 +240,7 @@ TEST(SerialCodec, EachGenerationKnowsItsCommands) {
 }
 
 /// V2.35 documents 0x91 for CAN only, and 0x8C for RS-485 only.
-TEST(SerialCodec, ADriveMayKnowACommandOnOneWireOnly) {
+TEST(SerialCodec, KnownCommandsDependOnTheWire) {
   const auto* const v235 = std::ranges::find(kGenerationRows, "v235", &GenerationRow::name);
   const WireFormat can = wire_format(v235->dialect, Series::kMf);
   const WireFormat serial = wire_format(v235->serial, Series::kMf);
@@ -289,7 +268,7 @@ TEST(SerialCodec, RejectsFramesOfTheOtherWire) {
             Reject::kNoPacket);
 }
 
-TEST(SerialCodec, NobodyIsAddressedBeyondTheIds) {
+TEST(SerialCodec, RejectsIdsOutOfRange) {
   EXPECT_EQ(std::get<int>(address(packet("3E 9A 01 00 D9"))), 1);
   EXPECT_EQ(std::get<int>(address(packet("3E 9A 20 00 F8"))), 32);
   EXPECT_EQ(std::get<Reject>(address(packet("3E 9A 00 00 D8"))), Reject::kForeignId);

@@ -58,7 +58,7 @@ TEST(Wire, FiftySixBitsSaturate) {
   EXPECT_EQ(get_le56(data), kInt56Min);
 }
 
-TEST(Rounding, HalvesGoAwayFromZeroAndNothingElseDoes) {
+TEST(Rounding, RoundsHalvesAwayFromZero) {
   EXPECT_EQ(rounded(0.5), 1);
   EXPECT_EQ(rounded(-0.5), -1);
   EXPECT_EQ(rounded(2.5), 3);
@@ -68,7 +68,7 @@ TEST(Rounding, HalvesGoAwayFromZeroAndNothingElseDoes) {
   EXPECT_EQ(rounded(-0x1p62), -(std::int64_t{1} << 62));
 }
 
-TEST(Rounding, DownIsBelowZeroToo) {
+TEST(Rounding, RoundsDownBelowZero) {
   EXPECT_EQ(rounded_down(0.75), 0);
   EXPECT_EQ(rounded_down(-0.25), -1);
   EXPECT_EQ(rounded_down(-3.0), -3);
@@ -99,7 +99,7 @@ TEST(Quantize, Saturates) {
 
 // A 16-bit value is unchanged by conversion to a double and back, for all scales in use and two
 // others.
-TEST(Quantize, EveryFieldValueSurvives) {
+TEST(Quantize, KeepsEveryFieldValue) {
   for (const double lsb : {32.0 / 2000, 33.0 / 2048, 1.0 / 64, 0.1, 0.01, 1.0, 66.0 / 4096, 0.3}) {
     for (const int n : test::sweep(-32768, 32767)) {
       ASSERT_EQ(quantize<std::int16_t>(n * lsb, lsb), n) << lsb;
