@@ -4,13 +4,6 @@
 namespace lk::model::test {
 namespace energy_test {
 
-double residual(const EnergyLedger& now, const EnergyLedger& start) {
-  const double spent = now.copper + now.inverter + now.friction + now.gear + now.load + now.stored;
-  const double spent_before =
-      start.copper + start.inverter + start.friction + start.gear + start.load + start.stored;
-  return (now.supply - start.supply) - (spent - spent_before);
-}
-
 /// Two seconds with all kinds of motion: accelerate, reverse, positions, torque, coasting.
 void mixed_two_seconds(DriveBank& bank, const std::vector<NamedDrive>& drives) {
   const auto all = [&](auto setpoint_of) {
@@ -48,9 +41,7 @@ void mixed_two_seconds(DriveBank& bank, const std::vector<NamedDrive>& drives) {
 void expect_closed(const std::vector<NamedDrive>& drives) {
   DriveBank bank = bank_of(drives);
   std::vector<EnergyLedger> start;
-  for (std::size_t n = 0; n < drives.size(); ++n) {
-    start.push_back(bank.energy(n));
-  }
+  for (std::size_t n = 0; n < drives.size(); ++n) start.push_back(bank.energy(n));
   mixed_two_seconds(bank, drives);
   for (std::size_t n = 0; n < drives.size(); ++n) {
     const EnergyLedger e = bank.energy(n);

@@ -5,13 +5,6 @@
 namespace lk::model::test {
 namespace plant_faults_test {
 
-DriveParams geared() {
-  DriveParams d = ideal_drive();
-  d.mechanics.J = 140e-7;
-  d.mechanics.gear_ratio = 10.0;
-  return d;
-}
-
 DriveParams springy() {
   DriveParams d = geared();
   d.mechanics.gear_ratio = 6.0;
@@ -22,13 +15,6 @@ DriveParams springy() {
   return d;
 }
 
-double residual(const EnergyLedger& now, const EnergyLedger& start) {
-  const auto spent = [](const EnergyLedger& e) {
-    return e.copper + e.inverter + e.friction + e.gear + e.load + e.stored;
-  };
-  return (now.supply - start.supply) - (spent(now) - spent(start));
-}
-
 DriveBank pushing(const DriveParams& d, const Faults& faults, double i_q) {
   DriveBank bank = one_drive(d);
   bank.set_faults(0, faults);
@@ -37,7 +23,7 @@ DriveBank pushing(const DriveParams& d, const Faults& faults, double i_q) {
   return bank;
 }
 
-TEST(MechanicalFault, JammedFullyNothingMovesTheShaft) {
+TEST(MechanicalFault, FullJamHoldsTheShaft) {
   for (DriveParams d : {ideal_drive(), geared()}) {
     d.load.tau = 1e4;
     DriveBank bank = pushing(d, {.jam = 1.0}, d.current_sensor.range);
@@ -47,7 +33,7 @@ TEST(MechanicalFault, JammedFullyNothingMovesTheShaft) {
   }
 }
 
-TEST(MechanicalFault, HalfAJamAsksForHalfOfTheTorqueThatFullScaleMakes) {
+TEST(MechanicalFault, HalfAJamNeedsHalfOfTheFullScaleTorque) {
   // An equal share of the current for any gear: the output torque counts.
   for (const DriveParams& d : {ideal_drive(), geared(), springy()}) {
     const double half = 0.5 * d.current_sensor.range;
@@ -73,7 +59,7 @@ double coasted(const DriveParams& d, const Faults& faults, double seconds) {
   return bank.truth(0).omega_m;
 }
 
-TEST(MechanicalFault, FrictionByAFactorStopsTheShaftThatMuchSooner) {
+TEST(MechanicalFault, FrictionFactorScalesTheDeceleration) {
   DriveParams viscous = ideal_drive();
   viscous.mechanics.B = 1e-4;
   const double rate = 1e-4 / viscous.mechanics.J;
@@ -91,7 +77,7 @@ TEST(MechanicalFault, FrictionByAFactorStopsTheShaftThatMuchSooner) {
   }
 }
 
-TEST(MechanicalFault, TwiceTheInertiaTakesTwiceTheTime) {
+TEST(MechanicalFault, InertiaFactorScalesTheAcceleration) {
   DriveParams d = geared();
   d.load.J = 2e-3;
   const double J = d.mechanics.J + d.load.J / 100.0;
@@ -105,7 +91,7 @@ TEST(MechanicalFault, TwiceTheInertiaTakesTwiceTheTime) {
   }
 }
 
-TEST(MechanicalFault, BacklashByAFactorLetsTheRotorGoThatFar) {
+TEST(MechanicalFault, BacklashFactorScalesThePlay) {
   const DriveParams d = springy();
   const double tau = 0.5 * k_t(d.motor);  // at 0.5 A
   const double spring = 2.0 * tau * d.mechanics.gear_ratio / d.mechanics.gear_stiffness_out;
@@ -123,7 +109,7 @@ TEST(MechanicalFault, BacklashByAFactorLetsTheRotorGoThatFar) {
   }
 }
 
-TEST(MechanicalFault, ABrokenCouplingLeavesTheRotorAlone) {
+TEST(MechanicalFault, BrokenCouplingSeparatesRotorAndOutput) {
   for (DriveParams d : {geared(), springy()}) {
     d.mechanics.J_out = 5e-4;
     d.load.J = 2e-3;
@@ -143,7 +129,7 @@ TEST(MechanicalFault, ABrokenCouplingLeavesTheRotorAlone) {
   }
 }
 
-TEST(MechanicalFault, ARigidDriveWithoutInertiaBehindItCanComeApartToo) {
+TEST(MechanicalFault, BrokenCouplingWorksWithoutOutputInertia) {
   DriveParams d = ideal_drive();
   d.load.tau = 0.01;
   DriveBank bank = one_drive(d);
@@ -154,7 +140,7 @@ TEST(MechanicalFault, ARigidDriveWithoutInertiaBehindItCanComeApartToo) {
   EXPECT_EQ(bank.truth(0).omega_out, 0.0);
 }
 
-TEST(MechanicalFault, PutTogetherAgainTheShaftsShareTheirMomentum) {
+TEST(MechanicalFault, ReconnectedShaftsShareTheirMomentum) {
   DriveParams d = geared();
   d.load.J = 4.2e-3;  // 420e-7 at the rotor, three times its own
   DriveBank bank = one_drive(d);
@@ -174,7 +160,7 @@ TEST(MechanicalFault, PutTogetherAgainTheShaftsShareTheirMomentum) {
   EXPECT_NEAR(residual(bank.energy(0), start), 0.0, 1e-12);
 }
 
-TEST(MechanicalFault, ABlowIsTheWorkOfTheLoad) {
+TEST(MechanicalFault, KickCountsAsWorkOfTheLoad) {
   for (const DriveParams& d : {geared(), springy()}) {
     DriveBank bank = one_drive(d);
     bank.command(0, Off{});
@@ -190,7 +176,7 @@ TEST(MechanicalFault, ABlowIsTheWorkOfTheLoad) {
   }
 }
 
-TEST(MechanicalFault, EndStopsHoldTheShaftBesideTheLoadsOwn) {
+TEST(MechanicalFault, NearerEndStopOfFaultAndLoadActs) {
   DriveParams d = geared();
   d.load.theta_max = 2.0;
   DriveBank bank = one_drive(d);
@@ -206,7 +192,7 @@ TEST(MechanicalFault, EndStopsHoldTheShaftBesideTheLoadsOwn) {
   EXPECT_LT(bank.truth(0).theta_out, -0.6);
 }
 
-TEST(PowerFault, ASaggingSourceAndOneThatIsGone) {
+TEST(PowerFault, SagAndCutLowerTheLink) {
   DriveParams d = ideal_drive();
   d.supply.i_logic = 0.048;  // 500 ohm, R·C = 0.5 s
   d.logic.v_reset = 6.0;
@@ -230,7 +216,7 @@ TEST(PowerFault, ASaggingSourceAndOneThatIsGone) {
   EXPECT_NEAR(bank.truth(0).v_bus, 24.0, 0.01);
 }
 
-TEST(PowerFault, WhatNobodyTakesBackChargesTheLink) {
+TEST(PowerFault, BlockedRegenerationChargesTheLink) {
   DriveParams d = ideal_drive();
   d.motor.R_s = 0.02;
   d.supply.C_link = 470e-6;
@@ -264,7 +250,7 @@ TEST(PowerFault, WhatNobodyTakesBackChargesTheLink) {
   }
 }
 
-TEST(PlantFault, WhatChangesAtOnceIsBooked) {
+TEST(PlantFault, SuddenChangesAreInTheLedger) {
   DriveParams d = springy();
   d.load.tau_gravity = 0.3;
   d.mechanics.tau_coulomb = 0.002;

@@ -29,7 +29,7 @@ TEST(Life, DiesBelowTheThresholdAndBootsAboveTheHysteresis) {
   EXPECT_EQ(s.life, Life::kAlive);
 }
 
-TEST(Supply, ADisconnectedLinkRunsEmptyThroughTheElectronics) {
+TEST(Supply, ElectronicsDischargeADisconnectedLink) {
   DriveParams d = ideal_drive();
   d.supply.i_logic = 0.048;  // 500 ohm
   d.logic.v_reset = 0.0;
@@ -45,20 +45,19 @@ TEST(Supply, ADisconnectedLinkRunsEmptyThroughTheElectronics) {
   EXPECT_NEAR(bank.truth(0).v_bus, 24.0, 0.01);
 }
 
-TEST(Supply, TheLedgerHoldsWithElectronics) {
+TEST(Supply, ElectronicsAreInTheLedger) {
   DriveParams d = ideal_drive();
   d.supply.i_logic = 0.5;
   DriveBank bank = one_drive(d);
-  const double stored = bank.energy(0).stored;
+  const EnergyLedger start = bank.energy(0);
   bank.command(0, Speed{50.0});
   bank.advance(ticks_in(d, 1.0));
   const EnergyLedger e = bank.energy(0);
-  const double spent = e.copper + e.inverter + e.friction + e.gear + e.load + e.stored - stored;
   EXPECT_GT(e.inverter, 0.9 * 24.0 * 0.5);
-  EXPECT_NEAR(e.supply, spent, 1e-3 * e.supply);
+  EXPECT_NEAR(residual(e, start), 0.0, 1e-3 * e.supply);
 }
 
-TEST(Reset, OpensTheBridgeAndForgets) {
+TEST(Reset, OpensTheBridgeAndEndsInIdle) {
   DriveParams d = ideal_drive();
   d.logic = {.v_reset = 6.0, .v_reset_hysteresis = 0.5, .boot_time = 0.01};
   DriveBank bank = one_drive(d);
@@ -78,7 +77,7 @@ TEST(Reset, OpensTheBridgeAndForgets) {
   EXPECT_NEAR(bank.truth(0).omega_m, omega, 0.05 * omega);  // the shaft keeps coasting
 }
 
-TEST(Reset, ASupplyThatIsTooLowFromTheStartWakesNobody) {
+TEST(Reset, NeedsEnoughSupplyToBoot) {
   DriveParams d = ideal_drive();
   d.logic = {.v_reset = 6.0, .v_reset_hysteresis = 0.5, .boot_time = 0.01};
   d.supply.v_source = 5.9;
@@ -92,7 +91,7 @@ TEST(Reset, ASupplyThatIsTooLowFromTheStartWakesNobody) {
   EXPECT_TRUE(bank.alive(0));
 }
 
-TEST(Brake, HoldsUpToItsTorqueAndTakesTimeToLift) {
+TEST(Brake, HoldsUpToItsTorque) {
   DriveParams d = ideal_drive();
   d.brake = {.tau = 0.05, .engage_time = 0.02, .release_time = 0.04};
   d.load.tau = 0.049;
@@ -112,7 +111,7 @@ TEST(Brake, HoldsUpToItsTorqueAndTakesTimeToLift) {
   EXPECT_EQ(bank.truth(0).omega_m, 0.0);
 }
 
-TEST(Brake, MovesEvenlyInItsTimes) {
+TEST(Brake, TorqueChangesLinearlyWithTime) {
   const BrakeParams p{.tau = 1.0, .engage_time = 0.02, .release_time = 0.04};
   BrakeState s{.coil_on = true};
   for (int n = 0; n < 10; ++n) {
@@ -129,7 +128,7 @@ TEST(Brake, MovesEvenlyInItsTimes) {
   EXPECT_EQ(s.pressed, 1.0);
 }
 
-TEST(Brake, MovesAtOnceWithoutATime) {
+TEST(Brake, ActsAtOnceWithoutDelays) {
   const BrakeParams p{.tau = 1.0, .engage_time = 0.0, .release_time = 0.0};
   BrakeState s{.coil_on = true};
   EXPECT_TRUE(move_brake(p, 1e-3, s));
@@ -140,7 +139,7 @@ TEST(Brake, MovesAtOnceWithoutATime) {
   EXPECT_FALSE(move_brake(p, 1e-3, s));
 }
 
-TEST(Brake, FallsWithThePower) {
+TEST(Brake, StaysClosedWithoutPower) {
   DriveParams d = ideal_drive();
   d.brake = {.tau = 0.5, .engage_time = 0.001, .release_time = 0.001};
   d.logic.v_reset = 6.0;
@@ -160,12 +159,11 @@ TEST(Brake, FallsWithThePower) {
   EXPECT_EQ(bank.truth(0).omega_m, 0.0);  // still engaged after the boot
 }
 
-TEST(Protection, WhatIsNotRecoverableStaysUntilARestart) {
+TEST(Protection, UnrecoverableErrorStaysUntilARestart) {
   DriveParams d = ideal_drive();
-  DriveInit init{.params = d, .settings = unlimited()};
-  auto& under = init.settings.protections[static_cast<std::size_t>(Error::kUnderVoltage)];
-  under = {.enabled = true, .threshold = 20.0, .recoverable = false};
-  DriveBank bank({&init, 1});
+  DriveBank bank = one_drive(
+      d,
+      protecting(Error::kUnderVoltage, {.enabled = true, .threshold = 20.0, .recoverable = false}));
   bank.set_supply_voltage(0, 15.0);
   bank.advance(ticks_in(d, 0.01));
   bank.set_supply_voltage(0, 24.0);
@@ -178,13 +176,13 @@ TEST(Protection, WhatIsNotRecoverableStaysUntilARestart) {
   EXPECT_TRUE(bank.telemetry(0).bridge_on);
 }
 
-TEST(VoltageMode, MaxPowerLimitsTheSpeedLoopAndNotTheOpenLoop) {
+TEST(VoltageMode, MaxPowerLimitsOnlyTheSpeedLoop) {
   DriveParams d = ideal_drive();
   d.control.has_current_loop = false;
   d.motor.R_s = 2.0;
-  DriveInit init{.params = d, .settings = unlimited()};
-  init.settings.power_max = 0.4;
-  DriveBank bank({&init, 1});
+  ControlSettings settings = unlimited();
+  settings.power_max = 0.4;
+  DriveBank bank = one_drive(d, settings);
   const double omega_full =
       modulation(d.inverter) * 24.0 / (d.motor.pole_pairs * d.motor.psi_f);  // no load
   bank.command(0, Speed{omega_full});

@@ -9,12 +9,6 @@ namespace protection_test {
 constexpr double kPeriod = 125e-6;
 using Settings = std::array<Protection, kErrorKinds>;
 
-Settings only(Error error, const Protection& protection) {
-  Settings s{};
-  s[static_cast<std::size_t>(error)] = protection;
-  return s;
-}
-
 /// Returns values of a normal drive, with one quantity set to `value`.
 Watched watched(Error error, double value) {
   Watched w{.v_bus = 24.0, .temp_motor = 30.0, .temp_driver = 30.0, .i_peak = 1.0, .omega = 50.0};
@@ -47,10 +41,10 @@ struct Case {
 
 class Thresholds : public testing::TestWithParam<Case> {};
 
-TEST_P(Thresholds, TripAfterTheDelayLatchAndClearOnceBackByTheHysteresis) {
+TEST_P(Thresholds, TripAfterTheDelayAndClearBelowTheHysteresis) {
   const Case c = GetParam();
   constexpr double kDelay = 0.010;
-  const Settings settings = only(c.error, {true, c.threshold, 1.0, kDelay});
+  const Settings settings = protecting(c.error, {true, c.threshold, 1.0, kDelay}).protections;
   ProtectionState s;
   settings_changed(settings, s);
   for (int n = 0; n < 1000; ++n) {
@@ -110,9 +104,8 @@ TEST(Protection, DisabledNeverTrips) {
 
 TEST(Protection, StallIsStandingStillAgainstTheCurrentLimit) {
   DriveParams d = ideal_drive();
-  ControlSettings settings = unlimited();
+  ControlSettings settings = protecting(Error::kStall, {true, 0.5, 0.0, 0.0});
   settings.i_q_max = 4.0;
-  settings.protections = only(Error::kStall, {true, 0.5, 0.0, 0.0});
   // A turning shaft is not stalled, at any current.
   d.mechanics.B = 4.0 * k_t(d.motor) / 60.0;
   DriveBank turning = one_drive(d, settings);
@@ -143,9 +136,7 @@ TEST(Protection, StallIsStandingStillAgainstTheCurrentLimit) {
 
 TEST(Protection, LostInputCountsFromTheLastFrame) {
   DriveParams d = ideal_drive();
-  ControlSettings settings = unlimited();
-  settings.protections = only(Error::kLostInput, {true, 0.1, 0.0, 0.0});
-  DriveBank bank = one_drive(d, settings);
+  DriveBank bank = one_drive(d, protecting(Error::kLostInput, {true, 0.1, 0.0, 0.0}));
   bank.command(0, Torque{0.5});
   for (int n = 0; n < 10; ++n) {  // fed every 60 ms
     bank.feed_input(0);
@@ -163,9 +154,7 @@ TEST(Protection, LostInputCountsFromTheLastFrame) {
 TEST(Protection, TrippedDriveOpensItsBridgeAndStaysOff) {
   DriveParams d = ideal_drive();
   d.mechanics.J = 1e3;
-  ControlSettings settings = unlimited();
-  settings.protections = only(Error::kOverCurrent, {true, 5.0, 1.0, 0.0});
-  DriveBank bank = one_drive(d, settings);
+  DriveBank bank = one_drive(d, protecting(Error::kOverCurrent, {true, 5.0, 1.0, 0.0}));
   bank.command(0, Torque{4.0});
   bank.advance(ticks_in(d, 0.1));
   EXPECT_EQ(bank.telemetry(0).errors, 0);

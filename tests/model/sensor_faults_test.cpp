@@ -1,11 +1,13 @@
 // Faulty sensors and a wrong clock: sensor readings and the firmware's reaction
 // (docs/internals/model.md §14).
-#include <numeric>
-
+#include "tests/fidelity/statistics.hpp"
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
 namespace sensor_faults_test {
+
+using lk::test::deviation;
+using lk::test::mean;
 
 constexpr double kCounts14 = 16384.0;
 
@@ -30,19 +32,7 @@ std::vector<double> shown(DriveBank& bank, int n) {
   return result;
 }
 
-double mean(const std::vector<double>& x) {
-  return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
-}
-double deviation(const std::vector<double>& x) {
-  const double m = mean(x);
-  double sum = 0.0;
-  for (const double value : x) {
-    sum += (value - m) * (value - m);
-  }
-  return std::sqrt(sum / static_cast<double>(x.size()));
-}
-
-TEST(EncoderFault, StuckItShowsOneCountWhileTheShaftTurns) {
+TEST(EncoderFault, StuckEncoderKeepsItsReading) {
   const DriveParams d = ideal_drive();
   DriveBank bank = coasting(d, 30.0);
   bank.advance(1000);
@@ -71,7 +61,7 @@ TEST(EncoderFault, StuckItShowsOneCountWhileTheShaftTurns) {
   EXPECT_NEAR(bank.telemetry(0).omega, 30.0, 0.1);
 }
 
-TEST(EncoderFault, GarbageIsAnythingWithinTheTurn) {
+TEST(EncoderFault, GarbageIsUniformOverTheTurn) {
   DriveParams d = ideal_drive();
   d.encoder.bits = 14;
   DriveBank bank = coasting(d, 0.0);
@@ -88,7 +78,7 @@ TEST(EncoderFault, GarbageIsAnythingWithinTheTurn) {
   EXPECT_EQ(bank.truth(0).theta_m, 0.0);
 }
 
-TEST(EncoderFault, WithoutItsMagnetItWandersAroundWhereItWas) {
+TEST(EncoderFault, LostMagnetGivesNoiseAndDrift) {
   DriveParams d = ideal_drive();
   d.encoder.bits = 14;
   DriveBank bank = coasting(d, 0.0);
@@ -107,7 +97,7 @@ TEST(EncoderFault, WithoutItsMagnetItWandersAroundWhereItWas) {
   EXPECT_NEAR(deviation(steps), 0.02 * std::sqrt(2.0) * kCounts14, 0.002 * kCounts14);
 }
 
-TEST(EncoderFault, OffsetLatencyAndNoiseAddUp) {
+TEST(EncoderFault, OffsetLatencyAndNoiseAddToTheDrives) {
   DriveParams d = ideal_drive();
   d.encoder.bits = 14;
   DriveBank still = coasting(d, 0.0);
@@ -144,7 +134,7 @@ DriveBank locked(const DriveParams& d, Faults faults, const Setpoint& setpoint) 
   return bank;
 }
 
-TEST(CurrentFault, HalfTheGainMakesTwiceTheCurrent) {
+TEST(CurrentFault, HalfTheGainDoublesTheCurrent) {
   const DriveParams d = ideal_drive();
   const DriveBank bank =
       locked(d, {.current_a = {.gain = 0.5}, .current_b = {.gain = 0.5}}, Torque{4.0});
@@ -152,7 +142,7 @@ TEST(CurrentFault, HalfTheGainMakesTwiceTheCurrent) {
   EXPECT_NEAR(bank.truth(0).i_q, 8.0, 0.02);
 }
 
-TEST(CurrentFault, AnOffsetIsRegulatedToTheCurrentThatHidesIt) {
+TEST(CurrentFault, LoopHidesAnOffset) {
   const DriveParams d = ideal_drive();
   const DriveBank bank = locked(d, {.current_a = {.offset = 1.5}}, Torque{0.0});
   EXPECT_NEAR(bank.telemetry(0).i_a, 0.0, 0.01);
@@ -160,7 +150,7 @@ TEST(CurrentFault, AnOffsetIsRegulatedToTheCurrentThatHidesIt) {
   EXPECT_NEAR(bank.truth(0).i_d, -1.5, 0.01);
 }
 
-TEST(CurrentFault, AStuckChannelAndNoise) {
+TEST(CurrentFault, ShowsStuckChannelAndNoise) {
   DriveParams d = ideal_drive();
   DriveBank bank = coasting(d, 0.0);
   bank.set_faults(0, {.current_a = {.stuck = 2.5}, .current_noise = 0.3});
@@ -180,13 +170,7 @@ TEST(CurrentFault, AStuckChannelAndNoise) {
   EXPECT_EQ(ms.telemetry(0).i_b, 0.0);
 }
 
-ControlSettings protecting(Error error, const Protection& protection) {
-  ControlSettings s = unlimited();
-  s.protections[static_cast<std::size_t>(error)] = protection;
-  return s;
-}
-
-TEST(SlowSensorFault, AVoltageSensorStuckLowTripsUnderVoltage) {
+TEST(SlowSensorFault, LowStuckVoltageTripsUnderVoltage) {
   const DriveParams d = ideal_drive();
   DriveBank bank = one_drive(d, protecting(Error::kUnderVoltage, {true, 12.0, 1.0, 0.01}));
   bank.command(0, Speed{20.0});
@@ -207,7 +191,7 @@ TEST(SlowSensorFault, AVoltageSensorStuckLowTripsUnderVoltage) {
   EXPECT_EQ(bank.telemetry(0).errors, 0);
 }
 
-TEST(SlowSensorFault, OffsetsAreShownAndTheConverterHasNoNegativeEnd) {
+TEST(SlowSensorFault, OffsetsAreShownDownToZeroVolts) {
   DriveParams d = ideal_drive();
   d.slow_sensor.temp_lsb = 0.5;
   DriveBank bank = one_drive(d, protecting(Error::kMotorTemperature, {true, 80.0, 5.0, 0.0}));
@@ -225,7 +209,7 @@ TEST(SlowSensorFault, OffsetsAreShownAndTheConverterHasNoNegativeEnd) {
   EXPECT_NEAR(bank.truth(0).temp_winding, 25.0, 0.1);
 }
 
-TEST(ClockFault, AFastClockMakesAFastDrive) {
+TEST(ClockFault, FastClockMakesAFastDrive) {
   const DriveParams d = ideal_drive();
   DriveBank bank = one_drive(d);
   bank.set_faults(0, {.clock_ratio = 1.01});
@@ -248,7 +232,7 @@ TEST(ClockFault, AFastClockMakesAFastDrive) {
   }
 }
 
-TEST(ClockFault, BootingTakesItsTimeByThatClock) {
+TEST(ClockFault, BootTimeFollowsTheDrivesClock) {
   DriveParams d = ideal_drive();
   d.logic.boot_time = 0.05;
   for (const double ratio : {0.5, 1.0, 2.0}) {

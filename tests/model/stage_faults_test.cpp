@@ -28,34 +28,27 @@ struct TurnedPlant : BarePlant {
                                      &faults);
   }
   /// Steps one period with a voltage [V] on the q axis at the period's middle.
-  void turn_with(double v_q) {
-    const double theta = p.pole_pairs * (s.theta + 0.5 * p.T_s * omega);
-    const Abc<double> x = inverse_clarke(inverse_park(Dq<double>{0.0, v_q}, sincos(theta)));
-    turn({0.5 + x.a / s.v_link, 0.5 + x.b / s.v_link, 0.5 + x.c / s.v_link}, true);
-  }
-  Abc<double> currents() const {
-    return inverse_clarke(inverse_park(Dq<double>{s.i_d, s.i_q}, sincos(p.pole_pairs * s.theta)));
-  }
+  void turn_with(double v_q) { turn(duty_of({0.0, v_q}, omega), true); }
+  Abc<double> currents() const { return phases({s.i_d, s.i_q}, p.pole_pairs * s.theta); }
 };
 
-TEST(BrokenLegs, ThreeWholeOnesAreTheDrivenWindings) {
+TEST(BrokenLegs, ThreeHealthyLegsEqualTheDrivenWindings) {
   DriveParams d;
   d.motor.L_q = 1.5 * d.motor.L_d;
   PlantParams<double> p = plant_params(d);
   const double omega_e = 800.0;
   for (const double theta_e : {0.3, 1.35, 4.0}) {  // no phase current changes sign
     const Dq<double> i0{-3.0, 8.0};
-    const SinCos<double> start = sincos(theta_e);
     const SinCos<double> middle = sincos(theta_e + 0.5 * omega_e * p.T_s);
     const Abc<double> duty{0.62, 0.35, 0.50};
-    const Abc<double> i_abc = inverse_clarke(inverse_park(i0, start));
+    const Abc<double> i_abc = phases(i0, theta_e);
     const WindingStep<double> exact = driven_windings(p, i0, inverter(p, duty, i_abc, middle), 24.0,
                                                       d.motor.R_s, d.motor.psi_f, omega_e);
     Legs legs;
     const LegParts parts{p.v_diode, p.R_on, p.dead_fraction, p.dead_drop};
-    legs[0] = broken_leg(parts, LegFault::kNone, true, duty.a);
-    legs[1] = broken_leg(parts, LegFault::kNone, true, duty.b);
-    legs[2] = broken_leg(parts, LegFault::kNone, true, duty.c);
+    for (std::size_t n = 0; n < 3; ++n) {
+      legs[n] = broken_leg(parts, LegFault::kNone, true, std::array{duty.a, duty.b, duty.c}[n]);
+    }
     const LegBridgeStep solved = leg_bridge({i0, theta_e, omega_e, 24.0, 0.1, d.motor.R_s,
                                              d.motor.L_d, d.motor.L_q, d.motor.psi_f, p.T_s},
                                             legs);
@@ -94,7 +87,7 @@ std::array<double, 4> torque_harmonics(TurnedPlant& plant, double v_q) {
   return amplitude;
 }
 
-TEST(BrokenLegs, WithAnOpenPhaseTorqueIsHalfAndPulsesTwiceATurn) {
+TEST(BrokenLegs, OpenPhaseHalvesTheTorqueAndAddsItsSecondHarmonic) {
   const DriveParams d = ideal_drive();
   const double omega = 2.0 * kPiT * 16.0 / d.motor.pole_pairs;  // 16 Hz: 2000 periods
   const double emf = d.motor.pole_pairs * omega * d.motor.psi_f;
@@ -116,7 +109,7 @@ TEST(BrokenLegs, WithAnOpenPhaseTorqueIsHalfAndPulsesTwiceATurn) {
   }
 }
 
-TEST(BrokenLegs, AnOpenPhaseCarriesNothingWhateverTheDriveDoes) {
+TEST(BrokenLegs, OpenPhaseCarriesNoCurrent) {
   DriveParams d;
   d.current_sensor.noise = 0.0;
   DriveBank bank = one_drive(d);
@@ -131,8 +124,7 @@ TEST(BrokenLegs, AnOpenPhaseCarriesNothingWhateverTheDriveDoes) {
     }
     bank.advance(1);
     const Truth t = bank.truth(0);
-    const SinCos<double> theta_e = sincos(d.motor.pole_pairs * t.theta_m);
-    const Abc<double> i = inverse_clarke(inverse_park(Dq<double>{t.i_d, t.i_q}, theta_e));
+    const Abc<double> i = phases({t.i_d, t.i_q}, d.motor.pole_pairs * t.theta_m);
     // The solver's frame rotates at constant speed, the rotor almost: 1e-4 rad of up to 50 A.
     ASSERT_NEAR(i.a, 0.0, 5e-3);
     ASSERT_EQ(bank.telemetry(0).i_a, 0.0);
@@ -141,7 +133,7 @@ TEST(BrokenLegs, AnOpenPhaseCarriesNothingWhateverTheDriveDoes) {
   EXPECT_GT(largest, 1.0);
 }
 
-TEST(BrokenLegs, AnUpperSwitchThatNeverClosesLetsNoCurrentIn) {
+TEST(BrokenLegs, OpenSwitchBlocksOneDirection) {
   // At rest with equal legs b and c: the current of a is 2/3·(v_a − v_b)/R.
   const DriveParams d = ideal_drive();
   const double diode_and_back = 1e-6;
@@ -167,7 +159,7 @@ TEST(BrokenLegs, AnUpperSwitchThatNeverClosesLetsNoCurrentIn) {
   }
 }
 
-TEST(BrokenLegs, WithTheBridgeOffOpenSwitchesAreNoFault) {
+TEST(BrokenLegs, OpenSwitchesHaveNoEffectWhileTheBridgeIsOff) {
   const DriveParams d = ideal_drive();
   TurnedPlant whole(d, {LegFault::kHighOpen, LegFault::kLowOpen, LegFault::kHighOpen}, 400.0);
   BarePlant healthy(TurnedPlant::heavy(d));
@@ -187,7 +179,7 @@ TEST(BrokenLegs, WithTheBridgeOffOpenSwitchesAreNoFault) {
   EXPECT_NEAR(difference, 0.0, 0.003 * -braking);
 }
 
-TEST(BrokenLegs, AShortedSwitchBrakesATurnedShaftOnceItsVoltageExceedsOneDiode) {
+TEST(BrokenLegs, ShortedSwitchBrakesAboveOneDiodeVoltage) {
   // With the bridge off, current flows through the shorted switch and another leg's diode on that
   // rail. A healthy stage lets the shaft turn freely until the voltage exceeds link and diodes.
   const DriveParams d = ideal_drive();
@@ -218,7 +210,7 @@ TEST(BrokenLegs, AShortedSwitchBrakesATurnedShaftOnceItsVoltageExceedsOneDiode) 
   }
 }
 
-TEST(BrokenLegs, OneShortToEitherRailFeedsTwoPhasesInSeries) {
+TEST(BrokenLegs, ShortsToBothRailsFeedTwoPhasesInSeries) {
   DriveParams d = ideal_drive();
   d.inverter.R_on = 10e-3;
   TurnedPlant plant(d, {LegFault::kHighShorted, LegFault::kLowShorted, LegFault::kNone}, 0.0);
@@ -233,7 +225,7 @@ TEST(BrokenLegs, OneShortToEitherRailFeedsTwoPhasesInSeries) {
   EXPECT_NEAR(plant.s.v_link, 24.0 - d.supply.R_source * expected, 0.01);
 }
 
-TEST(BrokenLegs, ShootThroughIsTheCapacitorThroughBothSwitches) {
+TEST(BrokenLegs, ShootThroughDischargesTheLinkThroughBothSwitches) {
   DriveParams d = ideal_drive();
   d.inverter.R_on = 50e-3;
   d.supply.C_link = 2e-3;
@@ -255,7 +247,7 @@ TEST(BrokenLegs, ShootThroughIsTheCapacitorThroughBothSwitches) {
   EXPECT_NEAR(plant.inverter() + plant.copper(), lost, 0.01 * lost);
 }
 
-TEST(BrokenLegs, AShortedSwitchUnderPowerResetsTheDriveAndHeatsTheStage) {
+TEST(BrokenLegs, ShortedSwitchResetsTheDriveAndHeatsTheStage) {
   DriveParams d;
   d.logic.v_reset = 6.0;
   d.supply.R_source = 0.5;  // a long cable: 48 A at most
@@ -285,7 +277,7 @@ TEST(BrokenLegs, AShortedSwitchUnderPowerResetsTheDriveAndHeatsTheStage) {
   EXPECT_TRUE(bank.alive(0));
 }
 
-TEST(DeadBridge, DrivesNothingAndItsFirmwareDoesNotKnow) {
+TEST(DeadBridge, CarriesNoCurrentWhileTheFirmwareReportsItOn) {
   const DriveParams d = ideal_drive();
   DriveBank bank = one_drive(d);
   bank.command(0, Speed{40.0});
@@ -308,7 +300,7 @@ TEST(DeadBridge, DrivesNothingAndItsFirmwareDoesNotKnow) {
 
 class LegFaults : public testing::TestWithParam<LegFault> {};
 
-TEST_P(LegFaults, TheLedgerCloses) {
+TEST_P(LegFaults, LedgerCloses) {
   DriveParams d;
   d.mechanics.tau_coulomb = 0.012;
   d.mechanics.tau_static = 0.014;
@@ -330,13 +322,10 @@ TEST_P(LegFaults, TheLedgerCloses) {
       bank.advance(ticks_in(d, 0.2));
     }
     const EnergyLedger e = bank.energy(0);
-    const auto spent = [](const EnergyLedger& x) {
-      return x.copper + x.inverter + x.friction + x.gear + x.load + x.stored;
-    };
     const double supplied = e.supply - start.supply;
     EXPECT_GT(supplied, 0.05);
     // 0.1 % of the supplied energy, as in energy_test.
-    EXPECT_NEAR(supplied, spent(e) - spent(start), 1e-3 * supplied);
+    EXPECT_NEAR(residual(e, start), 0.0, 1e-3 * supplied);
   }
 }
 

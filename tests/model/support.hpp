@@ -44,6 +44,35 @@ inline ControlSettings unlimited() {
   return s;
 }
 
+/// As `unlimited()`, with one protection.
+inline ControlSettings protecting(Error error, const Protection& protection) {
+  ControlSettings s = unlimited();
+  s.protections[static_cast<std::size_t>(error)] = protection;
+  return s;
+}
+
+/// An ideal drive with a rigid gear of 10.
+inline DriveParams geared() {
+  DriveParams d = ideal_drive();
+  d.mechanics.J = 140e-7;
+  d.mechanics.gear_ratio = 10.0;
+  return d;
+}
+
+/// Energy lost, delivered or stored, J.
+inline double spent(const EnergyLedger& e) {
+  return e.copper + e.inverter + e.friction + e.gear + e.load + e.stored;
+}
+/// Energy supplied since `start` minus the energy spent since then, J: 0 if the ledger closes.
+inline double residual(const EnergyLedger& now, const EnergyLedger& start) {
+  return (now.supply - start.supply) - (spent(now) - spent(start));
+}
+
+/// Converts from the frame of a rotor at `theta_e`, rad electrical.
+inline Abc<double> phases(const Dq<double>& x, double theta_e) {
+  return inverse_clarke(inverse_park(x, sincos(theta_e)));
+}
+
 inline double k_t(const MotorParams& m) { return 1.5 * m.pole_pairs * m.psi_f; }
 
 /// The plant without firmware.
@@ -58,14 +87,15 @@ struct BarePlant {
   /// Steps one period with duties of the stator's legs.
   void step(const Abc<double>& duty, bool bridge_on = true) {
     const SinCos<double> theta_e = sincos<double>(p.pole_pairs * s.theta);
-    const Abc<double> i = inverse_clarke(inverse_park(Dq<double>{s.i_d, s.i_q}, theta_e));
+    const Abc<double> i = phases({s.i_d, s.i_q}, p.pole_pairs * s.theta);
     lk::model::advance(p, s, duty, bridge_on ? 1.0 : 0.0, i, theta_e);
   }
   /// Steps one period with a voltage [V] in the rotor's frame at the period's middle.
-  void step_dq(const Dq<double>& v) {
-    const double theta = p.pole_pairs * (s.theta + 0.5 * p.T_s * s.omega);
-    const Abc<double> x = inverse_clarke(inverse_park(v, sincos(theta)));
-    step({0.5 + x.a / s.v_link, 0.5 + x.b / s.v_link, 0.5 + x.c / s.v_link});
+  void step_dq(const Dq<double>& v) { step(duty_of(v, s.omega)); }
+  /// Returns the duties that give this voltage at the middle of a period with speed `omega`.
+  Abc<double> duty_of(const Dq<double>& v, double omega) const {
+    const Abc<double> x = phases(v, p.pole_pairs * (s.theta + 0.5 * p.T_s * omega));
+    return {0.5 + x.a / s.v_link, 0.5 + x.b / s.v_link, 0.5 + x.c / s.v_link};
   }
   void free_step() { step({0.5, 0.5, 0.5}, false); }
   /// Returns the rounded number of periods in `seconds`.
@@ -100,6 +130,24 @@ struct Shafts {
     }
   }
 };
+
+/// Returns the mean time between the moments at which `value(shafts)` falls through 0, s.
+template <class Value>
+double period_of(Shafts& shafts, double seconds, Value value) {
+  int crossings = 0;
+  double first = 0, last = 0;
+  double before = value(shafts);
+  for (int n = 1; n <= std::lround(seconds * shafts.p.f_s); ++n) {
+    shafts.step(0.0);
+    const double now = value(shafts);
+    if (before > 0.0 && now <= 0.0) {
+      (crossings == 0 ? first : last) = n * shafts.p.T_s;
+      ++crossings;
+    }
+    before = now;
+  }
+  return (last - first) / (crossings - 1);
+}
 
 /// A bank with one drive.
 inline DriveBank one_drive(const DriveParams& params, const ControlSettings& settings = unlimited(),
