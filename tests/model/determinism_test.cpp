@@ -1,6 +1,8 @@
 // A drive's bits depend only on its parameters, seed and commands.
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "model/tick.hpp"
 #include "tests/model/mixed_run.hpp"
 
@@ -9,11 +11,7 @@ namespace determinism_test {
 
 const std::vector<int> kCompany{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
 
-TEST(Determinism, TheSameRunTwice) {
-  EXPECT_EQ(mixed_run(kCompany, best_lane_kernel()), mixed_run(kCompany, best_lane_kernel()));
-}
-
-TEST(Determinism, TheRunIsNotTrivial) {
+TEST(Determinism, DrivesOfTheRunDiffer) {
   // Otherwise the tests below would also pass for drives that do nothing.
   const auto bits = mixed_run(kCompany, best_lane_kernel());
   for (std::size_t a = 0; a < bits.size(); ++a) {
@@ -23,7 +21,7 @@ TEST(Determinism, TheRunIsNotTrivial) {
   }
 }
 
-TEST(Determinism, AloneOrInAnyCompany) {
+TEST(Determinism, CompanyChangesNoBit) {
   const auto together = mixed_run(kCompany, best_lane_kernel());
   for (std::size_t n = 0; n < kCompany.size(); ++n) {
     // A single drive uses the scalar tick, so this also compares lanes with `double`.
@@ -38,7 +36,7 @@ TEST(Determinism, AloneOrInAnyCompany) {
   EXPECT_EQ(reversed[4], together[0]);
 }
 
-TEST(Determinism, HoweverTimeIsSliced) {
+TEST(Determinism, SlicesOfTimeChangeNoBit) {
   const auto whole = mixed_run({1, 2, 5, 9}, best_lane_kernel());
   for (const std::int64_t slice : {1, 3, 7, 100}) {
     EXPECT_EQ(mixed_run({1, 2, 5, 9}, best_lane_kernel(), slice), whole) << slice;
@@ -46,18 +44,18 @@ TEST(Determinism, HoweverTimeIsSliced) {
   }
 }
 
-/// Returns the bits of the first of eight equal drives, with `change` applied to the other seven.
-template <class Change>
-std::vector<std::uint64_t> beside_changed(Change change) {
-  std::vector<DriveInit> inits(kLanes, mixed_drive(0));
-  for (std::size_t n = 1; n < inits.size(); ++n) {
-    change(inits[n].params);
-  }
+/// Returns the bits of the first of eight drives after each of four stretches. `change` changes the
+/// start of the other seven; `act(bank, drive, stretch)` acts on them.
+template <class Change, class Act>
+std::vector<std::uint64_t> bits_beside(int kind, Change change, Act act) {
+  std::vector<DriveInit> inits(kLanes, mixed_drive(kind));
+  for (std::size_t n = 1; n < inits.size(); ++n) change(inits[n].params);
   DriveBank bank(inits);
   std::vector<std::uint64_t> bits;
   for (int stretch = 0; stretch < 4; ++stretch) {
     for (std::size_t n = 0; n < inits.size(); ++n) {
       bank.command(n, Speed{20.0 - 15.0 * stretch});
+      if (n > 0) act(bank, n, stretch);
     }
     bank.advance(1000);
     const auto words = bits_of(bank, 0);
@@ -65,39 +63,30 @@ std::vector<std::uint64_t> beside_changed(Change change) {
   }
   return bits;
 }
+const auto kUnchanged = [](DriveParams&) {};
+const auto kNoAct = [](DriveBank&, std::size_t, int) {};
 
-TEST(Determinism, WhatANeighbourNeedsChangesNoBit) {
-  // A block runs the parts of the tick that any of its drives needs (tick.hpp, Parts).
-  const auto expected = beside_changed([](DriveParams&) {});
-  EXPECT_EQ(beside_changed([](DriveParams& d) { d.load.tau_gravity = 0.3; }), expected);
-  EXPECT_EQ(beside_changed([](DriveParams& d) { d.load.theta_max = 0.5; }), expected) << "a stop";
-  EXPECT_EQ(beside_changed([](DriveParams& d) { d.mechanics = mixed_drive(2).params.mechanics; }),
-            expected)
-      << "a springy gear";
-  EXPECT_EQ(beside_changed([](DriveParams& d) {
-              d.mechanics.tau_cogging = 0.01;
-              d.encoder.inl_1 = 2e-3;
-            }),
-            expected);
+/// A block runs the parts of the tick that any of its drives needs (tick.hpp, Parts).
+TEST(Determinism, NeighboursParametersChangeNoBit) {
+  const auto expected = bits_beside(0, kUnchanged, kNoAct);
+  const std::vector<std::function<void(DriveParams&)>> changes{
+      [](DriveParams& d) { d.load.tau_gravity = 0.3; },
+      [](DriveParams& d) { d.load.theta_max = 0.5; },
+      [](DriveParams& d) { d.mechanics = mixed_drive(2).params.mechanics; },  // a springy gear
+      [](DriveParams& d) { d.mechanics.tau_cogging = 0.01, d.encoder.inl_1 = 2e-3; }};
+  for (std::size_t n = 0; n < changes.size(); ++n) {
+    EXPECT_EQ(bits_beside(0, changes[n], kNoAct), expected) << "change " << n;
+  }
 }
 
-TEST(Determinism, ANeighbourThatIsOffChangesNoBit) {
-  const auto run = [](bool others_off) {
-    DriveBank bank(std::vector<DriveInit>(kLanes, mixed_drive(0)));
-    for (std::size_t n = 0; n < bank.size(); ++n) {
-      bank.command(n, Speed{40.0});
-    }
-    bank.advance(1001);
-    for (std::size_t n = 1; others_off && n < bank.size(); ++n) {
-      bank.command(n, Off{});
-    }
-    bank.advance(2000);
-    return bits_of(bank, 0);
+TEST(Determinism, NeighbourThatIsOffChangesNoBit) {
+  const auto off_later = [](DriveBank& bank, std::size_t drive, int stretch) {
+    if (stretch > 1) bank.command(drive, Off{});
   };
-  EXPECT_EQ(run(true), run(false));
+  EXPECT_EQ(bits_beside(0, kUnchanged, off_later), bits_beside(0, kUnchanged, kNoAct));
 }
 
-TEST(Determinism, APlainNumberGivesTheSameBitsAsARegister) {
+TEST(Determinism, ScalarAndVectorGiveEqualBits) {
   NamedKernel plain = lane_kernel("baseline");
   plain.run_single = run_block<double>;
   for (const int kind : {0, 1, 2, 5}) {
@@ -105,7 +94,7 @@ TEST(Determinism, APlainNumberGivesTheSameBitsAsARegister) {
   }
 }
 
-TEST(Determinism, BrokenDrivesAloneOrInAnyCompany) {
+TEST(Determinism, CompanyChangesNoBitOfFaultyDrives) {
   const auto broken = [](const std::vector<int>& kinds, std::int64_t slice = kStretchTicks) {
     return mixed_run(kinds, best_lane_kernel(), slice, true);
   };
@@ -119,30 +108,18 @@ TEST(Determinism, BrokenDrivesAloneOrInAnyCompany) {
   EXPECT_EQ(broken(kCompany, 7), together);
 }
 
-TEST(Determinism, ANeighboursFaultsChangeNoBit) {
-  const auto run = [](int kind) {
-    DriveBank bank(std::vector<DriveInit>(kLanes, mixed_drive(1)));
-    std::vector<std::uint64_t> bits;
-    for (int stretch = 0; stretch < 4; ++stretch) {
-      for (std::size_t n = 0; n < bank.size(); ++n) {
-        bank.command(n, Speed{20.0 - 15.0 * stretch});
-        if (n > 0 && kind >= 0) {
-          bank.set_faults(n, stretch == 2 ? Faults{} : mixed_faults(kind + static_cast<int>(n)));
-        }
-      }
-      bank.advance(1000);
-      const auto words = bits_of(bank, 0);
-      bits.insert(bits.end(), words.begin(), words.end());
-    }
-    return bits;
-  };
-  const auto expected = run(-1);
+TEST(Determinism, NeighboursFaultsChangeNoBit) {
+  const auto expected = bits_beside(1, kUnchanged, kNoAct);
   for (int kind = 0; kind < 24; kind += 3) {
-    EXPECT_EQ(run(kind), expected) << kind;
+    const auto spoil = [kind](DriveBank& bank, std::size_t drive, int stretch) {
+      bank.set_faults(drive,
+                      stretch == 2 ? Faults{} : mixed_faults(kind + static_cast<int>(drive)));
+    };
+    EXPECT_EQ(bits_beside(1, kUnchanged, spoil), expected) << kind;
   }
 }
 
-TEST(Determinism, FaultsThatComeAndGoBetweenTwoTicksLeaveNoBit) {
+TEST(Determinism, FaultsBetweenTwoTicksChangeNoBit) {
   const std::vector<DriveInit> inits(3, mixed_drive(0));
   DriveBank bank(inits);
   DriveBank untouched(inits);
@@ -164,7 +141,7 @@ TEST(Determinism, FaultsThatComeAndGoBetweenTwoTicksLeaveNoBit) {
 
 class Kernels : public testing::TestWithParam<const char*> {};
 
-TEST_P(Kernels, GiveTheSameBits) {
+TEST_P(Kernels, GiveEqualBits) {
   const NamedKernel kernel = lane_kernel(GetParam());
   if (kernel.run == nullptr) {
     GTEST_SKIP() << "not run: this processor or build has no " << GetParam();
@@ -181,7 +158,7 @@ INSTANTIATE_TEST_SUITE_P(Determinism, Kernels, testing::Values("avx2", "avx512")
                          [](const auto& name) { return std::string(name.param); });
 
 /// Merges drives of several banks, some faulty, into one bank, and some of these into another.
-TEST(Determinism, DrivesGoOnTheSameInAnotherBank) {
+TEST(Determinism, MovingToAnotherBankChangesNoBit) {
   for (const char* const name : {"baseline", "avx2", "avx512"}) {
     const NamedKernel kernel = lane_kernel(name);
     if (kernel.run == nullptr) continue;
@@ -212,7 +189,7 @@ TEST(Determinism, DrivesGoOnTheSameInAnotherBank) {
   }
 }
 
-TEST(Determinism, ACopyGoesOnLikeTheOriginal) {
+TEST(Determinism, CopyContinuesLikeTheOriginal) {
   const std::vector<int> kinds{4, 8, 11};
   std::vector<DriveInit> inits;
   for (const int kind : kinds) {
@@ -236,7 +213,7 @@ TEST(Determinism, ACopyGoesOnLikeTheOriginal) {
   EXPECT_EQ(bits_of(bank, 0), bits_of(later, 0));  // not affected by its copy
 }
 
-TEST(Determinism, SeedChangesTheNoiseAndNothingElse) {
+TEST(Determinism, SeedChangesOnlyTheNoise) {
   DriveInit a = mixed_drive(1);
   DriveInit b = a;
   b.seed += 1;

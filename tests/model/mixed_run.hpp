@@ -3,8 +3,10 @@
 /// @file A run with all features: several different drives, all kinds of setpoints, changing loads;
 /// and its final bits.
 
+#include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -118,21 +120,28 @@ inline Faults mixed_faults(int kind) {
   return f;
 }
 
-/// Returns all observable state of a drive as 64-bit words.
-inline std::vector<std::uint64_t> bits_of(const DriveBank& bank, std::size_t drive) {
+/// Returns all observable real numbers of a drive.
+inline std::vector<double> numbers_of(const DriveBank& bank, std::size_t drive) {
   const Truth t = bank.truth(drive);
   const Telemetry m = bank.telemetry(drive);
   const EnergyLedger e = bank.energy(drive);
+  return {t.theta_m,     t.omega_m,   t.theta_out,    t.omega_out,    t.i_d,         t.i_q,
+          t.tau_e,       t.v_bus,     t.temp_winding, t.temp_housing, t.temp_stage,  t.i_q_ref,
+          t.omega_ref,   t.theta_ref, t.duty_abc[0],  t.duty_abc[1],  t.duty_abc[2], m.temp_motor,
+          m.temp_driver, m.v_bus,     m.i_bus,        m.i_q,          m.power,       m.i_a,
+          m.i_b,         m.i_c,       m.omega,        e.supply,       e.copper,      e.inverter,
+          e.friction,    e.gear,      e.load,         e.stored};
+}
+inline bool all_finite(const DriveBank& bank, std::size_t drive) {
+  const std::vector<double> numbers = numbers_of(bank, drive);
+  return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
+}
+
+/// Returns all observable state of a drive as 64-bit words.
+inline std::vector<std::uint64_t> bits_of(const DriveBank& bank, std::size_t drive) {
+  const Telemetry m = bank.telemetry(drive);
   std::vector<std::uint64_t> words;
-  for (const double x :
-       {t.theta_m,     t.omega_m,   t.theta_out,    t.omega_out,    t.i_d,         t.i_q,
-        t.tau_e,       t.v_bus,     t.temp_winding, t.temp_housing, t.temp_stage,  t.i_q_ref,
-        t.omega_ref,   t.theta_ref, t.duty_abc[0],  t.duty_abc[1],  t.duty_abc[2], m.temp_motor,
-        m.temp_driver, m.v_bus,     m.i_bus,        m.i_q,          m.power,       m.i_a,
-        m.i_b,         m.i_c,       m.omega,        e.supply,       e.copper,      e.inverter,
-        e.friction,    e.gear,      e.load,         e.stored}) {
-    words.push_back(std::bit_cast<std::uint64_t>(x));
-  }
+  for (const double x : numbers_of(bank, drive)) words.push_back(std::bit_cast<std::uint64_t>(x));
   words.push_back(static_cast<std::uint64_t>(m.encoder_position));
   words.push_back(m.errors);
   words.push_back(m.bridge_on ? 1 : 0);

@@ -1,6 +1,7 @@
 // Under any commands the state stays finite and within the physical limits.
 #include <functional>
 
+#include "tests/model/mixed_run.hpp"
 #include "tests/model/profiles.hpp"
 #include "tests/support/sweep.hpp"
 
@@ -19,26 +20,18 @@ void expect_sane(const DriveBank& bank, const std::vector<NamedDrive>& drives,
   for (std::size_t n = 0; n < drives.size(); ++n) {
     const DriveParams& d = drives[n].init.params;
     const Truth t = bank.truth(n);
-    const Telemetry m = bank.telemetry(n);
-    const EnergyLedger e = bank.energy(n);
-    for (const double x :
-         {t.theta_m,      t.omega_m,    t.theta_out, t.i_d,        t.i_q,       t.tau_e, t.v_bus,
-          t.temp_winding, t.temp_stage, t.i_q_ref,   t.omega_ref,  t.theta_ref, m.omega, m.i_q,
-          m.i_bus,        m.power,      m.v_bus,     m.temp_motor, e.supply,    e.stored}) {
-      ASSERT_TRUE(std::isfinite(x)) << drives[n].name << ' ' << what;
-    }
+    SCOPED_TRACE(drives[n].name + ' ' + what);
+    ASSERT_TRUE(all_finite(bank, n));
     for (const double duty : t.duty_abc) {
-      ASSERT_GE(duty, 0.0) << drives[n].name << ' ' << what;
-      ASSERT_LE(duty, 1.0) << drives[n].name << ' ' << what;
+      ASSERT_GE(duty, 0.0);
+      ASSERT_LE(duty, 1.0);
     }
     // Limits of a bridge: twice the link against R (back-EMF in phase with it), at twice the speed
     // at which the back-EMF equals the link.
-    ASSERT_LT(std::hypot(t.i_d, t.i_q), 2.0 * d.supply.v_source / d.motor.R_s)
-        << drives[n].name << ' ' << what;
-    ASSERT_LT(std::abs(t.omega_m), 2.0 * d.supply.v_source / (d.motor.pole_pairs * d.motor.psi_f))
-        << drives[n].name << ' ' << what;
-    ASSERT_GT(t.v_bus, 0.0) << drives[n].name << ' ' << what;
-    ASSERT_LT(t.v_bus, 5.0 * d.supply.v_source) << drives[n].name << ' ' << what;
+    ASSERT_LT(std::hypot(t.i_d, t.i_q), 2.0 * d.supply.v_source / d.motor.R_s);
+    ASSERT_LT(std::abs(t.omega_m), 2.0 * d.supply.v_source / (d.motor.pole_pairs * d.motor.psi_f));
+    ASSERT_GT(t.v_bus, 0.0);
+    ASSERT_LT(t.v_bus, 5.0 * d.supply.v_source);
   }
 }
 
@@ -83,7 +76,7 @@ Setpoint at_the_limits(const DriveInit& d, int n) {
   return kinds[static_cast<std::size_t>(n) % kinds.size()];
 }
 
-TEST(Survival, BeyondReachEitherWay) {
+TEST(Survival, TargetsBeyondReach) {
   survive("rails", 1.5, [](const DriveInit&, int n) -> Setpoint {
     switch (n / 3 % 3) {
       case 0:
@@ -95,14 +88,14 @@ TEST(Survival, BeyondReachEitherWay) {
     }
   });
 }
-TEST(Survival, VoltageEitherWayAndBridgeOff) {
+TEST(Survival, FullVoltageAndBridgeOff) {
   survive("voltage", 0.7, [](const DriveInit&, int n) -> Setpoint {
     return n % 3 == 2 ? Setpoint{Off{}} : Setpoint{OpenLoop{sign(n)}};
   });
 }
 TEST(Survival, EverySetpointAtItsLimits) { survive("limits", 0.35, at_the_limits); }
 
-TEST(Survival, EverySetpointWithTheGreatestGains) {
+TEST(Survival, EverySetpointWithTheLargestGains) {
   survive("bytes 255", 0.7, at_the_limits,
           [](DriveInit& d) { d.settings.gains = {255, 255, 255, 255, 255, 255}; });
 }
@@ -127,7 +120,7 @@ TEST(Survival, EverySetpointWithExtremeRampsAndABlockedSource) {
 
 /// More than any rotor withstands: a thousand times the torque that tears it off its bench, and
 /// impacts.
-TEST(Survival, WhateverPushesAtTheOutput) {
+TEST(Survival, ExtremeLoadsAndImpacts) {
   for (std::vector<NamedDrive>& group : profiles_by_rate()) {
     DriveBank bank = bank_of(group);
     for (int n = 0; n < 40; ++n) {
@@ -142,10 +135,7 @@ TEST(Survival, WhateverPushesAtTheOutput) {
       for (std::size_t drive = 0; drive < group.size(); ++drive) {
         const DriveParams& d = group[drive].init.params;
         const Truth t = bank.truth(drive);
-        for (const double x : {t.theta_m, t.omega_m, t.theta_out, t.omega_out, t.i_d, t.i_q,
-                               t.tau_e, t.v_bus, t.temp_winding, t.temp_stage}) {
-          ASSERT_TRUE(std::isfinite(x)) << group[drive].name << ", step " << n;
-        }
+        ASSERT_TRUE(all_finite(bank, drive)) << group[drive].name << ", step " << n;
         // Two radians of the field in a PWM period (docs/internals/model.md §4); a whole turn is 2
         // pi.
         const double most = 2.0 * d.inverter.f_pwm / d.motor.pole_pairs;
@@ -179,7 +169,7 @@ void expect_standstill(std::vector<NamedDrive> drives, double seconds) {
   }
 }
 
-TEST(Standstill, ASmallTorqueMovesNoProfile) {
+TEST(Standstill, FrictionHoldsEveryProfile) {
   for (const std::vector<NamedDrive>& group : profiles_by_rate()) {
     expect_standstill(group, standstill_s());
   }
