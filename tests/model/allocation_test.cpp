@@ -36,13 +36,13 @@ void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std
 namespace lk::model::test {
 namespace {
 
-TEST(Allocation, TheCounterCounts) {
+TEST(Allocation, CountsAllocations) {
   const long before = allocations;
   const auto bank = std::make_unique<DriveBank>(std::vector<DriveInit>{mixed_drive(0)});
   EXPECT_GT(allocations, before);
 }
 
-TEST(Allocation, AdvancingCommandingAndReadingTakeNothingFromTheHeap) {
+TEST(Allocation, RunningDrivesDoNotAllocate) {
   for (const std::size_t count : {1U, 13U}) {
     std::vector<DriveInit> inits;
     for (std::size_t n = 0; n < count; ++n) {

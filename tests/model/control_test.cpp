@@ -9,7 +9,7 @@
 namespace lk::model::test {
 namespace control_test {
 
-TEST(VoltageLimits, StallCurrentIsTheVoltageOverTheResistance) {
+TEST(VoltageLimits, StallCurrentIsVoltageOverResistance) {
   DriveParams d = ideal_drive();
   d.motor.R_s = 1.0;
   d.mechanics.J = 1e3;  // locked
@@ -22,7 +22,7 @@ TEST(VoltageLimits, StallCurrentIsTheVoltageOverTheResistance) {
   EXPECT_NEAR(bank.truth(0).i_d, 0.0, 0.02);
 }
 
-TEST(VoltageLimits, NoLoadSpeedIsTheVoltageOverTheFlux) {
+TEST(VoltageLimits, NoLoadSpeedIsVoltageOverFlux) {
   DriveParams d = ideal_drive();
   DriveBank bank = one_drive(d);
   bank.command(0, Torque{0.2});
@@ -82,7 +82,7 @@ std::complex<double> current_response(const DriveParams& d, const ControlSetting
   return response * std::complex<double>(0.0, 1.0);  // reference is a sine
 }
 
-TEST(CurrentLoop, ClosesAtItsDesignedBandwidth) {
+TEST(CurrentLoop, HasItsDesignedBandwidth) {
   DriveParams d = ideal_drive();
   d.control.current_bandwidth = 2.0 * kPiT * 500.0;
   ControlSettings settings = unlimited();
@@ -164,7 +164,7 @@ TEST(SpeedLoop, RisesAtItsDesignedBandwidth) {
   EXPECT_LT(time_to_half(d, gains), expected + 1.5 * later);
 }
 
-TEST(SpeedLoop, LargerBytesAreFasterAndTheExtremesStayFinite) {
+TEST(SpeedLoop, LargerBytesAreFasterAndExtremesStayFinite) {
   DriveParams d = ideal_drive();
   double last = 1e6;
   for (const int byte : {10, 25, 50, 80}) {
@@ -215,7 +215,7 @@ TEST(PositionLoop, LargerBytesAreStifferAgainstALoad) {
 }
 
 /// An integral gain of 0 disables its term and clears its state (docs/internals/model.md §11).
-TEST(IntegralGains, ZeroForgetsTheSpeedLoops) {
+TEST(IntegralGains, ZeroClearsTheSpeedIntegral) {
   DriveParams d = ideal_drive();
   d.load.tau = 0.05;
   ControlSettings settings = unlimited();
@@ -233,7 +233,7 @@ TEST(IntegralGains, ZeroForgetsTheSpeedLoops) {
 
 /// The delays of both estimates match docs/internals/model.md, measured on a shaft with constant
 /// acceleration.
-TEST(Estimator, IsAsLateAsItsBandwidthsSay) {
+TEST(Estimator, DelaysFollowFromTheBandwidths) {
   DriveParams d = ideal_drive();
   d.encoder.bits = 18;
   d.control.estimator_bandwidth = 4000.0;
@@ -262,7 +262,7 @@ TEST(Estimator, IsAsLateAsItsBandwidthsSay) {
   EXPECT_NEAR(late_report, 1e-3 - 0.5 * p.T_m, 1e-6);
 }
 
-TEST(IntegralGains, ZeroForgetsTheAngleLoops) {
+TEST(IntegralGains, ZeroClearsTheAngleIntegral) {
   const DriveParams d = ideal_drive();
   ControlSettings settings = unlimited();
   MotionParams p = motion_params(d, settings);
@@ -280,7 +280,7 @@ TEST(IntegralGains, ZeroForgetsTheAngleLoops) {
   EXPECT_NEAR(s.omega_ref, p.angle_kp * error, 1e-12);
 }
 
-TEST(IntegralGains, ZeroForgetsTheCurrentLoops) {
+TEST(IntegralGains, ZeroClearsTheCurrentIntegral) {
   DriveParams d = ideal_drive();
   d.mechanics.J = 1e3;  // locked
   ControlSettings settings = unlimited();

@@ -14,7 +14,7 @@ LegBridgeInput at_rest(const Dq<double>& i) {
   return {i, 0.0, 0.0, 24.0, 0.1, 0.14, 0.12e-3, 0.12e-3, 0.00499, 1.0 / 32e3, 0.0};
 }
 
-TEST(DiodeBridge, CurrentDecaysAtTheRateOfTheLinkVoltageAndThenStaysZero) {
+TEST(DiodeBridge, LinkVoltageReducesTheCurrentToZero) {
   // Current into a, out of b: b − a has −(V + 2·v_d), so 2·L·di/dt = −(V + 2·v_d) − 2·R·i.
   LegBridgeInput in = at_rest(park(clarke(Abc<double>{5.0, -5.0, 0.0}), sincos(0.0)));
   const double v = 0.5 * (in.v_link + 2.0 * kDiode);
@@ -112,7 +112,7 @@ TEST(DiodeBridge, EnergyBalances) {
   }
 }
 
-TEST(DiodeBridge, FreeWheelingMotorBelowTheThresholdFeelsNothing) {
+TEST(DiodeBridge, DoesNotBrakeBelowTheThreshold) {
   DriveParams d = ideal_drive();
   BarePlant plant(d);
   plant.s.omega = 0.5 * 24.0 / (std::sqrt(3.0) * d.motor.psi_f * d.motor.pole_pairs);
@@ -124,7 +124,7 @@ TEST(DiodeBridge, FreeWheelingMotorBelowTheThresholdFeelsNothing) {
   EXPECT_EQ(plant.copper(), 0.0);
 }
 
-TEST(DiodeBridge, OverspeedIsBrakedTowardsTheThresholdAndChargesTheLink) {
+TEST(DiodeBridge, BrakesOverspeedAndChargesTheLink) {
   DriveParams d = ideal_drive();
   d.supply.i_regen_max = 0.0;  // a rectifier: the link keeps the motor's energy
   d.supply.C_link = 470e-6;
@@ -146,7 +146,7 @@ TEST(DiodeBridge, OverspeedIsBrakedTowardsTheThresholdAndChargesTheLink) {
               0.01 * (before));
 }
 
-TEST(DiodeBridge, TakesDownACurrentThatMakesTorqueOnly) {
+TEST(DiodeBridge, ReducesAPureTorqueCurrent) {
   // At angle 0 the q axis lies between b and c: all of i_q = 5 A flows in at b and out at c.
   const DriveParams d = ideal_drive();
   BarePlant plant(d);

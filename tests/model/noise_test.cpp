@@ -1,4 +1,4 @@
-// The noise has the moments of a sum of four uniform numbers (Irwin–Hall), and no memory.
+// The noise has the moments of a sum of four uniform numbers (Irwin–Hall), and no autocorrelation.
 #include "model/noise.hpp"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ std::vector<double> deviates(std::uint64_t seed) {
   return x;
 }
 
-TEST(Noise, HasMeanZeroVarianceOneAndTheKurtosisOfFourUniforms) {
+TEST(Noise, HasTheMomentsOfFourUniforms) {
   for (const std::uint64_t seed : {0U, 1U, 2U, 12345U}) {
     double sum = 0;
     double sum_2 = 0;
@@ -40,7 +40,7 @@ TEST(Noise, HasMeanZeroVarianceOneAndTheKurtosisOfFourUniforms) {
   }
 }
 
-TEST(Noise, HasNoMemory) {
+TEST(Noise, HasNoAutocorrelation) {
   const std::vector<double> x = deviates(7);
   for (const std::size_t lag : {1U, 2U, 3U, 4U, 6U, 8U, 12U, 100U}) {
     double sum = 0;
@@ -54,7 +54,7 @@ TEST(Noise, HasNoMemory) {
   }
 }
 
-TEST(Noise, FillsEveryTenthOfItsRangeAsItShould) {
+TEST(Noise, HasTheDistributionOfFourUniforms) {
   // P(x < 1) of Irwin–Hall n = 4: u = 2 + 1/√3 of 0..4; F = 1 − (4 − u)⁴/24 + 4·(3 − u)⁴/24, u
   // in 2..3.
   const double u = 2.0 + 1.0 / std::sqrt(3.0);
@@ -67,7 +67,7 @@ TEST(Noise, FillsEveryTenthOfItsRangeAsItShould) {
               5.0 * std::sqrt(expected * (1 - expected) / kCount));
 }
 
-TEST(Noise, NeighbouringSeedsAreStrangersAndNoSeedIsDead) {
+TEST(Noise, SeedsGiveIndependentNoise) {
   std::set<std::uint64_t> words;
   for (std::uint64_t seed = 0; seed < 10000; ++seed) {
     words.insert(noise_seed(seed));
@@ -85,7 +85,7 @@ TEST(Noise, NeighbouringSeedsAreStrangersAndNoSeedIsDead) {
 }
 
 /// xorshift of 0 stays 0. Only this seed would give that state.
-TEST(Noise, NoSeedIsSilent) {
+TEST(Noise, NoSeedGivesConstantNoise) {
   std::uint64_t word = noise_seed(0 - 0x9E3779B97F4A7C15U);
   const double first = normal_deviate(word);
   EXPECT_NE(normal_deviate(word), first);

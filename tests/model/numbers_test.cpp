@@ -12,7 +12,7 @@ namespace numbers_test {
 
 constexpr double kSeries = 3e-10;  // accuracy of the polynomials
 
-TEST(OwnTrigonometry, SinCosFollowTheLibraryOverTenDecades) {
+TEST(Trigonometry, AgreesWithTheLibrary) {
   std::mt19937_64 random(1);
   for (int decade = -3; decade <= 8; ++decade) {
     std::uniform_real_distribution<double> angle(-std::pow(10.0, decade), std::pow(10.0, decade));
@@ -28,7 +28,7 @@ TEST(OwnTrigonometry, SinCosFollowTheLibraryOverTenDecades) {
   }
 }
 
-TEST(OwnTrigonometry, QuadrantsAreExactWhereTheyMeet) {
+TEST(Trigonometry, AgreesWithTheLibraryBetweenQuadrants) {
   for (int quarter = -40; quarter <= 40; ++quarter) {
     for (const double offset : {-1e-9, 0.0, 1e-9}) {
       const double theta = quarter * (kTwoPi / 4) + offset;
@@ -42,7 +42,7 @@ TEST(OwnTrigonometry, QuadrantsAreExactWhereTheyMeet) {
   EXPECT_EQ(sine(0.0), 0.0);
 }
 
-TEST(OwnTrigonometry, SmallAngleFormsKeepTheirPromise) {
+TEST(Trigonometry, SmallAngleFormsAreWithinTheirError) {
   for (double x = -0.5; x <= 0.5; x += 1e-4) {
     // First omitted terms: x⁹/9! and x⁸/8!; plus 50 % for later ones.
     EXPECT_NEAR(sincos_small(x).sin, std::sin(x), 1e-15 + 1.5 * std::pow(std::abs(x), 9) / 362880);
@@ -53,7 +53,7 @@ TEST(OwnTrigonometry, SmallAngleFormsKeepTheirPromise) {
   }
 }
 
-TEST(RealNumbers, RoundAndFloorAreTheLibrarys) {
+TEST(RealNumbers, RoundAndFloorEqualTheLibrary) {
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> wide(-1e9, 1e9);
   std::uniform_real_distribution<double> narrow(-3.0, 3.0);
@@ -65,7 +65,7 @@ TEST(RealNumbers, RoundAndFloorAreTheLibrarys) {
   }
 }
 
-TEST(RealNumbers, LanesAndScalarGiveTheSameBits) {
+TEST(RealNumbers, LanesAndScalarGiveEqualBits) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> angle(-1e4, 1e4);
   for (int n = 0; n < 2000; ++n) {
@@ -87,7 +87,7 @@ TEST(RealNumbers, LanesAndScalarGiveTheSameBits) {
   }
 }
 
-TEST(OwnTrigonometry, DecayIsZeroWhereADoubleIs) {
+TEST(Trigonometry, DecayAgreesWithTheLibrary) {
   for (const double x : {0.0, -0.25, -0.3, -1.0, -7.0, -100.0}) {
     // With n halvings the remainder of the series counts 2^n times; 2e-8 at the edge.
     EXPECT_NEAR(exp_decay(x), std::exp(x), std::exp(x) * 2e-8 * std::max(1.0, -8.0 * x)) << x;

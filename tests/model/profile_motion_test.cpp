@@ -40,7 +40,7 @@ Move reference_move(double distance, double omega_max, double accel) {
   return move;
 }
 
-TEST(Trapezoid, LastsWhatArithmeticSays) {
+TEST(Trapezoid, HasItsCalculatedDuration) {
   for (const double distance : {0.01, 0.5, -3.0, 40.0, -400.0}) {
     for (const double omega_max : {5.0, 60.0, 250.0}) {
       for (const double accel : {50.0, 1000.0, 20000.0}) {
@@ -66,7 +66,7 @@ TEST(Trapezoid, LastsWhatArithmeticSays) {
   }
 }
 
-TEST(Trapezoid, ShaftArrivesWithIt) {
+TEST(Trapezoid, ShaftFollowsTheReference) {
   DriveParams d = ideal_drive();
   ControlSettings settings = unlimited();
   settings.accel_max = 400.0;
@@ -98,7 +98,7 @@ struct Followed {
   }
 };
 
-TEST(Trapezoid, ComesDownToALowerLimitOnItsRamp) {
+TEST(Trapezoid, SlowsToALowerLimitOnItsRamp) {
   ControlSettings settings = unlimited();
   settings.accel_max = 20.0;
   const MotionParams usual = motion_params(ideal_drive(), settings);
@@ -153,7 +153,7 @@ TEST(SpeedRamp, RisesByTheAcceleration) {
   EXPECT_NEAR(bank.truth(0).omega_m, 50.0, 0.5);
 }
 
-TEST(Limits, CurrentNeverExceedsTheSettingNorSpeedTheFrame) {
+TEST(Limits, CurrentAndSpeedStayWithinTheirLimits) {
   DriveParams d = ideal_drive();
   d.load.J = 1e-3;
   ControlSettings settings = unlimited();

@@ -83,7 +83,7 @@ DriveParams smooth(DriveParams profile) {
 
 /// Current steps at the voltage limit, in both directions, at rest and at full speed, up to four
 /// fifths of the sensor range. Requirement: at most 5 % of the step.
-TEST(ReferenceSolver, AgreesInStepsThatTheVoltageLimits) {
+TEST(ReferenceSolver, AgreesAtTheVoltageLimit) {
   std::size_t checked = 0;
   for (const NamedDrive& drive : all_profiles()) {
     const DriveParams d = smooth(drive.init.params);

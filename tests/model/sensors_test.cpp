@@ -25,7 +25,7 @@ TEST(Encoder, CountsAreTheFloorOfTheAngleInItsBits) {
   }
 }
 
-TEST(Encoder, OffsetAndDirectionAreThoseOfTheMagnet) {
+TEST(Encoder, AppliesOffsetAndDirection) {
   DriveParams d = ideal_drive();
   d.encoder.bits = 14;
   d.encoder.offset = kPiT / 2;  // a quarter turn: 4096 counts
@@ -36,7 +36,7 @@ TEST(Encoder, OffsetAndDirectionAreThoseOfTheMagnet) {
   EXPECT_EQ(counts(d, kPiT / 4 - 1e-6), 4096.0 - 2048.0);
 }
 
-TEST(Encoder, TellsTheFirmwareTheTrueAngleWhateverOffsetAndDirection) {
+TEST(Encoder, FirmwareRemovesOffsetAndDirection) {
   for (const int direction : {1, -1}) {
     DriveParams d = ideal_drive();
     d.encoder.offset = 1.234;
@@ -50,7 +50,7 @@ TEST(Encoder, TellsTheFirmwareTheTrueAngleWhateverOffsetAndDirection) {
   }
 }
 
-TEST(Encoder, NonLinearityHasItsTwoHarmonicsAndNoOther) {
+TEST(Encoder, NonLinearityHasOnlyItsTwoHarmonics) {
   DriveParams d = ideal_drive();
   d.encoder.inl_1 = 2e-3;
   d.encoder.inl_1_phase = 0.7;
@@ -75,7 +75,7 @@ TEST(Encoder, NonLinearityHasItsTwoHarmonicsAndNoOther) {
   }
 }
 
-TEST(Encoder, LatencyShowsWhereTheShaftWas) {
+TEST(Encoder, LatencyDelaysTheReading) {
   DriveParams d = ideal_drive();
   d.encoder.latency = 100e-6;
   // 100 rad/s · 100 µs = 10 mrad = 417.2 counts of 18 bits.
@@ -83,24 +83,30 @@ TEST(Encoder, LatencyShowsWhereTheShaftWas) {
   EXPECT_NEAR(counts(d, 1.0) - counts(d, 1.0, -100.0), -0.01 * (1 << 18) / (2.0 * kPiT), 1.0);
 }
 
-TEST(Encoder, NoiseHasItsSpread) {
+/// Expects samples with this mean and deviation, within five standard errors.
+template <class Sample>
+void expect_spread(double mean, double deviation, Sample sample) {
+  constexpr int kCount = 200000;
+  double sum = 0;
+  double square = 0;
+  for (int n = 0; n < kCount; ++n) {
+    const double x = sample();
+    sum += x;
+    square += x * x;
+  }
+  EXPECT_NEAR(sum / kCount, mean, 5.0 * deviation / std::sqrt(kCount));
+  EXPECT_NEAR(std::sqrt(square / kCount - sum / kCount * sum / kCount), deviation,
+              deviation * 5.0 * std::sqrt(1.7 / kCount) / 2.0);
+}
+
+TEST(Encoder, NoiseHasItsDeviation) {
   DriveParams d = ideal_drive();
   d.encoder.noise = 1e-3;
   const PlantParams<double> p = plant_params(d);
   std::uint64_t noise = noise_seed(5);
-  double sum = 0;
-  double square = 0;
-  constexpr int kCount = 200000;
-  for (int n = 0; n < kCount; ++n) {
-    const double x = encoder(p, 1.0, 0.0, noise) / p.counts_per_rad - 1.0;
-    sum += x;
-    square += x * x;
-  }
-  const double mean = sum / kCount;
-  // floor() subtracts half a count on average; five standard errors of mean and of variance.
-  EXPECT_NEAR(mean, -0.5 / p.counts_per_rad, 5e-3 / std::sqrt(kCount));
-  EXPECT_NEAR(std::sqrt(square / kCount - mean * mean), 1e-3,
-              1e-3 * 5.0 * std::sqrt(1.7 / kCount) / 2.0);
+  // floor() subtracts half a count on average.
+  expect_spread(-0.5 / p.counts_per_rad, 1e-3,
+                [&] { return encoder(p, 1.0, 0.0, noise) / p.counts_per_rad - 1.0; });
 }
 
 double adc(const DriveParams& d, double i, double gain = 1.0, double offset = 0.0) {
@@ -108,7 +114,7 @@ double adc(const DriveParams& d, double i, double gain = 1.0, double offset = 0.
   return current_channel(plant_params(d), i, gain, offset, noise);
 }
 
-TEST(CurrentSensor, RoundsToItsStepAndEndsAtItsRange) {
+TEST(CurrentSensor, RoundsToItsStepAndSaturates) {
   DriveParams d = ideal_drive();
   d.current_sensor.range = 33.0;
   d.current_sensor.bits = 12;
@@ -128,21 +134,15 @@ TEST(CurrentSensor, AppliesGainThenOffset) {
   EXPECT_NEAR(adc(d, -10.0, 1.02, -0.3), -10.5, 4e-5);
 }
 
-TEST(CurrentSensor, NoiseHasItsSpread) {
+TEST(CurrentSensor, NoiseHasItsDeviation) {
   DriveParams d = ideal_drive();
   d.current_sensor.noise = 0.05;
   const PlantParams<double> p = plant_params(d);
   std::uint64_t noise = noise_seed(6);
-  double square = 0;
-  constexpr int kCount = 200000;
-  for (int n = 0; n < kCount; ++n) {
-    const double i = current_channel(p, 0.0, 1.0, 0.0, noise);
-    square += i * i;
-  }
-  EXPECT_NEAR(std::sqrt(square / kCount), 0.05, 0.05 * 5.0 * std::sqrt(1.7 / kCount) / 2.0);
+  expect_spread(0.0, 0.05, [&] { return current_channel(p, 0.0, 1.0, 0.0, noise); });
 }
 
-TEST(SlowSensors, SeeTheMotorFromTheBoard) {
+TEST(SlowSensors, MotorTemperatureIncludesABoardShare) {
   std::uint64_t noise = 1;
   const SlowSensorParams p{.temp_lsb = 0.5, .board_share = 0.5};
   // 60 °C plus half of the 10 K by which the board exceeds the housing.

@@ -1,12 +1,10 @@
 // Compares DC link and heat with closed forms (docs/internals/model.md §5, §6).
-#include <span>
-
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
 namespace supply_thermal_test {
 
-TEST(Supply, LinkFollowsTheRcStepExactly) {
+TEST(Supply, LinkFollowsTheExponentialOfItsCapacitor) {
   DriveParams d = ideal_drive();
   d.supply = {.v_source = 24.0, .R_source = 0.5, .C_link = 470e-6, .i_regen_max = 1e3};
   const PlantParams<double> p = plant_params(d);
@@ -81,11 +79,10 @@ TEST(Supply, SagsUnderLoadAndRisesWhenBraking) {
 
 /// Regression: noise at an empty link gave a negative voltage, and a negative voltage circle gave
 /// NaN.
-TEST(Supply, EmptyLinkLeavesEverythingFinite) {
-  DriveInit init;
-  init.settings.gains.current_kp = 0;
-  init.settings.gains.current_ki = 0;
-  DriveBank bank(std::span(&init, 1));
+TEST(Supply, EmptyLinkKeepsTheStateFinite) {
+  ControlSettings settings;
+  settings.gains.current_kp = settings.gains.current_ki = 0;
+  DriveBank bank = one_drive(DriveParams{}, settings);
   bank.command(0, Speed{10.0, 0.0});
   bank.advance(320);
   bank.set_supply_voltage(0, 0.0);
@@ -96,7 +93,7 @@ TEST(Supply, EmptyLinkLeavesEverythingFinite) {
   EXPECT_TRUE(std::isfinite(bank.truth(0).i_q));
 }
 
-TEST(Heat, WindingOfAHeldHousingFollowsItsExponential) {
+TEST(Heat, WindingFollowsItsExponential) {
   DriveParams d = ideal_drive();
   d.thermal.C_housing = 1e12;
   const ThermalParams& t = d.thermal;
@@ -141,7 +138,7 @@ TEST(Heat, SteadyStateIsTheSumOfTheResistances) {
 
 /// The iron's share of the friction warms the winding, the rest the housing; their sum is the
 /// shaft's loss, once. Additional friction of a brake or a jam (ten times here) has no iron share.
-TEST(Heat, IronWarmsTheWindingWithItsPartOfTheFriction) {
+TEST(Heat, IronShareOfTheFrictionWarmsTheWinding) {
   for (const double others : {0.0, 0.2}) {
     DriveParams d = ideal_drive();
     d.mechanics.J = 1e6;
@@ -170,7 +167,7 @@ TEST(Heat, IronWarmsTheWindingWithItsPartOfTheFriction) {
 
 /// As above, for drives in a bank: one with iron, one without, at equal speed and fault. The
 /// difference of the winding temperatures is the share of a healthy drive.
-TEST(Heat, IronTakesNothingOfTheFrictionOfAFault) {
+TEST(Heat, FrictionFaultHasNoIronShare) {
   const auto winding_C = [](double share) {
     DriveParams d = ideal_drive();
     d.mechanics.tau_coulomb = d.mechanics.tau_static = 0.01;
@@ -189,7 +186,7 @@ TEST(Heat, IronTakesNothingOfTheFrictionOfAFault) {
   EXPECT_NEAR(winding_C(0.5) - winding_C(0.0), warmer_K, 0.1 * warmer_K);
 }
 
-TEST(Heat, CopperLossOfAHeldCurrentIsThreeHalvesRISquared) {
+TEST(Heat, CopperLossIsThreeHalvesRISquared) {
   DriveParams d = ideal_drive();
   d.mechanics.J = 1e6;
   d.inverter.R_on = 0.02;

@@ -42,7 +42,7 @@ TEST(Transforms, PowerIsThreeHalvesOfTheDqProduct) {
   }
 }
 
-TEST(Transforms, WhatThePhasesHaveInCommonDropsOut) {
+TEST(Transforms, CommonModeOfThePhasesCancels) {
   const AlphaBeta<double> bare = clarke(Abc<double>{1.0, 2.0, -3.0});
   const AlphaBeta<double> raised = clarke(Abc<double>{8.0, 9.0, 4.0});
   EXPECT_NEAR(bare.alpha, raised.alpha, kRounding);
@@ -56,7 +56,7 @@ AlphaBeta<double> request(double amplitude, double theta) {
   return {amplitude * std::cos(theta), amplitude * std::sin(theta)};
 }
 
-TEST(SpaceVector, AverageOfTheLegsIsTheRequestForAllAngles) {
+TEST(SpaceVector, LegsGiveTheRequestedVoltage) {
   for (const double amplitude : {0.0, 0.01, 1.0, 8.0, kVBus / std::sqrt(3.0)}) {
     for (double theta = 0.0; theta < 6.3; theta += 0.003) {
       const AlphaBeta<double> v = request(amplitude, theta);

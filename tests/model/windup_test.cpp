@@ -1,6 +1,4 @@
 // The motion loops do not wind up while they are limited (docs/internals/model.md §11).
-#include <span>
-
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
@@ -9,13 +7,6 @@ namespace windup_test {
 constexpr std::int64_t kPeriod = 4;  // ticks of the motion loops
 constexpr double kPeriod_s = 4.0 / 32e3;
 
-DriveInit start(const DriveParams& params, const ControlSettings& settings) {
-  DriveInit init;
-  init.params = params;
-  init.settings = settings;
-  return init;
-}
-
 double position_rad(const DriveBank& bank) {
   return static_cast<double>(bank.telemetry(0).encoder_position) * 2.0 * kPiT / (1 << 18);
 }
@@ -23,8 +14,7 @@ double position_rad(const DriveBank& bank) {
 TEST(CurrentRamp, BoundsTheGrowthFromRest) {
   ControlSettings settings = unlimited();
   settings.current_ramp = 25.0;
-  const DriveInit init = start(ideal_drive(), settings);
-  DriveBank bank(std::span(&init, 1));
+  DriveBank bank = one_drive(ideal_drive(), settings);
   bank.advance(3200);
   bank.command(0, Speed{100.0, 0.0});
   bool reached = false;
@@ -40,26 +30,26 @@ TEST(CurrentRamp, BoundsTheGrowthFromRest) {
 TEST(CurrentRamp, DoesNotDelayBraking) {
   ControlSettings settings = unlimited();
   settings.current_ramp = 25.0;
-  const DriveInit init = start(ideal_drive(), settings);
-  DriveBank bank(std::span(&init, 1));
+  DriveBank bank = one_drive(ideal_drive(), settings);
   bank.command(0, Speed{50.0, 0.0});
   bank.advance(64000);
   bank.command(0, Speed{0.0, 0.0});
   bank.advance(2 * kPeriod);
   // Unramped PI: at least half of K_p·50 rad/s; the ramp alone would allow 6 mA.
-  const ControlParams& c = init.params.control;
-  const double k_p = c.speed_bandwidth * c.J_nominal / k_t(init.params.motor);
+  const ControlParams& c = ideal_drive().control;
+  const double k_p = c.speed_bandwidth * c.J_nominal / k_t(ideal_drive().motor);
   EXPECT_LT(bank.truth(0).i_q_ref, -0.5 * k_p * 50.0);
 }
 
 /// A current catches a load that has turned the shaft backwards, and must stay when the shaft is at
 /// rest. If it restarted the ramp, it would take two seconds to return.
-TEST(CurrentRamp, HoldsWhatBrakingHasCaught) {
+TEST(CurrentRamp, KeepsTheCurrentReachedByBraking) {
   constexpr double kHolding_A = 2.0;
-  DriveInit init = start(ideal_drive(), unlimited());
-  init.settings.current_ramp = 1.0;
-  init.params.load.tau = kHolding_A * k_t(init.params.motor) * init.params.mechanics.gear_ratio;
-  DriveBank bank(std::span(&init, 1));
+  DriveParams d = ideal_drive();
+  d.load.tau = kHolding_A * k_t(d.motor) * d.mechanics.gear_ratio;
+  ControlSettings settings = unlimited();
+  settings.current_ramp = 1.0;
+  DriveBank bank = one_drive(d, settings);
   bank.advance(1600);
   ASSERT_GT(std::abs(bank.truth(0).omega_m), 5.0);
   bank.command(0, Speed{0.0, 0.0});
@@ -79,8 +69,7 @@ TEST(AngleIntegral, DoesNotGrowWhileTheShaftIsHeld) {
   ControlSettings settings = unlimited();
   settings.i_q_max = 2.0;
   settings.omega_max = 50.0;
-  const DriveInit init = start(d, settings);
-  DriveBank bank(std::span(&init, 1));
+  DriveBank bank = one_drive(d, settings);
   bank.command(0, Position{0.02, 0.0});
   for (int second = 0; second < 5; ++second) {
     bank.advance(32000);
@@ -93,13 +82,12 @@ TEST(AngleIntegral, DoesNotGrowWhileTheShaftIsHeld) {
 }
 
 /// A voltage-mode drive commanded above its supply's speed slows down at once when commanded lower.
-TEST(VoltageMode, SpeedLoopDoesNotWindUpAgainstTheSupply) {
+TEST(VoltageMode, SpeedLoopDoesNotWindUpAtTheVoltageLimit) {
   DriveParams d = ideal_drive();
   d.motor.R_s = 3.0;
   d.motor.L_d = d.motor.L_q = 1e-3;
   d.control.has_current_loop = false;
-  const DriveInit init = start(d, unlimited());
-  DriveBank bank(std::span(&init, 1));
+  DriveBank bank = one_drive(d, unlimited());
   bank.command(0, Speed{1e3, 0.0});
   bank.advance(std::int64_t{5} * 32000);
   const double fastest = bank.truth(0).omega_m;
