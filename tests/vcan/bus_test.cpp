@@ -16,10 +16,10 @@
 #include <vector>
 
 #include "protocol/frame_bits.hpp"
-#include "tests/host/emulator_process.hpp"
 #include "tests/host/host.hpp"
 #include "tests/host/machine_support.hpp"
 #include "tests/support/temp_directory.hpp"
+#include "tests/vcan/ready_emulator.hpp"
 
 namespace lk::host {
 namespace bus_test {
@@ -29,10 +29,7 @@ using namespace std::chrono_literals;
 /// A private vcan, so that adding and removing it affects no other test.
 class OwnInterface {
  public:
-  explicit OwnInterface(std::string name) : name_(std::move(name)) {
-    ip("link add " + name_ + " type vcan");
-    up();
-  }
+  explicit OwnInterface(std::string name) : name_(std::move(name)) { create(); }
   OwnInterface(const OwnInterface&) = delete;
   OwnInterface& operator=(const OwnInterface&) = delete;
   ~OwnInterface() { run("ip link del " + name_ + " 2>/dev/null"); }
@@ -40,7 +37,7 @@ class OwnInterface {
   void up() const { ip("link set " + name_ + " up"); }
   void down() const { ip("link set " + name_ + " down"); }
   void remove() const { ip("link del " + name_); }
-  void make_again() const {
+  void create() const {
     ip("link add " + name_ + " type vcan");
     up();
   }
@@ -57,8 +54,7 @@ std::string summary_line(const std::string& text, const std::string& what) {
 }
 
 TEST(BadFrames, AreCountedByCauseAndNotAnswered) {
-  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-2"});
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(on("vcan0", "1-2"));
   Host host("vcan0");
   can_frame frame{};
   frame.data[0] = 0x9C;
@@ -98,8 +94,7 @@ TEST(BadFrames, AreCountedByCauseAndNotAnswered) {
 }
 
 TEST(BadFrames, KernelFiltersForeignFramesWithoutABitRate) {
-  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1", "--bitrate", "0"});
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(on("vcan0", "1", {"--bitrate", "0"}));
   Host host("vcan0");
   for (const canid_t id : {0x000U, 0x13FU, 0x180U, 0x27FU, 0x290U, 0x7FFU})
     host.send(id, kReadState2);
@@ -110,9 +105,8 @@ TEST(BadFrames, KernelFiltersForeignFramesWithoutABitRate) {
 }
 
 TEST(Buses, TwoRunAtOnceWithThirtyTwoIds) {
-  EmulatorProcess emulator(
+  ReadyEmulator emulator(
       {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-32", "--bus", "vcan1", "--ids", "5,7-9"});
-  ASSERT_TRUE(emulator.wait_ready());
   Host first("vcan0");
   Host second("vcan1");
   for (int id = 1; id <= 32; ++id) EXPECT_TRUE(first.query(id, kReadState2)) << id;
@@ -125,9 +119,7 @@ TEST(Buses, TwoRunAtOnceWithThirtyTwoIds) {
 }
 
 TEST(Buses, BurstOfQueriesIsAnsweredOnce) {
-  EmulatorProcess emulator(
-      {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-32", "--bitrate", "0"});
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(on("vcan0", "1-32", {"--bitrate", "0"}));
   Host host("vcan0");
   // Without a bit rate, queries that waited while the program was delayed arrive at one instant,
   // and must fit into each drive's queue.
@@ -148,9 +140,7 @@ TEST(Buses, BurstOfQueriesIsAnsweredOnce) {
 
 // As root. The receive buffer needs a capability, which the program drops after its start.
 TEST(Buses, ReceiveBufferHoldsABurstDuringAStop) {
-  EmulatorProcess emulator(
-      {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-2", "--bitrate", "0"});
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(on("vcan0", "1-2", {"--bitrate", "0"}));
   Host host("vcan0");
   emulator.signal(SIGSTOP);
   constexpr int kQueries = 3000;  // about four times the system's default limit
@@ -164,8 +154,7 @@ TEST(Buses, ReceiveBufferHoldsABurstDuringAStop) {
 }
 
 TEST(Buses, TwoHostsSeeEachOthersQueriesAndAllReplies) {
-  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-2"});
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(on("vcan0", "1-2"));
   Host host("vcan0");
   Host other("vcan0");
   host.send(0x141, {0x9A});
@@ -187,15 +176,13 @@ TEST(Buses, ShippedRobotsAnswer) {
   const std::filesystem::path robots = std::filesystem::path(LKEMU_SOURCE_DIR) / "configs/buses";
   for (const char* robot : {"gimbal", "turntable", "bench"}) {
     SCOPED_TRACE(robot);
-    EmulatorProcess emulator({"--config", (robots / robot).replace_extension("toml"), "--bus",
-                              "vcan0", "--rom", own.path("rom")});
-    ASSERT_TRUE(emulator.wait_ready());
+    ReadyEmulator emulator({"--config", (robots / robot).replace_extension("toml"), "--bus",
+                            "vcan0", "--rom", own.path("rom")});
     Host host("vcan0");
     EXPECT_EQ(host.query(1, {0x9C}).value_or(Payload{})[0], 0x9C);
     EXPECT_EQ(emulator.stop().status, 0);
   }
-  EmulatorProcess emulator({"--config", robots / "quadruped.toml", "--rom", own.path("rom")});
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator({"--config", robots / "quadruped.toml", "--rom", own.path("rom")});
   Host front("vcan0");
   Host hind("vcan1");
   for (int id = 1; id <= 6; ++id) EXPECT_TRUE(front.query(id, {0x92})) << id;
@@ -234,8 +221,7 @@ std::vector<Exchange> ask_in_turns(const std::vector<int>& ids, int rounds) {
 TEST(Buses, EightHostsGetAllRepliesNeverEarly) {
   constexpr int kHosts = 8;
   constexpr int kRounds = 10;
-  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-32"});
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(on("vcan0", "1-32"));
   std::vector<std::future<std::vector<Exchange>>> hosts;
   const auto start = std::chrono::steady_clock::now();
   for (int first = 1; first <= kHosts; ++first) {
@@ -259,16 +245,14 @@ TEST(Buses, EightHostsGetAllRepliesNeverEarly) {
 }
 
 TEST(Buses, VxcanPairNeedsNoLoopback) {
-  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vxcan1", "--ids", "1"});
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(on("vxcan1", "1"));
   Host host("vxcan0", Host::Loopback::kOff);
   EXPECT_TRUE(host.query(1, kReadState2));
 }
 
 TEST(Interface, RecoversAfterDownAndUp) {
   const OwnInterface bus("vcandown");
-  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcandown", "--ids", "1"});
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(on("vcandown", "1"));
   for (int round = 1; round <= 2; ++round) {
     bus.down();
     ASSERT_TRUE(emulator.wait_for_log("vcandown is down: waiting for it", round));
@@ -282,11 +266,10 @@ TEST(Interface, RecoversAfterDownAndUp) {
 
 TEST(Interface, RecoversAfterDeletion) {
   const OwnInterface bus("vcangone");
-  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcangone", "--ids", "1"});
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(on("vcangone", "1"));
   bus.remove();
   ASSERT_TRUE(emulator.wait_for_log("vcangone is gone: waiting"));
-  bus.make_again();
+  bus.create();
   ASSERT_TRUE(emulator.wait_for_log("vcangone is up: continuing"));
   Host host("vcangone");
   EXPECT_TRUE(host.query(1, kReadState2));
@@ -297,7 +280,7 @@ TEST(Interface, RecoversAfterDeletion) {
 TEST(Interface, IsAwaitedIfDownAtStart) {
   const OwnInterface bus("vcanlate");
   bus.down();
-  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcanlate", "--ids", "1"});
+  EmulatorProcess emulator(on("vcanlate", "1"));
   ASSERT_TRUE(emulator.wait_for_log("vcanlate is down: waiting for it"));
   bus.up();
   ASSERT_TRUE(emulator.wait_ready());
@@ -326,8 +309,7 @@ TEST(Interface, ReportsDownAtStartToTheServiceManager) {
     const ssize_t size = ::recv(manager, text, sizeof text, 0);
     return std::string(text, static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
   };
-  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcanlate", "--ids", "1"},
-                           {"env", "NOTIFY_SOCKET=" + place});
+  EmulatorProcess emulator(on("vcanlate", "1"), {"env", "NOTIFY_SOCKET=" + place});
   EXPECT_EQ(told(), "STATUS=waiting for an interface to be up");
   bus.up();
   EXPECT_EQ(told(), "READY=1\nSTATUS=ready vcanlate:1");
@@ -356,8 +338,7 @@ TEST(Interface, ScenarioThatNeverStartsIsInvalid) {
 }
 
 TEST(Interface, MissingErrorListsTheCommandsToCreateIt) {
-  const auto result =
-      EmulatorProcess({"--rom", ":memory:", "--bus", "vcanno", "--ids", "1"}).wait();
+  const auto result = EmulatorProcess(on("vcanno", "1")).wait();
   EXPECT_EQ(result.status, 2);
   EXPECT_EQ(result.err,
             "lk-emu: interface not found: vcanno; create it with: sudo ip link add vcanno type "
@@ -365,16 +346,14 @@ TEST(Interface, MissingErrorListsTheCommandsToCreateIt) {
 }
 
 TEST(Interface, RejectsOtherKindsThanCan) {
-  const auto result = EmulatorProcess({"--rom", ":memory:", "--bus", "lo", "--ids", "1"}).wait();
+  const auto result = EmulatorProcess(on("lo", "1")).wait();
   EXPECT_EQ(result.status, 2);
   EXPECT_EQ(result.err, "lk-emu: lo is not a CAN interface\n");
 }
 
 TEST(CreateBus, CreatesTheInterfaceAndBringsItUp) {
   run("ip link del vcanmade 2>/dev/null");
-  EmulatorProcess emulator(
-      {"--rom", ":memory:", "--bus", "vcanmade", "--ids", "1", "--create-bus"});
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(on("vcanmade", "1", {"--create-bus"}));
   {
     Host host("vcanmade");
     EXPECT_TRUE(host.query(1, kReadState2));
@@ -385,9 +364,7 @@ TEST(CreateBus, CreatesTheInterfaceAndBringsItUp) {
 
 /// A vulnerability then gives an attacker no capabilities.
 TEST(CreateBus, DropsCapabilitiesAfterCreation) {
-  EmulatorProcess emulator({"--rom", ":memory:", "--control", "none", "--bus", "vcanmade", "--ids",
-                            "1", "--create-bus"});
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(on("vcanmade", "1", {"--create-bus"}));
   auto status = process_status(emulator.pid());
   for (const char* set : {"CapInh", "CapPrm", "CapEff", "CapBnd", "CapAmb"}) {
     EXPECT_EQ(status[set], "0000000000000000") << set;
@@ -402,16 +379,13 @@ TEST(CreateBus, DropsCapabilitiesAfterCreation) {
 TEST(CreateBus, BringsUpAnExistingInterface) {
   const OwnInterface bus("vcandead");
   bus.down();
-  EmulatorProcess emulator(
-      {"--rom", ":memory:", "--bus", "vcandead", "--ids", "1", "--create-bus"});
+  EmulatorProcess emulator(on("vcandead", "1", {"--create-bus"}));
   EXPECT_TRUE(emulator.wait_ready());
 }
 
 TEST(CreateBus, NamesTheMissingPermission) {
-  const auto result = EmulatorProcess({"--rom", ":memory:", "--control", "none", "--bus",
-                                       "vcanperm", "--ids", "1", "--create-bus"},
-                                      as_another_user())
-                          .wait();
+  const auto result =
+      EmulatorProcess(on("vcanperm", "1", {"--create-bus"}), as_another_user()).wait();
   EXPECT_EQ(result.status, 2);
   EXPECT_EQ(result.err,
             "lk-emu: no permission to make vcanperm: --create-bus needs root or CAP_NET_ADMIN\n");
@@ -419,8 +393,7 @@ TEST(CreateBus, NamesTheMissingPermission) {
 
 TEST(Stop, WorksWhileTheInterfaceIsGone) {
   const OwnInterface bus("vcanstop");
-  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcanstop", "--ids", "1"});
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(on("vcanstop", "1"));
   bus.remove();
   ASSERT_TRUE(emulator.wait_for_log("vcanstop is gone"));
   EXPECT_EQ(emulator.stop().status, 0);

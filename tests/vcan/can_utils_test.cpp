@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tests/host/machine_support.hpp"
+#include "tests/vcan/ready_emulator.hpp"
 
 namespace lk::host {
 namespace can_utils_test {
@@ -14,8 +15,7 @@ namespace can_utils_test {
 int candumps() { return count_of(text_of("/proc/net/can/rcvlist_all"), "vcan0"); }
 
 TEST(CanUtils, CansendQueriesAndCandumpOutputDecodes) {
-  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-2"});
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(on("vcan0", "1-2"));
   const int before = candumps();
   EmulatorProcess decode({"decode", "--json"},
                          {"sh", "-c", "candump -n 8 -t z vcan0 | exec \"$@\"", "sh"});
@@ -58,8 +58,7 @@ TEST(CanUtils, SlcandCreatesAnInterfaceFromAPty) {
   }
   const test::TempDirectory own;
   const std::string terminal = own.path("ttyACM0");
-  EmulatorProcess emulator({"--bus", "slcan-pty:" + terminal, "--ids", "1-4", "--rom", ":memory:"});
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator({"--bus", "slcan-pty:" + terminal, "--ids", "1-4", "--rom", ":memory:"});
   // It becomes a daemon and needs no terminal.
   ASSERT_TRUE(run("slcand -o -s8 $(readlink " + terminal + ") canutils0"));
   ASSERT_TRUE(wait_until([] { return std::filesystem::exists("/sys/class/net/canutils0"); }));

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "tests/host/disk_support.hpp"
+#include "tests/vcan/ready_emulator.hpp"
 
 namespace lk::host {
 namespace disk_test {
@@ -69,8 +70,7 @@ TEST_F(Disk, LostWriteAccessToRomPreventsAcknowledgement) {
   disk("size=1m,mode=777");
   fs::permissions(path(""), fs::perms(0755));
   // Permissions do not stop root.
-  EmulatorProcess emulator(with_rom(), as_another_user());
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(with_rom(), as_another_user());
   Host host("vcan0");
   ASSERT_EQ(host.query(1, kPidToRom), kPidToRom);
   ASSERT_TRUE(run("chmod 500 " + path("disk") + "/rom"));
@@ -81,8 +81,7 @@ TEST_F(Disk, LostWriteAccessToRomPreventsAcknowledgement) {
   ASSERT_TRUE(run("chmod 700 " + path("disk") + "/rom"));
   EXPECT_EQ(host.query(2, kPidToRom), kPidToRom) << "and it may be written again";
   EXPECT_EQ(emulator.stop().status, 0);
-  EmulatorProcess next(with_rom());
-  ASSERT_TRUE(next.wait_ready());
+  ReadyEmulator next(with_rom());
   EXPECT_EQ(host.query(1, kReadPid), kPid) << "the last that was acknowledged";
   EXPECT_EQ(host.query(2, kReadPid), kPid);
 }
@@ -90,8 +89,7 @@ TEST_F(Disk, LostWriteAccessToRomPreventsAcknowledgement) {
 TEST_F(Disk, FullDiskPreventsOnlyRomAcknowledgements) {
   disk("size=64k");
   {
-    EmulatorProcess emulator(with_rom());
-    ASSERT_TRUE(emulator.wait_ready());
+    ReadyEmulator emulator(with_rom());
     Host host("vcan0");
     EXPECT_EQ(host.query(1, kPidToRom), kPidToRom);
     fill();
@@ -107,17 +105,15 @@ TEST_F(Disk, FullDiskPreventsOnlyRomAcknowledgements) {
     EXPECT_NE(result.out.find("replies not sent: not kept in ROM"), std::string::npos);
   }
   fs::remove(path("disk") + "/filler");
-  EmulatorProcess emulator(with_rom());
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(with_rom());
   EXPECT_EQ(Host("vcan0").query(1, kReadPid), kPid) << "the last that was acknowledged";
 }
 
 // A remount is not possible while the program keeps its lock file open for writing.
 TEST_F(Disk, RunningProgramPreventsAReadOnlyRemount) {
   disk("size=1m");
-  EmulatorProcess emulator(
+  ReadyEmulator emulator(
       {"--rom", path("disk"), "--control", "none", "--bus", "vcan0", "--ids", "1"});
-  ASSERT_TRUE(emulator.wait_ready());
   EXPECT_FALSE(run("mount -o remount,ro " + path("disk") + " 2>/dev/null"));
   Host host("vcan0");
   EXPECT_EQ(host.query(1, kPidToRom), kPidToRom);

@@ -1,35 +1,24 @@
 // Frames of all kinds at the kernel's maximal rate, while a host keeps querying. Its queries are
 // answered or counted as lost. After the flood the program is in its earlier state.
 
-#include <gtest/gtest.h>
-#include <linux/can/raw.h>
-#include <net/if.h>
-#include <poll.h>
-#include <sys/socket.h>
-#include <sys/un.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <random>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "tests/host/emulator_process.hpp"
-#include "tests/host/host.hpp"
-#include "tests/support/temp_directory.hpp"
+#include "tests/host/machine_support.hpp"
+#include "tests/vcan/ready_emulator.hpp"
 
 namespace lk::host {
 namespace flood_test {
 
-using Clock = std::chrono::steady_clock;
-
-constexpr canid_t kAsked = 0x142;  // the flood does not address this drive
+constexpr int kAskedId = 2;  // the flood does not address this drive
+constexpr canid_t kAsked = 0x140 + kAskedId;
 constexpr int kQueries = 300;
 
 // --- flood
@@ -108,34 +97,18 @@ class Flood {
 /// A host that receives one drive only, so that its socket does not overflow.
 class Asker {
  public:
-  Asker() : fd_(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW)) {
-    const can_filter mine{kAsked, CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG};
-    ::setsockopt(fd_, SOL_CAN_RAW, CAN_RAW_FILTER, &mine, sizeof mine);
-    sockaddr_can address{};
-    address.can_family = AF_CAN;
-    address.can_ifindex = static_cast<int>(::if_nametoindex("vcan0"));
-    EXPECT_EQ(::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-  }
-  Asker(const Asker&) = delete;
-  Asker& operator=(const Asker&) = delete;
-  ~Asker() { ::close(fd_); }
+  Asker() { host_.hear_only({kAskedId}); }
 
   void ask() {
-    can_frame query{};
-    query.can_id = kAsked;
-    query.len = 8;
-    query.data[0] = 0x9C;
-    while (::write(fd_, &query, sizeof query) != sizeof query) {
+    while (!sent()) {
     }
     ++asked;
   }
   /// Receives one answer within `patience_ms`; returns whether it came.
   bool hear(int patience_ms) {
-    pollfd readable{fd_, POLLIN, 0};
-    if (::poll(&readable, 1, patience_ms) < 1) return false;
-    can_frame reply{};
-    EXPECT_EQ(::read(fd_, &reply, sizeof reply), static_cast<ssize_t>(sizeof reply));
-    EXPECT_EQ(reply.data[0], 0x9C);
+    const auto reply = host_.receive(patience_ms);
+    if (!reply) return false;
+    EXPECT_EQ(reply->data[0], kReadState2[0]);
     ++answered;
     return true;
   }
@@ -144,41 +117,22 @@ class Asker {
   std::uint64_t answered = 0;
 
  private:
-  int fd_;
+  bool sent() const {
+    try {
+      host_.send(kAsked, kReadState2);
+      return true;
+    } catch (const std::system_error&) {  // the queue is full
+      return false;
+    }
+  }
+
+  Host host_{"vcan0"};
 };
 
 // --- the control interface
 
-int connect_to(const std::string& path) {
-  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  std::copy(path.begin(), path.end(), std::begin(address.sun_path));
-  if (::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return fd;
-  ::close(fd);
-  return -1;
-}
-
-/// Returns the answer to a GET; empty if there is none.
-std::string ask_control(const std::string& path, const std::string& what) {
-  const int fd = connect_to(path);
-  const std::string request =
-      "GET /api/v1" + what + " HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n";
-  if (::write(fd, request.data(), request.size()) < 0) return "";
-  std::string answer;
-  char bytes[4096];
-  for (ssize_t size = 0; (size = ::read(fd, bytes, sizeof bytes)) > 0;) {
-    answer.append(bytes, static_cast<std::size_t>(size));
-  }
-  ::close(fd);
-  return answer;
-}
-
-/// Returns the number of a key. Pre: the JSON has the key once.
-std::uint64_t number(const std::string& text, const std::string& key) {
-  const auto at = text.find("\"" + key + "\":");
-  EXPECT_NE(at, std::string::npos) << key << " in " << text;
-  return at == std::string::npos ? 0 : std::stoull(text.substr(at + key.size() + 3));
+std::uint64_t number(const Answer& answer, const std::string& key) {
+  return static_cast<std::uint64_t>(answer.number(key));
 }
 
 /// Returns the sum of the numbers in the object "dropped".
@@ -194,18 +148,15 @@ std::uint64_t dropped(const std::string& text) {
 
 // --- tests
 
-class Flooded : public testing::Test {
+class Flooded : public MachineTest {
  protected:
-  std::string socket() const { return own_.path("s"); }
-  std::vector<std::string> arguments(const std::string& bitrate) const {
-    return {"--rom", ":memory:", "--control", socket(), "--bitrate",
-            bitrate, "--bus",    "vcan0",     "--ids",  "1-2"};
-  }
-  std::string status() const { return ask_control(socket(), "/status"); }
+  Flooded() : MachineTest("vcan0") {}
+
+  Answer status() const { return get("/status"); }
   /// Queries until the program has no backlog.
-  std::string status_when_quiet(Asker& asker) const {
-    std::string before;
-    std::string now = status();
+  Answer status_when_quiet(Asker& asker) const {
+    Answer before;
+    Answer now = status();
     do {
       asker.ask();
       asker.hear(kPatience_ms);
@@ -216,13 +167,10 @@ class Flooded : public testing::Test {
   }
 
   void flood(const std::string& bitrate);
-
-  const test::TempDirectory own_;
 };
 
 void Flooded::flood(const std::string& bitrate) {
-  EmulatorProcess emulator(arguments(bitrate));
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(arguments({"--bitrate", bitrate}));
   Asker asker;
   Flood flood("vcan0");
   std::vector<double> answers_ms;
@@ -231,18 +179,19 @@ void Flooded::flood(const std::string& bitrate) {
     while (asker.hear(1)) {
     }
     if (n % 10 != 0) continue;
-    const auto begin = Clock::now();
-    ASSERT_NE(status().find("200 OK"), std::string::npos) << "it answers in the flood too";
-    answers_ms.push_back(std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
+    const auto begin = MonoClock::now();
+    ASSERT_EQ(status().status, 200) << "it answers in the flood too";
+    answers_ms.push_back(
+        std::chrono::duration<double, std::milli>(MonoClock::now() - begin).count());
   }
   const std::uint64_t sent = flood.stop();
   while (asker.hear(200)) {  // pending answers
   }
-  const std::string quiet = status_when_quiet(asker);
+  const Answer quiet = status_when_quiet(asker);
   const std::uint64_t kernel = number(quiet, "kernel_drops");
   // The drive has answered all received queries; the others are counted as dropped, for reasons
   // such as a full queue.
-  const std::uint64_t taken = number(ask_control(socket(), "/drives/vcan0/2"), "queries");
+  const std::uint64_t taken = number(get("/drives/vcan0/2"), "queries");
   EXPECT_GT(taken, 0U);
   EXPECT_EQ(asker.answered, taken);
   EXPECT_LE(asker.asked - taken,
@@ -251,7 +200,7 @@ void Flooded::flood(const std::string& bitrate) {
     EXPECT_LE(asker.asked - taken, kernel) << "there is no queue";
   }
   EXPECT_EQ(number(quiet, "drive_without_power") + number(quiet, "injected_fault"), 0U);
-  EXPECT_EQ(number(quiet, "queries") + dropped(quiet), number(quiet, "frames"));
+  EXPECT_EQ(number(quiet, "queries") + dropped(quiet.body), number(quiet, "frames"));
   if (bitrate != "0") {  // without a wire, the kernel filters frames for absent drives
     EXPECT_EQ(number(quiet, "frames") + kernel, sent + asker.asked);
   }

@@ -10,6 +10,7 @@
 #include <csignal>
 
 #include "tests/host/machine_support.hpp"
+#include "tests/vcan/ready_emulator.hpp"
 
 namespace lk::host {
 namespace machine_test {
@@ -38,6 +39,24 @@ class WatchedInterface : public MachineTest {
     for (canid_t n = 0; n < kQueries; ++n) host.send(0x141U + n % 4, kReadState2);
     return kQueries;
   }
+  /// Expects the program to open a new interface as soon as `allow(pid)` ends what `prevent(pid)`
+  /// has begun. No event reports that, so the program must poll.
+  template <class Prevent, class Allow>
+  void expect_to_open_later(Prevent prevent, Allow allow) const {
+    make("vcanold");
+    ReadyEmulator emulator(arguments());
+    ASSERT_TRUE(run("ip link del vcanold"));
+    ASSERT_TRUE(emulator.wait_for_log("vcanold is gone"));
+    prevent(emulator.pid());
+    make("vcanold");
+    EXPECT_TRUE(emulator.wait_for_log("vcanold: cannot open: "));
+    allow(emulator.pid());
+    ASSERT_TRUE(emulator.wait_for_log("vcanold is up: continuing"));
+    EXPECT_TRUE(Host("vcanold").query(1, kReadState2));
+    const auto result = emulator.stop();
+    EXPECT_EQ(result.status, 0);
+    EXPECT_EQ(count_of(result.err, "cannot open"), 1) << result.err;
+  }
   bool says(const std::string& what) const {
     return get("/status").body.find(what) != std::string::npos;
   }
@@ -51,8 +70,7 @@ class WatchedInterface : public MachineTest {
 
 TEST_F(WatchedInterface, IsLostWhenRenamed) {
   make("vcanold");
-  EmulatorProcess emulator(arguments());
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(arguments());
   rename("vcanold", "vcannew");
   ASSERT_TRUE(emulator.wait_for_log("vcanold was renamed to vcannew: waiting for a new vcanold"));
   {
@@ -69,8 +87,7 @@ TEST_F(WatchedInterface, IsLostWhenRenamed) {
 
 TEST_F(WatchedInterface, RecoversWhenRenamedBack) {
   make("vcanold");
-  EmulatorProcess emulator(arguments());
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(arguments());
   rename("vcanold", "vcannew");
   ASSERT_TRUE(emulator.wait_for_log("vcanold was renamed to vcannew"));
   rename("vcannew", "vcanold");
@@ -79,51 +96,29 @@ TEST_F(WatchedInterface, RecoversWhenRenamedBack) {
   EXPECT_EQ(count_of(emulator.stop().err, "was renamed to vcannew"), 1);
 }
 
-/// No event reports a free descriptor, so the program must poll.
 TEST_F(WatchedInterface, OpensOnceADescriptorIsFree) {
-  make("vcanold");
-  EmulatorProcess emulator(arguments());
-  ASSERT_TRUE(emulator.wait_ready());
-  ASSERT_TRUE(run("ip link del vcanold"));
-  ASSERT_TRUE(emulator.wait_for_log("vcanold is gone"));
   rlimit before{};
   const rlimit none{3, 1024};  // fewer than it has open
-  ASSERT_EQ(::prlimit(emulator.pid(), RLIMIT_NOFILE, &none, &before), 0);
-  make("vcanold");
-  EXPECT_TRUE(emulator.wait_for_log("vcanold: cannot open: "));
-  ASSERT_EQ(::prlimit(emulator.pid(), RLIMIT_NOFILE, &before, nullptr), 0);
-  ASSERT_TRUE(emulator.wait_for_log("vcanold is up: continuing"));
-  EXPECT_TRUE(Host("vcanold").query(1, kReadState2));
-  const auto result = emulator.stop();
-  EXPECT_EQ(result.status, 0);
-  EXPECT_EQ(count_of(result.err, "cannot open"), 1) << result.err;
+  expect_to_open_later(
+      [&](pid_t pid) { ASSERT_EQ(::prlimit(pid, RLIMIT_NOFILE, &none, &before), 0); },
+      [&](pid_t pid) { ASSERT_EQ(::prlimit(pid, RLIMIT_NOFILE, &before, nullptr), 0); });
 }
 
 TEST_F(WatchedInterface, OpensOnceEpollAcceptsItsSocket) {
   if (!in_user_mode_linux()) GTEST_SKIP() << "would keep all of this machine from waiting";
-  make("vcanold");
-  EmulatorProcess emulator(arguments());
-  ASSERT_TRUE(emulator.wait_ready());
-  ASSERT_TRUE(run("ip link del vcanold"));
-  ASSERT_TRUE(emulator.wait_for_log("vcanold is gone"));
   const std::string limit = "/proc/sys/fs/epoll/max_user_watches";
   const std::string before = text_of(limit);
-  ASSERT_TRUE(run("echo 0 >" + limit));
-  make("vcanold");
-  EXPECT_TRUE(emulator.wait_for_log("vcanold: cannot open: "));
-  ASSERT_TRUE(run("echo " + before.substr(0, before.find('\n')) + " >" + limit));
-  ASSERT_TRUE(emulator.wait_for_log("vcanold is up: continuing"));
-  EXPECT_TRUE(Host("vcanold").query(1, kReadState2));
-  const auto result = emulator.stop();
-  EXPECT_EQ(result.status, 0);
-  EXPECT_EQ(count_of(result.err, "cannot open"), 1) << result.err;
+  expect_to_open_later(
+      [&](pid_t) { ASSERT_TRUE(run("echo 0 >" + limit)); },
+      [&](pid_t) {
+        ASSERT_TRUE(run("echo " + before.substr(0, before.find('\n')) + " >" + limit));
+      });
 }
 
 /// While stopped it cannot answer before the interface is down; its socket keeps earlier frames.
 TEST_F(WatchedInterface, CountsFramesLostWhileDown) {
   make("vcanold");
-  EmulatorProcess emulator(arguments());
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(arguments());
   constexpr int kRounds = 3;
   std::uint64_t sent = 0;
   for (int round = 0; round < kRounds; ++round) {
@@ -149,8 +144,7 @@ TEST_F(WatchedInterface, CountsFramesLostWhileDown) {
 /// The balance holds for any lost frames.
 TEST_F(WatchedInterface, CountersBalanceAfterGoingDownDuringReplies) {
   make("vcanold");
-  EmulatorProcess emulator(arguments());
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(arguments());
   constexpr int kRounds = 5;
   std::uint64_t sent = 0;
   for (int round = 0; round < kRounds; ++round) {
@@ -199,8 +193,7 @@ class Clocks : public MachineTest {
 TEST_F(Clocks, SettingTheWallClockHasNoEffect) {
   if (!in_user_mode_linux()) GTEST_SKIP() << "would set the clock of this machine";
   const WallClock wall;
-  EmulatorProcess emulator(arguments());
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(arguments());
   Host host("vcan0");
   const Reading begin = read_clock();
   std::uint64_t sent = 0;
@@ -242,8 +235,7 @@ void hog_processor(std::chrono::milliseconds span) {
 TEST_F(Processor, StarvationSlipsTimeWithoutLoss) {
   if (!in_user_mode_linux()) GTEST_SKIP() << "would stop this machine";
   ASSERT_TRUE(run("echo -1 >/proc/sys/kernel/sched_rt_runtime_us"));
-  EmulatorProcess emulator(arguments());
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(arguments());
   Host host("vcan0");
   const Reading begin = read_clock();
   std::uint64_t sent = 0;
@@ -264,8 +256,7 @@ TEST_F(Processor, StarvationSlipsTimeWithoutLoss) {
 }
 
 TEST_F(Processor, StaysConsistentUnderHighPriorityLoad) {
-  EmulatorProcess emulator(arguments());
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(arguments());
   constexpr int kPriority = -5;  // each gets three times the emulator's share
   std::vector<pid_t> busy;
   for (int n = 0; n < 4; ++n) {

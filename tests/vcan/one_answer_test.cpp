@@ -15,13 +15,10 @@
 #include <filesystem>
 
 #include "tests/host/machine_support.hpp"
+#include "tests/vcan/ready_emulator.hpp"
 
 namespace lk::host {
 namespace one_answer_test {
-
-std::vector<std::string> on(const std::string& bus, const std::string& ids) {
-  return {"--rom", ":memory:", "--control", "none", "--bus", bus, "--ids", ids};
-}
 
 std::string refusal(const std::string& bus, int id, const EmulatorProcess& holder) {
   return "lk-emu: " + bus + ": ID " + std::to_string(id) + " is already in use by lk-emu (pid " +
@@ -46,10 +43,8 @@ class OneAnswer : public MachineTest {
 };
 
 TEST_F(OneAnswer, RejectsASecondProgramUntilTheFirstIsKilled) {
-  EmulatorProcess first(on("vcan0", "1-3"));
-  ASSERT_TRUE(first.wait_ready());
-  std::vector<std::string> second = on("vcan0", "3-4");
-  second.insert(second.end(), {"--record", path("recording")});
+  ReadyEmulator first(on("vcan0", "1-3"));
+  const auto second = on("vcan0", "3-4", {"--record", path("recording")});
   expect_refused(second, refusal("vcan0", 3, first));
   EXPECT_FALSE(std::filesystem::exists(path("recording"))) << "before anything else is done";
   EmulatorProcess beside(on("vcan0", "4"));
@@ -62,11 +57,9 @@ TEST_F(OneAnswer, RejectsASecondProgramUntilTheFirstIsKilled) {
 }
 
 TEST_F(OneAnswer, CoversProgramsOfOtherUsers) {
-  EmulatorProcess first(on("vcan0", "3"));
-  ASSERT_TRUE(first.wait_ready());
+  ReadyEmulator first(on("vcan0", "3"));
   expect_refused(on("vcan0", "3"), refusal("vcan0", 3, first), as_another_user());
-  EmulatorProcess theirs(on("vcan0", "5"), as_another_user());
-  ASSERT_TRUE(theirs.wait_ready());
+  ReadyEmulator theirs(on("vcan0", "5"), as_another_user());
   expect_refused(on("vcan0", "5"), refusal("vcan0", 5, theirs));
 }
 
@@ -74,22 +67,18 @@ TEST_F(OneAnswer, CoversProgramsOfOtherUsers) {
 TEST_F(OneAnswer, SeparateRomDoesNotAvoidTheConflict) {
   std::vector<std::string> arguments = on("vcan0", "3");
   arguments[1] = path("rom");
-  EmulatorProcess first(arguments);
-  ASSERT_TRUE(first.wait_ready());
+  ReadyEmulator first(arguments);
   arguments[1] = path("other");
   expect_refused(arguments, refusal("vcan0", 3, first));
   EXPECT_FALSE(std::filesystem::exists(path("other")));
 }
 
 TEST_F(OneAnswer, TreatsAVxcanPairAsOneBus) {
-  EmulatorProcess first(on("vxcan0", "3"));
-  ASSERT_TRUE(first.wait_ready());
+  ReadyEmulator first(on("vxcan0", "3"));
   expect_refused(on("vxcan1", "2-3"), refusal("vxcan1", 3, first));
-  EmulatorProcess beside(on("vxcan1", "4"));
-  ASSERT_TRUE(beside.wait_ready());
+  ReadyEmulator beside(on("vxcan1", "4"));
   expect_refused(on("vxcan0", "4"), refusal("vxcan0", 4, beside));
-  std::vector<std::string> both = on("vxcan0", "5");
-  both.insert(both.end(), {"--bus", "vxcan1", "--ids", "5"});
+  const auto both = on("vxcan0", "5", {"--bus", "vxcan1", "--ids", "5"});
   expect_refused(both,
                  "lk-emu: vxcan1: ID 5 is given twice: another of the buses is the other end of "
                  "this vxcan pair, or the same interface by another name\n");
@@ -97,8 +86,7 @@ TEST_F(OneAnswer, TreatsAVxcanPairAsOneBus) {
 
 TEST_F(OneAnswer, ResolvesAlternativeInterfaceNames) {
   if (!run("ip link property add dev vcan1 altname thesecondbus 2>/dev/null")) GTEST_SKIP();
-  EmulatorProcess first(on("vcan1", "3"));
-  ASSERT_TRUE(first.wait_ready());
+  ReadyEmulator first(on("vcan1", "3"));
   expect_refused(on("thesecondbus", "3"), refusal("thesecondbus", 3, first));
   EXPECT_TRUE(run("ip link property del dev vcan1 altname thesecondbus"));
 }
@@ -106,8 +94,7 @@ TEST_F(OneAnswer, ResolvesAlternativeInterfaceNames) {
 /// A program follows its interface by name, and keeps its ID locks while it waits.
 TEST_F(OneAnswer, KeepsLocksWhileTheInterfaceIsAway) {
   ASSERT_TRUE(run("ip link add onebus type vcan && ip link set onebus up"));
-  EmulatorProcess first(on("onebus", "3"));
-  ASSERT_TRUE(first.wait_ready());
+  ReadyEmulator first(on("onebus", "3"));
   ASSERT_TRUE(run("ip link set onebus down && ip link set onebus name otherbus"));
   ASSERT_TRUE(first.wait_for_log("onebus was renamed to otherbus"));
   ASSERT_TRUE(run("ip link set otherbus up"));
@@ -119,10 +106,8 @@ TEST_F(OneAnswer, KeepsLocksWhileTheInterfaceIsAway) {
 }
 
 TEST_F(OneAnswer, LocksCreatedInterfaces) {
-  std::vector<std::string> arguments = on("onebus", "3");
-  arguments.emplace_back("--create-bus");
-  EmulatorProcess first(arguments);
-  ASSERT_TRUE(first.wait_ready());
+  const auto arguments = on("onebus", "3", {"--create-bus"});
+  ReadyEmulator first(arguments);
   expect_refused(arguments, refusal("onebus", 3, first));
 }
 
@@ -133,8 +118,7 @@ TEST_F(OneAnswer, KeepsAnIdWrittenOverTheBusUntilRomIsWiped) {
                                      "generation = \"v236b\"\n");
   std::vector<std::string> arguments = {"--config", robot, "--rom", path("rom")};
   {
-    EmulatorProcess emulator(arguments);
-    ASSERT_TRUE(emulator.wait_ready());
+    ReadyEmulator emulator(arguments);
     Host host("vcan0");
     const Payload id_9 = {0x42, 0x05, 0x0A, 0, 9};
     EXPECT_EQ(host.query(1, id_9), id_9);
@@ -154,8 +138,7 @@ TEST_F(OneAnswer, KeepsAnIdWrittenOverTheBusUntilRomIsWiped) {
     const auto checked = EmulatorProcess(check).wait();
     EXPECT_EQ(checked.status, 0);
     EXPECT_NE(checked.out.find("drive 1: answers at ID 9"), std::string::npos) << checked.out;
-    EmulatorProcess emulator(arguments);
-    ASSERT_TRUE(emulator.wait_ready());
+    ReadyEmulator emulator(arguments);
     Host host("vcan0");
     EXPECT_EQ(host.query(9, {0x88}), Payload{0x88});
     const auto result = emulator.stop();
@@ -164,8 +147,7 @@ TEST_F(OneAnswer, KeepsAnIdWrittenOverTheBusUntilRomIsWiped) {
     EXPECT_NE(result.err.find("drive 1 answers at ID 9"), std::string::npos) << result.err;
   }
   arguments.emplace_back("--wipe-rom");
-  EmulatorProcess emulator(arguments);
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(arguments);
   Host host("vcan0");
   EXPECT_EQ(host.query(1, {0x88}), Payload{0x88});
 }
@@ -176,10 +158,8 @@ TEST_F(OneAnswer, AdviceReportsADriveInAnotherNamespace) {
   const std::string move_in =
       "nsenter --net=/proc/" + std::to_string(::getpid()) +
       "/ns/net ip link set endb netns $$ && ip link set endb up && exec \"$@\"";
-  EmulatorProcess there(on("endb", "3"), {"unshare", "--net", "sh", "-c", move_in, "sh"});
-  ASSERT_TRUE(there.wait_ready());
-  std::vector<std::string> arguments = on("enda", "3");
-  arguments.insert(arguments.end(), {"--lang", "en"});
+  ReadyEmulator there(on("endb", "3"), {"unshare", "--net", "sh", "-c", move_in, "sh"});
+  const auto arguments = on("enda", "3", {"--lang", "en"});
   EmulatorProcess here(arguments);
   ASSERT_TRUE(here.wait_ready()) << "the other end is in a network of its own";
   Host("enda").send(0x143, kReadState2);
@@ -232,16 +212,13 @@ TEST_F(RealBus, RequiresRealBusOption) {
       "lk-emu: slcan0 is not virtual (vcan, vxcan): real drives may be on it, and one with the "
       "same ID would answer too; if no drive on it has these IDs, start with --real-bus\n";
   expect_refused(on("slcan0", "3"), message);
-  std::vector<std::string> create = on("slcan0", "3");
-  create.emplace_back("--create-bus");
+  const auto create = on("slcan0", "3", {"--create-bus"});
   expect_refused(create, message);
 }
 
 TEST_F(RealBus, AnswersWithRealBusOption) {
-  std::vector<std::string> arguments = on("slcan0", "3");
-  arguments.emplace_back("--real-bus");
-  EmulatorProcess emulator(arguments);
-  ASSERT_TRUE(emulator.wait_ready());
+  const auto arguments = on("slcan0", "3", {"--real-bus"});
+  ReadyEmulator emulator(arguments);
   const std::string query = "t14388800000000000000\r";  // 0x88, answered with an echo
   ASSERT_EQ(::write(adapter_, query.data(), query.size()), static_cast<ssize_t>(query.size()));
   EXPECT_EQ(adapter_reads(), query);
@@ -249,8 +226,7 @@ TEST_F(RealBus, AnswersWithRealBusOption) {
 
 TEST_F(RealBus, IsNotUsedInPlaceOfAVirtualOne) {
   ASSERT_TRUE(run("ip link add onebus type vcan && ip link set onebus up"));
-  EmulatorProcess emulator(on("onebus", "3"));
-  ASSERT_TRUE(emulator.wait_ready());
+  ReadyEmulator emulator(on("onebus", "3"));
   ASSERT_TRUE(
       run("ip link del onebus && ip link set slcan0 down && "
           "ip link set slcan0 name onebus && ip link set onebus up"));
