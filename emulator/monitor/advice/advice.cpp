@@ -1,5 +1,7 @@
 #include "emulator/monitor/advice/advice.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -7,6 +9,7 @@
 
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
+#include "emulator/core/text.hpp"
 #include "protocol/command_info.hpp"
 #include "protocol/wire_format.hpp"
 
@@ -208,48 +211,29 @@ const AdviceRow& advice_row(AdviceKind kind) { return kTable[static_cast<std::si
 namespace {
 
 /// Names of the generations that have the command: "legacy, late-legacy".
-std::string generations_with(const protocol::CommandInfo& command, protocol::Framing framing) {
-  std::string names;
+std::string generations_with(const protocol::CommandInfo* command, protocol::Framing framing) {
+  std::vector<std::string> names;
   for (const protocol::GenerationRow& row : protocol::kGenerationRows) {
-    if (!has(row, command, framing)) continue;
-    names += (names.empty() ? "" : ", ") + std::string(row.name);
+    if (command != nullptr && has(row, *command, framing)) names.emplace_back(row.name);
   }
-  return names;
+  return comma_list(names);
 }
 
-/// Returns the replacement for {word}.
-std::string stand_in(std::string_view word, const Finding& found, protocol::Framing framing) {
-  if (word.size() == 1) {
-    return number_text(found.numbers[static_cast<std::size_t>(word.front() - '1')]);
-  }
-  const std::uint8_t byte = found.command.value_or(0);
-  constexpr char kDigits[] = "0123456789ABCDEF";
-  if (word == "command") return {'0', 'x', kDigits[byte >> 4U], kDigits[byte & 0xFU]};
-  const protocol::CommandInfo* const command = protocol::find_command(byte, framing);
-  if (command == nullptr) return "";
-  if (word == "generations") return generations_with(*command, framing);
-  if (word == "key") return std::string(command->when.words);
-  return std::string(command->name);  // "name"
-}
-
+/// Fills in {1}, {2}, {3}, {command}, {name}, {key} and {generations}.
 std::string filled(std::string_view pattern, const Finding& found, protocol::Framing framing) {
-  std::string text;
-  while (!pattern.empty()) {
-    const std::size_t open = std::min(pattern.find('{'), pattern.size());
-    text += pattern.substr(0, open);
-    pattern.remove_prefix(open);
-    if (pattern.empty()) break;
-    const std::size_t close = pattern.find('}');
-    text += stand_in(pattern.substr(1, close - 1), found, framing);
-    pattern.remove_prefix(close + 1);
-  }
-  return text;
+  const std::uint8_t byte = found.command.value_or(0);
+  const protocol::CommandInfo* const command = protocol::find_command(byte, framing);
+  const auto& numbers = found.numbers;
+  return fmt::format(fmt::runtime(pattern), "", number_text(numbers[0]), number_text(numbers[1]),
+                     number_text(numbers[2]), fmt::arg("command", fmt::format("0x{:02X}", byte)),
+                     fmt::arg("name", command != nullptr ? command->name : ""),
+                     fmt::arg("key", command != nullptr ? command->when.words : ""),
+                     fmt::arg("generations", generations_with(command, framing)));
 }
 
-constexpr BilingualText kOnce{" time, first ", " 次，首次 "};
-constexpr BilingualText kTimes{" times, first ", " 次，首次 "};
-constexpr BilingualText kOpen{" (", "（"};
-constexpr BilingualText kAt{" at {1} s): ", "，{1} s）："};
+/// Kind, what, count, plural (English only), frame, time, remedy.
+constexpr BilingualText kLine{": {}: {} ({} time{}, first {} at {} s): {}",
+                              ": {}: {}（{} 次{:.0}，首次 {}，{} s）：{}"};
 
 }  // namespace
 
@@ -282,15 +266,10 @@ std::string todo_text(const Advice& advice, Language language) {
 std::string advice_line(const std::string& bus, const Advice& advice, Language language) {
   std::string text = bus;
   if (advice.id != 0) text += ":" + std::to_string(advice.id);
-  text += ": " + std::string(advice_row(advice.found.kind).word) + ": ";
-  text += what_text(advice, language);
-  text += std::string(kOpen.in(language)) + std::to_string(advice.count);
-  text += (advice.count == 1 ? kOnce : kTimes).in(language);
-  text += frame_text(advice.frame);
-  const double first_s = in_seconds(advice.first);
-  text +=
-      filled(kAt.in(language), {advice.found.kind, nullptr, {first_s}}, protocol::Framing::kCan);
-  return text + todo_text(advice, language);
+  return text + fmt::format(fmt::runtime(kLine.in(language)), advice_row(advice.found.kind).word,
+                            what_text(advice, language), advice.count,
+                            advice.count == 1 ? "" : "s", frame_text(advice.frame),
+                            number_text(in_seconds(advice.first)), todo_text(advice, language));
 }
 
 bool AdviceLog::has_room(int id, AdviceKind kind) const {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <utility>
 
 #include "emulator/core/bus/bus.hpp"
 #include "emulator/monitor/advice/advice.hpp"
@@ -32,6 +33,8 @@ constexpr BilingualText kNotKnown{
     "the drive is in multi-drive mode and does not have this identifier",
     "驱动器处于广播模式，但没有这个标识符"};
 
+constexpr BilingualText kTooMuch{"the drive does not take the query: 16 replies wait in it already",
+                                 "驱动器不接受这条命令帧：已有 16 个回复在其中等待"};
 constexpr BilingualText kTwoHere{"drives {1} and {2} here both answer at ID {3}",
                                  "这里的驱动器 {1} 和 {2} 都以 ID {3} 回复"};
 constexpr BilingualText kMoveOne{
@@ -59,18 +62,14 @@ class Adviser::Impl {
     ++query_count_;
     const bool serial = in.frame.kind == protocol::FrameKind::kSerial;
     if (in.frame.kind == protocol::FrameKind::kBytes) {
-      if (const auto found = sum_.on_query(in.frame)) note(kWholeBus, *found, in);
-      return;
+      return note(kWholeBus, wrong_sum(in.frame, wrong_sums_), in);
     }
     if (serial && !disturbances_.after_slip(in.at)) {
-      if (const auto found = talk_.on_query(in, echoes_)) note(kWholeBus, *found, in);
+      note(kWholeBus, talk_.on_query(in, echoes_), in);
     }
     if (!serial && (in.frame.kind != protocol::FrameKind::kData || in.frame.extended)) return;
-    if (const auto found = wire_.on_query()) note(kWholeBus, *found, in);
-    if (protocol::find_multi_drive(in.frame.id) != nullptr) {
-      on_multi_drive_query(in);
-      return;
-    }
+    note(kWholeBus, wire_.on_query(), in);
+    if (protocol::find_multi_drive(in.frame.id) != nullptr) return on_multi_drive_query(in);
     const auto id =
         static_cast<std::size_t>(protocol::drive_at(in.frame.id, protocol::kSingleDriveId));
     if (id == 0 || id >= at_address_.size()) {
@@ -84,7 +83,7 @@ class Adviser::Impl {
       recent_.keep(in.frame);  // perhaps the reply of a drive elsewhere
       return;
     }
-    if (const auto found = two_at(id)) note(kWholeBus, *found, in);
+    note(kWholeBus, two_at(id), in);
     on_single_query(drives_[static_cast<std::size_t>(at_address_[id])], in);
   }
 
@@ -211,11 +210,7 @@ class Adviser::Impl {
     watched.last = {query_count_, in.at, in.frame};
     ++watched.sent;
     const bool serial = protocol::is_serial(in.frame);
-    if (!serial && in.frame.dlc != 8) {
-      const double length = in.frame.dlc;
-      note(drive.id, Finding{AdviceKind::kWrongLength, &kLength, {length}}, in);
-      return;
-    }
+    if (!serial && in.frame.dlc != 8) return note_length(drive.id, kLength, in.frame.dlc, in);
     for (const Finding& found : watched.setting.on_query(in.frame.data, drive)) {
       note(drive.id, found, in);
     }
@@ -226,22 +221,15 @@ class Adviser::Impl {
       note(drive.id, *found, in);
       return;  // not from a host
     }
-    if (drive.multi_drive) {
-      count_unanswerable(watched, in);
-      return;
-    }
+    if (drive.multi_drive) return count_unanswerable(watched, in);
     const auto payload = serial ? wrong_payload(in.frame, drive) : std::nullopt;
     note(drive.id, payload, in);
     if (query == nullptr && std::get<protocol::Reject>(decoded) == protocol::Reject::kWrongLength) {
-      if (payload) return;  // the finding on the payload says more
-      const double length = in.frame.dlc - 1;
-      note(drive.id, Finding{AdviceKind::kWrongLength, &kLen, {length}}, in);
+      // The finding on the payload says more.
+      if (!payload) note_length(drive.id, kLen, in.frame.dlc - 1, in);
       return;
     }
-    if (query == nullptr) {
-      note(drive.id, unknown_command(in.frame, drive), in);
-      return;
-    }
+    if (query == nullptr) return note(drive.id, unknown_command(in.frame, drive), in);
     if (serial) talk_.expect_reply(in, drive);
     on_decoded_query(watched, in, *query);
   }
@@ -267,8 +255,7 @@ class Adviser::Impl {
         drives_, [](const Watched& watched) { return watched.drive.multi_drive; });
     if (in.frame.dlc != 8) {
       // Without a listening drive it may be for another device, for example CANopen.
-      const double length = in.frame.dlc;
-      if (anybody) note(kWholeBus, Finding{AdviceKind::kWrongLength, &kLength, {length}}, in);
+      if (anybody) note_length(kWholeBus, kLength, in.frame.dlc, in);
       return;
     }
     if (is_foreign(in.frame) && !anybody) {
@@ -279,8 +266,7 @@ class Adviser::Impl {
       return;
     }
     if (!anybody && !drives_.empty()) {
-      note(kWholeBus, Finding{AdviceKind::kMultiWithoutMode, &kNoListener}, in);
-      return;
+      return note(kWholeBus, Finding{AdviceKind::kMultiWithoutMode, &kNoListener}, in);
     }
     for (Watched& watched : drives_) {
       watched.observations_left = kObservations;
@@ -290,15 +276,11 @@ class Adviser::Impl {
 
   void on_slot(Watched& watched, const TimedFrame& in) {
     const KnownDrive& drive = watched.drive;
-    if (!drive.multi_drive) {
+    if (!drive.multi_drive || !protocol::knows_multi_drive(drive.format, in.frame.id)) {
       if (slot_is_empty(in.frame, drive.address)) return;
-      note(drive.id, Finding{AdviceKind::kMultiWithoutMode, &kNotThis}, in);
-      return;
-    }
-    if (!protocol::knows_multi_drive(drive.format, in.frame.id)) {
-      if (slot_is_empty(in.frame, drive.address)) return;
-      note(drive.id, Finding{AdviceKind::kOtherGeneration, &kNotKnown}, in);
-      return;
+      const Finding found = drive.multi_drive ? Finding{AdviceKind::kOtherGeneration, &kNotKnown}
+                                              : Finding{AdviceKind::kMultiWithoutMode, &kNotThis};
+      return note(drive.id, found, in);
     }
     const auto decoded = protocol::decode_query(in.frame, drive.format);
     const auto* several = std::get_if<protocol::Query>(&decoded);
@@ -318,9 +300,12 @@ class Adviser::Impl {
     }
     if (most != nullptr) busiest_drive_ = static_cast<std::size_t>(most - drives_.data());
     // On RS-485 a drive does not receive while it replies: TalkWatch handles that.
-    if (const auto busy = busy_.observe(stats); busy && busiest_drive_ && !serial_ && !disturbed) {
-      advice_.note(drives_[*busiest_drive_].drive.id, busy->finding, drives_[*busiest_drive_].last,
-                   busy->times);
+    const std::uint64_t busy = stats.count(Drop::kDriveBusy);
+    const std::uint64_t rejected = busy - std::exchange(busy_, busy);
+    if (rejected > 0 && busiest_drive_ && !serial_ && !disturbed) {
+      const Watched& busiest = drives_[*busiest_drive_];
+      advice_.note(busiest.drive.id, {AdviceKind::kFasterThanDrive, &kTooMuch}, busiest.last,
+                   rejected);
     }
     for (Watched& watched : drives_) watched.sent = 0;
   }
@@ -344,6 +329,10 @@ class Adviser::Impl {
     note(drive.id, watched.trouble.on_query(decoded, {query_count_, in.at, in.frame}, drive), in);
   }
 
+  void note_length(int id, const BilingualText& what, double length, const TimedFrame& in) {
+    note(id, Finding{AdviceKind::kWrongLength, &what, {length}}, in);
+  }
+
   void note(int id, const std::optional<Finding>& finding, const TimedFrame& in) {
     if (finding) advice_.note(id, *finding, {query_count_, in.at, in.frame});
   }
@@ -359,9 +348,9 @@ class Adviser::Impl {
   DeadWatch dead_;
   Disturbances disturbances_;
   WireWatch wire_;
-  BusyWatch busy_;
+  std::uint64_t busy_ = 0;  // queries so far that a drive rejected
   TalkWatch talk_;
-  SumWatch sum_;
+  WrongSums wrong_sums_{};
   bool echoes_ = false;  // hosts read what they send
   std::optional<std::size_t>
       busiest_drive_;  // drive with most frames at the last observation that had any

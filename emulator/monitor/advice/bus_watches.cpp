@@ -14,8 +14,6 @@ namespace {
 // clang-format off
 constexpr BilingualText kCrowded{"{1} frames wait for the wire, and {2} did not even find room in the send queue",
                          "有 {1} 帧在等待上线，另有 {2} 帧连发送队列都没排进"};
-constexpr BilingualText kTooMuch{"the drive does not take the query: 16 replies wait in it already",
-                         "驱动器不接受这条命令帧：已有 16 个回复在其中等待"};
 // clang-format on
 
 }  // namespace
@@ -54,13 +52,6 @@ void WireWatch::observe(const Bus& bus, const BusStats& stats, bool disturbed) {
     crowded_since_ = now;
   }
   too_fast_ = (runs_over && !disturbed) || (crowded_since_ && now - *crowded_since_ >= kLong);
-}
-
-std::optional<BusyWatch::Busy> BusyWatch::observe(const BusStats& stats) {
-  const std::uint64_t busy = stats.count(Reject::kDriveBusy);
-  const std::uint64_t times = busy - std::exchange(seen_, busy);
-  if (times == 0) return std::nullopt;
-  return Busy{{AdviceKind::kFasterThanDrive, &kTooMuch}, times};
 }
 
 namespace {
@@ -405,7 +396,8 @@ void TalkWatch::expect_reply(const TimedFrame& in, const KnownDrive& drive) {
   reply_begins_ = drive.receives_while_replying ? reply_ends_ - reply_time : SimTime{0};
 }
 
-std::optional<Finding> SumWatch::on_query(const protocol::Frame& frame) {
+std::optional<Finding> wrong_sum(const protocol::Frame& frame, WrongSums& times) {
+  constexpr int kTimes = 3;
   const auto bytes = std::span(frame.data).first(frame.dlc);
   if (bytes.size() < protocol::kHeaderBytes || bytes[0] != protocol::kPacketStart) {
     return std::nullopt;
@@ -428,8 +420,8 @@ std::optional<Finding> SumWatch::on_query(const protocol::Frame& frame) {
     }
   }
   if (!rule) return std::nullopt;
-  times_[*rule] = std::min(times_[*rule] + 1, kTimes);
-  if (times_[*rule] < kTimes) return std::nullopt;
+  times[*rule] = std::min(times[*rule] + 1, kTimes);
+  if (times[*rule] < kTimes) return std::nullopt;
   return Finding{AdviceKind::kSumWrong, &kSums[*rule]};
 }
 

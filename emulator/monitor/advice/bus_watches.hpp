@@ -55,19 +55,6 @@ class WireWatch {
   bool too_fast_ = false;
 };
 
-/// Detects queries that a drive rejects, as its reply queue is full.
-class BusyWatch {
- public:
-  struct Busy {
-    Finding finding;
-    std::uint64_t times;
-  };
-  std::optional<Busy> observe(const BusStats& stats);
-
- private:
-  std::uint64_t seen_ = 0;
-};
-
 /// Detects queries that do not wait for the previous reply.
 class WaitWatch {
  public:
@@ -234,17 +221,9 @@ class TalkWatch {
   int after_echo_ = 0;
 };
 
-/// Detects packets with checksums by a wrong rule.
-class SumWatch {
- public:
-  static constexpr int kTimes = 3;
-
-  /// Processes bytes that are no valid packet.
-  std::optional<Finding> on_query(const protocol::Frame& frame);
-
- private:
-  static constexpr std::size_t kRules = 3;
-  std::array<int, kRules> times_{};
-};
+/// Packets with checksums by a wrong rule, counted by rule.
+using WrongSums = std::array<int, 3>;
+/// Processes bytes that are no valid packet. Finds the third packet by one rule, and later ones.
+std::optional<Finding> wrong_sum(const protocol::Frame& frame, WrongSums& times);
 
 }  // namespace lk::emulator

@@ -41,65 +41,37 @@ std::uint32_t widest_circle_cdeg(const Profile& profile) {
   return static_cast<std::uint32_t>(protocol::kTurn_cdeg * profile.drive.mechanics.gear_ratio);
 }
 
-std::optional<double> slot_of(int id, const auto& slots) {
-  const auto slot = static_cast<std::size_t>(id - protocol::kMinId);
-  if (slot >= slots.size()) return std::nullopt;
-  return static_cast<double>(slots[slot]);
+/// Returns a quantity of the command: of the drive's slot, if it has slots.
+std::optional<double> own(const auto& quantity, int id) {
+  if constexpr (requires { quantity.size(); }) {
+    const auto slot = static_cast<std::size_t>(id - protocol::kMinId);
+    return slot < quantity.size() ? std::optional(static_cast<double>(quantity[slot]))
+                                  : std::nullopt;
+  } else {
+    return static_cast<double>(quantity);
+  }
 }
 
-double deg(std::int64_t cdeg) { return static_cast<double>(cdeg) / 100; }
+/// Returns the quantity that a motion command sets, in degrees, dps, A or per mille.
+std::optional<double> motion_value(const auto& command, int id) {
+  if constexpr (requires { command.power_permille; }) return own(command.power_permille, id);
+  if constexpr (requires { command.iq_A; }) return own(command.iq_A, id);
+  if constexpr (requires { command.speed_dps; }) return own(command.speed_dps, id);
+  std::optional<double> cdeg;
+  if constexpr (requires { command.target_cdeg; }) cdeg = own(command.target_cdeg, id);
+  if constexpr (requires { command.increment_cdeg; }) cdeg = own(command.increment_cdeg, id);
+  return cdeg ? std::optional(*cdeg / 100) : std::nullopt;
+}
 
-struct MotionReader {
-  int id;
-  using Motion = std::optional<MotionCommand>;
-
-  Motion operator()(const protocol::OpenLoop& c) const {
-    return MotionCommand{protocol::OpenLoop::kOpcode, static_cast<double>(c.power_permille)};
+/// Returns the opcode of a command for one drive, or of its equivalent for one drive.
+template <class Command>
+Opcode opcode_of(const Command& /*command*/) {
+  if constexpr (requires { Command::kOpcode; }) {
+    return Command::kOpcode;
+  } else {
+    return protocol::find_multi_drive(Command::kIdentifier)->each;
   }
-  Motion operator()(const protocol::Torque& c) const {
-    return MotionCommand{protocol::Torque::kOpcode, c.iq_A};
-  }
-  Motion operator()(const protocol::Speed& c) const {
-    return MotionCommand{protocol::Speed::kOpcode, c.speed_dps};
-  }
-  Motion operator()(const protocol::Position1& c) const {
-    return MotionCommand{protocol::Position1::kOpcode, deg(c.target_cdeg)};
-  }
-  Motion operator()(const protocol::Position2& c) const {
-    return MotionCommand{protocol::Position2::kOpcode, deg(c.target_cdeg), c.max_speed_dps};
-  }
-  Motion operator()(const protocol::Position3& c) const {
-    return MotionCommand{protocol::Position3::kOpcode, deg(c.target_cdeg)};
-  }
-  Motion operator()(const protocol::Position4& c) const {
-    return MotionCommand{protocol::Position4::kOpcode, deg(c.target_cdeg), c.max_speed_dps};
-  }
-  Motion operator()(const protocol::Position5& c) const {
-    return MotionCommand{protocol::Position5::kOpcode, deg(c.increment_cdeg)};
-  }
-  Motion operator()(const protocol::Position6& c) const {
-    return MotionCommand{protocol::Position6::kOpcode, deg(c.increment_cdeg), c.max_speed_dps};
-  }
-  Motion operator()(const protocol::MultiTorque& c) const {
-    return of_slot(protocol::Torque::kOpcode, slot_of(id, c.iq_A));
-  }
-  Motion operator()(const protocol::MultiSpeed& c) const {
-    return of_slot(protocol::Speed::kOpcode, slot_of(id, c.speed_dps));
-  }
-  Motion operator()(const protocol::MultiPosition& c) const {
-    const auto target_cdeg = slot_of(id, c.target_cdeg);
-    return of_slot(protocol::Position1::kOpcode,
-                   target_cdeg ? std::optional(*target_cdeg / 100) : std::nullopt);
-  }
-  template <class Other>
-  Motion operator()(const Other&) const {
-    return std::nullopt;
-  }
-
-  static Motion of_slot(Opcode opcode, std::optional<double> value) {
-    return value ? Motion(MotionCommand{opcode, *value}) : std::nullopt;
-  }
-};
+}
 
 }  // namespace
 
@@ -165,7 +137,14 @@ double KnownDrive::fastest_dps(double asked_dps) const {
 }
 
 std::optional<MotionCommand> motion_of(const protocol::Command& command, int id) {
-  return std::visit(MotionReader{id}, command);
+  const auto motion = [id](const auto& one) -> std::optional<MotionCommand> {
+    const std::optional<double> value = motion_value(one, id);
+    if (!value) return std::nullopt;
+    MotionCommand motion{opcode_of(one), *value};
+    if constexpr (requires { one.max_speed_dps; }) motion.max_speed_dps = one.max_speed_dps;
+    return motion;
+  };
+  return std::visit(motion, command);
 }
 
 namespace {

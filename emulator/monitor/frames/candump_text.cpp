@@ -1,7 +1,6 @@
 #include "emulator/monitor/frames/candump_text.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 
 #include "emulator/core/frame_text.hpp"
@@ -39,36 +38,27 @@ std::string without_colours(std::string_view line) {
   return plain;
 }
 
-std::optional<int> number(std::string_view digits, std::size_t width) {
-  int value = 0;
-  const char* const end = digits.data() + digits.size();
-  if (digits.size() != width || digits.front() < '0' || digits.front() > '9') return std::nullopt;
-  const auto [stop, error] = std::from_chars(digits.data(), end, value);
-  return error == std::errc() && stop == end ? std::optional(value) : std::nullopt;
-}
-
 /// Parses "(2026-11-21 23:33:28.834873)" as UTC.
 std::optional<SimTime> parse_date(std::string_view text) {
-  if (text.size() < 24 || text.front() != '(' || text[5] != '-' || text[8] != '-' ||
-      text[11] != ' ' || text[14] != ':' || text[17] != ':') {
-    return std::nullopt;
+  constexpr std::string_view kForm = "(0000-00-00 00:00:00";
+  for (std::size_t n = 0; n < kForm.size(); ++n) {
+    const bool is_digit = n < text.size() && text[n] >= '0' && text[n] <= '9';
+    if (kForm[n] == '0' ? !is_digit : !text.substr(n).starts_with(kForm[n])) return std::nullopt;
   }
-  const auto year = number(text.substr(1, 4), 4);
-  const auto month = number(text.substr(6, 2), 2);
-  const auto day = number(text.substr(9, 2), 2);
-  const auto hour = number(text.substr(12, 2), 2);
-  const auto minute = number(text.substr(15, 2), 2);
+  const auto part = [text](std::size_t first, std::size_t width) {
+    return static_cast<int>(*number_of(text.substr(first, width), 10, 9999));
+  };
+  const int year = part(1, 4);
+  const std::chrono::year_month_day date{std::chrono::year(year),
+                                         std::chrono::month(static_cast<unsigned>(part(6, 2))),
+                                         std::chrono::day(static_cast<unsigned>(part(9, 2)))};
   const auto second = parse_candump_stamp("(" + std::string(text.substr(18)));
-  if (!year || !month || !day || !hour || !minute || !second) return std::nullopt;
-  const std::chrono::year_month_day date{std::chrono::year(*year),
-                                         std::chrono::month(static_cast<unsigned>(*month)),
-                                         std::chrono::day(static_cast<unsigned>(*day))};
-  if (!date.ok() || *year < 1970 || *year > 2200 || *hour > 23 || *minute > 59 ||
+  if (text.size() < 24 || !date.ok() || year < 1970 || year > 2200 || part(12, 2) > 23 || part(15, 2) > 59 || !second ||
       *second > std::chrono::seconds(61)) {
     return std::nullopt;
   }
-  return SimTime(std::chrono::sys_days(date).time_since_epoch()) + std::chrono::hours(*hour) +
-         std::chrono::minutes(*minute) + *second;
+  return SimTime(std::chrono::sys_days(date).time_since_epoch()) + std::chrono::hours(part(12, 2)) +
+         std::chrono::minutes(part(15, 2)) + *second;
 }
 
 /// Removes a stamp at the front of `rest`. Returns false if it is not in a form of candump.
@@ -108,10 +98,8 @@ void take_direction(std::string_view& rest, CandumpLine& line) {
 std::optional<std::size_t> read_length(std::string_view word, bool& fd) {
   if (word.size() == 3 && word.front() == '{' && word.back() == '}') return 8;
   if (word.size() < 3 || word.front() != '[' || word.back() != ']') return std::nullopt;
-  const auto length = number(word.substr(1, word.size() - 2), word.size() - 2);
   fd = word.size() == 4;
-  if (!length || *length > static_cast<int>(fd ? kMaxFdBytes : 8)) return std::nullopt;
-  return static_cast<std::size_t>(*length);
+  return number_of(word.substr(1, word.size() - 2), 10, fd ? kMaxFdBytes : 8);
 }
 
 /// Parses terminal output after the stamp: "vcan0  TX - -  141   [8]  9C 00 …".

@@ -24,11 +24,11 @@ bool all_zero(const Frame& frame, std::size_t from) {
 }
 
 /// Queries without data, whose replies have a value that is rarely 0.
-bool zero_is_a_query(std::uint8_t command) {
-  return command == static_cast<std::uint8_t>(protocol::ReadPid::kOpcode) ||
-         command == static_cast<std::uint8_t>(protocol::ReadEncoder::kOpcode) ||
-         command == static_cast<std::uint8_t>(protocol::ReadMultiTurnAngle::kOpcode) ||
-         command == static_cast<std::uint8_t>(protocol::ReadSingleTurnAngle::kOpcode);
+bool zero_is_a_query(std::uint8_t byte) {
+  const auto command = static_cast<Opcode>(byte);
+  return command == protocol::ReadPid::kOpcode || command == protocol::ReadEncoder::kOpcode ||
+         command == protocol::ReadMultiTurnAngle::kOpcode ||
+         command == protocol::ReadSingleTurnAngle::kOpcode;
 }
 
 /// Has data that hosts rarely send: the temperature of a state, or the requested value.
@@ -66,6 +66,10 @@ bool can_be_reply(const Frame& frame, const ReplyReader& reader) {
          std::holds_alternative<protocol::ReplyFrame>(protocol::decode_reply(frame, reader.format));
 }
 
+FrameInfo info_of(Role role, int id, const Frame& frame, bool sure) {
+  return {.role = role, .sure = sure, .drive = id, .query_code = frame.data[0], .frame = frame};
+}
+
 }  // namespace
 
 /// Returns the reader for a frame of the drive.
@@ -83,7 +87,7 @@ FrameInfo Conversation::classify(const BusFrame& observed) {
   if (!is_data(frame)) return {.frame = frame};
   if (protocol::find_multi_drive(frame.id) != nullptr) return classify_multi_drive(observed);
   if (const int id = protocol::drive_at(frame.id, protocol::kSingleDriveId)) {
-    note_direction(observed);
+    if (observed.from_host) (*observed.from_host ? sent_ : received_) = true;
     return classify_single(id, observed);
   }
   if (protocol::is_serial(frame)) return {.frame = frame};  // its ID is above 32
@@ -107,12 +111,11 @@ FrameInfo Conversation::classify_multi_drive(const BusFrame& observed) {
     if (!command) continue;
     expire(id, observed.at);
     settle_run(id);
-    if (drive(id).pending.size() >= kMaxPending) drop_first(id, QueryOutcome::How::kUnanswered);
-    drive(id).pending.push_back({.query = observed.frame,
-                                 .command = *command,
-                                 .query_code = observed.frame.id,
-                                 .at = observed.at,
-                                 .required = false});
+    add(id, {.query = observed.frame,
+             .command = *command,
+             .query_code = observed.frame.id,
+             .at = observed.at,
+             .required = false});
   }
   return {.role = Role::kQuery, .query_code = observed.frame.id, .frame = observed.frame};
 }
@@ -138,8 +141,10 @@ FrameInfo Conversation::classify_single(int id, const BusFrame& observed) {
   if (looks_like_a_state(observed.frame) && !fitting(id, observed.frame).empty()) {
     own.reply_base = protocol::kSingleDriveId;
   }
-  const auto from_host =
-      own.reply_base != protocol::kSingleDriveId ? std::optional(true) : direction(observed);
+  // Directions are relative to the logging machine; they are useful only if both occur.
+  const auto from_host = own.reply_base != protocol::kSingleDriveId ? std::optional(true)
+                         : sent_ && received_                       ? observed.from_host
+                                                                    : std::nullopt;
   if (from_host == true) return query(id, observed, true);
   const auto fits = fitting(id, observed.frame);
   if (from_host == false) return reply(id, observed, fits, true);
@@ -169,20 +174,15 @@ FrameInfo Conversation::classify_single(int id, const BusFrame& observed) {
 
 /// A state at 0 or 1 °C does not count.
 bool Conversation::could_be_reply(int id, const Frame& frame) const {
-  if (!can_be_reply(frame, reader_of(id, frame))) return false;
-  const bool at_zero = looks_like_a_query(frame) && !zero_is_a_query(frame.data[0]);
-  return !at_zero;
+  return can_be_reply(frame, reader_of(id, frame)) &&
+         (!looks_like_a_query(frame) || zero_is_a_query(frame.data[0]));
 }
 
 FrameInfo Conversation::reply(int id, const BusFrame& observed,
                               const std::vector<std::size_t>& fits, bool sure) {
   Drive& own = drive(id);
-  FrameInfo info{.role = Role::kReply,
-                 .sure = sure,
-                 .drive = id,
-                 .query_code = observed.frame.data[0],
-                 .frame = observed.frame,
-                 .match_count = fits.size()};
+  FrameInfo info = info_of(Role::kReply, id, observed.frame, sure);
+  info.match_count = fits.size();
   own.seen = true;
   own.alive = own.alive || sure;
   if (!own.equal_replies.empty() && fitting(id, own.run_frame) != fits) {
@@ -191,13 +191,13 @@ FrameInfo Conversation::reply(int id, const BusFrame& observed,
   }
   if (fits.empty()) return info;
   // Drives answer in order: earlier queries than the first match remain unanswered.
-  for (std::size_t n = 0; n < fits.front(); ++n) drop_first(id, QueryOutcome::How::kUnanswered);
+  for (std::size_t n = 0; n < fits.front(); ++n) settle_first(id, QueryOutcome::How::kUnanswered);
   info.query_code = own.pending.front().query_code;
   if (fits.size() == 1) {
     if (observed.at && own.pending.front().at)
       info.latency = *observed.at - *own.pending.front().at;
     if (sure && info.latency) own.slowest = std::max(own.slowest, *info.latency);
-    answer_first(id, observed.at);
+    settle_first(id, QueryOutcome::How::kAnswered, observed.at);
     return info;
   }
   if (own.equal_replies.empty()) own.run_frame = observed.frame;
@@ -221,7 +221,7 @@ FrameInfo Conversation::repeat_query(int id, const BusFrame& observed, std::size
   settle_run(id);
   auto& pending = drive(id).pending;
   last = std::min(last + 1, pending.size());
-  for (std::size_t n = 0; n < last; ++n) drop_first(id, QueryOutcome::How::kUnanswered);
+  for (std::size_t n = 0; n < last; ++n) settle_first(id, QueryOutcome::How::kUnanswered);
   drive(id).alive = false;
   return query(id, observed, false);
 }
@@ -231,11 +231,7 @@ FrameInfo Conversation::unclear(int id, const BusFrame& observed) {
   const auto fits = fitting(id, observed.frame);
   const auto open = std::ranges::find_if(
       fits, [&own](std::size_t place) { return !own.pending[place].maybe_answered; });
-  FrameInfo info{.role = Role::kUnclear,
-                 .sure = false,
-                 .drive = id,
-                 .query_code = observed.frame.data[0],
-                 .frame = observed.frame};
+  FrameInfo info = info_of(Role::kUnclear, id, observed.frame, false);
   if (open != fits.end()) {
     Pending& query = own.pending[*open];
     query.maybe_answered = true;
@@ -250,20 +246,7 @@ FrameInfo Conversation::query(int id, const BusFrame& observed, bool sure) {
   drive(id).is_complete = true;
   drive(id).seen = true;
   ask(id, observed, false);
-  return {.role = Role::kQuery,
-          .sure = sure,
-          .drive = id,
-          .query_code = observed.frame.data[0],
-          .frame = observed.frame};
-}
-
-/// Directions are relative to the logging machine; they are useful only if both occur.
-void Conversation::note_direction(const BusFrame& observed) {
-  if (observed.from_host) (*observed.from_host ? sent_ : received_) = true;
-}
-
-std::optional<bool> Conversation::direction(const BusFrame& observed) const {
-  return sent_ && received_ ? observed.from_host : std::nullopt;
+  return info_of(Role::kQuery, id, observed.frame, sure);
 }
 
 void Conversation::ask(int id, const BusFrame& observed, bool unclear) {
@@ -274,13 +257,16 @@ void Conversation::ask(int id, const BusFrame& observed, bool unclear) {
   if (known == nullptr) return;  // not answered
   const auto command = protocol::reply_command(known->command);
   if (!command) return;
-  Drive& own = drive(id);
-  if (own.pending.size() >= kMaxPending) drop_first(id, QueryOutcome::How::kUnanswered);
-  own.pending.push_back({.query = observed.frame,
-                         .command = *command,
-                         .query_code = observed.frame.data[0],
-                         .at = observed.at,
-                         .unclear = unclear});
+  add(id, {.query = observed.frame,
+           .command = *command,
+           .query_code = observed.frame.data[0],
+           .at = observed.at,
+           .unclear = unclear});
+}
+
+void Conversation::add(int id, const Pending& query) {
+  if (drive(id).pending.size() >= kMaxPending) settle_first(id, QueryOutcome::How::kUnanswered);
+  drive(id).pending.push_back(query);
 }
 
 /// Returns indices in `pending` of the queries that the frame can answer.
@@ -308,7 +294,7 @@ void Conversation::expire(int id, const std::optional<SimTime>& now) {
   while (!pending.empty() && over(pending.front())) {
     const bool missed = *now > *pending.front().at;
     drive(id).alive = drive(id).alive && !(missed && pending.front().required);
-    drop_first(id, missed ? QueryOutcome::How::kUnanswered : QueryOutcome::How::kOpen);
+    settle_first(id, missed ? QueryOutcome::How::kUnanswered : QueryOutcome::How::kOpen);
   }
 }
 
@@ -323,38 +309,28 @@ void Conversation::settle_run(int id) {
     const bool fits = reply_fit(reader_of(id, own.run_frame), first.command, first.query,
                                 own.run_frame) != Fit::kNo;
     if (fits && candidates <= replies.size() - answered) {
-      answer_first(id, replies[answered++]);
+      settle_first(id, QueryOutcome::How::kAnswered, replies[answered++]);
     } else {
-      drop_first(id, QueryOutcome::How::kUnanswered);
+      settle_first(id, QueryOutcome::How::kUnanswered);
     }
     if (fits) --candidates;
   }
 }
 
-void Conversation::drop_first(int id, QueryOutcome::How how) {
-  Drive& own = drive(id);
-  const Pending& first = own.pending.front();
-  if (first.required && !first.unclear) {
-    settled_.push_back({.how = first.maybe_answered ? QueryOutcome::How::kOpen : how,
-                        .drive = id,
-                        .query_code = first.query_code,
-                        .query = first.query,
-                        .at = first.at});
-  }
-  own.pending.pop_front();
-}
-
-void Conversation::answer_first(int id, const std::optional<SimTime>& at) {
-  Drive& own = drive(id);
-  const Pending& first = own.pending.front();
-  QueryOutcome settled{.drive = id,
+void Conversation::settle_first(int id, QueryOutcome::How how,
+                                const std::optional<SimTime>& replied_at) {
+  const Pending first = drive(id).pending.front();
+  drive(id).pending.pop_front();
+  const bool answered = how == QueryOutcome::How::kAnswered;
+  if (!answered && (!first.required || first.unclear)) return;
+  QueryOutcome settled{.how = !answered && first.maybe_answered ? QueryOutcome::How::kOpen : how,
+                       .drive = id,
                        .query_code = first.query_code,
                        .query = first.query,
                        .at = first.at,
                        .was_unclear = first.unclear};
-  if (at && first.at) settled.latency = *at - *first.at;
+  if (replied_at && first.at) settled.latency = *replied_at - *first.at;
   settled_.push_back(settled);
-  own.pending.pop_front();
 }
 
 void Conversation::forget_times() {
@@ -367,7 +343,7 @@ void Conversation::forget_times() {
 void Conversation::end() {
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
     settle_run(id);
-    while (!drive(id).pending.empty()) drop_first(id, QueryOutcome::How::kOpen);
+    while (!drive(id).pending.empty()) settle_first(id, QueryOutcome::How::kOpen);
   }
 }
 

@@ -98,9 +98,7 @@ class Conversation {
   FrameInfo unclear(int id, const BusFrame& observed);
   FrameInfo query(int id, const BusFrame& observed, bool sure);
   bool could_be_reply(int id, const protocol::Frame& frame) const;
-  void note_direction(const BusFrame& observed);
-  std::optional<bool> direction(const BusFrame& observed) const;
-
+  void add(int id, const Pending& query);
   void ask(int id, const BusFrame& observed, bool unclear);
   std::vector<std::size_t> fitting(int id, const protocol::Frame& frame) const;
   enum class Pace : std::uint8_t { kAsEver, kAny, kTooLate };
@@ -108,8 +106,8 @@ class Conversation {
   FrameInfo repeat_query(int id, const BusFrame& observed, std::size_t last);
   void expire(int id, const std::optional<SimTime>& now);
   void settle_run(int id);
-  void drop_first(int id, QueryOutcome::How how);
-  void answer_first(int id, const std::optional<SimTime>& at);
+  void settle_first(int id, QueryOutcome::How how,
+                    const std::optional<SimTime>& replied_at = std::nullopt);
 
   Drive& drive(int id) { return drives_[static_cast<std::size_t>(id - protocol::kMinId)]; }
   const Drive& drive(int id) const {

@@ -13,6 +13,17 @@ namespace lk::emulator {
 namespace {
 
 constexpr BilingualText kWords[] = {
+    // topics of error frames, in the order of the bits CAN_ERR_TX_TIMEOUT to CAN_ERR_RESTARTED of
+    // linux/can/error.h
+    {"transmission timed out", "发送超时"},
+    {"arbitration lost", "仲裁失败"},
+    {"controller", "控制器"},
+    {"protocol violation", "协议错误"},
+    {"transceiver", "收发器"},
+    {"no acknowledgement", "无应答"},
+    {"bus-off", "总线关闭"},
+    {"bus error", "总线错误"},
+    {"controller restarted", "控制器重启"},
     // reasons why a frame is invalid
     {"error frame", "错误帧"},
     {"CAN FD", "CAN FD 帧"},
@@ -23,16 +34,6 @@ constexpr BilingualText kWords[] = {
     {"unknown command", "未知命令"},
     {"no reply of this drive", "不是该驱动器的回复"},
     {"no packet", "不是数据包"},
-    // topics of error frames
-    {"transmission timed out", "发送超时"},
-    {"arbitration lost", "仲裁失败"},
-    {"controller", "控制器"},
-    {"protocol violation", "协议错误"},
-    {"transceiver", "收发器"},
-    {"no acknowledgement", "无应答"},
-    {"bus-off", "总线关闭"},
-    {"bus error", "总线错误"},
-    {"controller restarted", "控制器重启"},
     // bits of errorState
     {"under_voltage", "欠压"},
     {"over_voltage", "过压"},
@@ -43,17 +44,7 @@ constexpr BilingualText kWords[] = {
     {"stall", "堵转"},
     {"lost_input", "输入丢失"},
 };
-
-// In the order of the bits CAN_ERR_TX_TIMEOUT to CAN_ERR_RESTARTED of linux/can/error.h.
-constexpr std::string_view kErrorClasses[] = {"transmission timed out",
-                                              "arbitration lost",
-                                              "controller",
-                                              "protocol violation",
-                                              "transceiver",
-                                              "no acknowledgement",
-                                              "bus-off",
-                                              "bus error",
-                                              "controller restarted"};
+constexpr std::size_t kErrorClasses = 9;
 
 /// Values that have a name.
 struct Choice {
@@ -179,29 +170,23 @@ std::string_view in_language(std::string_view english, Language language) {
 
 std::string quantities_text(const std::vector<ReplyValue>& quantities, std::uint32_t asked,
                             Language language) {
-  const std::string_view between = language == Language::kChinese ? "，" : ", ";
-  std::string text;
-  for (const ReplyValue& one : quantities) {
-    text.append(text.empty() ? "" : between).append(quantity_text(one, asked, language));
-  }
-  return text;
+  std::vector<std::string> texts;
+  for (const ReplyValue& one : quantities) texts.push_back(quantity_text(one, asked, language));
+  return fmt::format("{}", fmt::join(texts, language == Language::kChinese ? "，" : ", "));
 }
 
 std::vector<std::string_view> error_frame_words(std::uint32_t classes) {
   std::vector<std::string_view> words;
-  for (std::size_t bit = 0; bit < std::size(kErrorClasses); ++bit) {
-    if ((classes >> bit & 1U) != 0) words.push_back(kErrorClasses[bit]);
+  for (std::size_t bit = 0; bit < kErrorClasses; ++bit) {
+    if ((classes >> bit & 1U) != 0) words.push_back(kWords[bit].en);
   }
   return words;
 }
 
 std::string listed(const std::vector<std::string_view>& words, Language language) {
-  const std::string_view between = language == Language::kChinese ? "、" : ", ";
-  std::string text;
-  for (const std::string_view word : words) {
-    text.append(text.empty() ? "" : between).append(in_language(word, language));
-  }
-  return text;
+  std::vector<std::string_view> texts;
+  for (const std::string_view word : words) texts.push_back(in_language(word, language));
+  return fmt::format("{}", fmt::join(texts, language == Language::kChinese ? "、" : ", "));
 }
 
 std::string three_decimals(double value) {
@@ -223,13 +208,11 @@ std::size_t display_width(std::string_view text) {
 }
 
 std::string padded(std::string_view text, std::size_t width) {
-  const std::size_t taken = display_width(text);
-  return std::string(text) + std::string(width > taken ? width - taken : 0, ' ');
+  return std::string(text).append(width - std::min(width, display_width(text)), ' ');
 }
 
 std::string right(std::string_view text, std::size_t width) {
-  const std::size_t taken = display_width(text);
-  return std::string(width > taken ? width - taken : 0, ' ') + std::string(text);
+  return std::string(width - std::min(width, display_width(text)), ' ').append(text);
 }
 
 }  // namespace lk::emulator

@@ -14,6 +14,7 @@ namespace {
 
 using Values = std::vector<ReplyValue>;
 
+/// Returns why a frame is rejected.
 std::string_view reason(protocol::Reject reject) {
   if (reject == protocol::Reject::kCanFd) return "CAN FD";
   if (reject == protocol::Reject::kExtended) return "29-bit identifier";
@@ -49,12 +50,6 @@ int drive_meant(const protocol::Frame& frame, protocol::Reject reject) {
   return reject == protocol::Reject::kWrongLength
              ? protocol::drive_at(frame.id, protocol::kSingleDriveId)
              : protocol::kMultiDrive;
-}
-
-std::string in_a_row(const std::vector<std::string_view>& words) {
-  std::string text;
-  for (const std::string_view word : words) text.append(text.empty() ? "" : ", ").append(word);
-  return text;
 }
 
 }  // namespace
@@ -101,24 +96,18 @@ FrameWords FrameReader::query(const protocol::Frame& frame) const {
     return meaningless(words, reason(*reject), "unknown");
   }
   words.id = std::get<int>(whom);
-  if (words.id == protocol::kMultiDrive) {
-    words.command = command_text(frame.id);
-    const auto* row = protocol::find_multi_drive(frame.id);
-    if (row != nullptr) words.name = row->name;
-  } else {
-    words.command = command_text(frame.data[0]);
-    words.name = name_of(frame);
-  }
-  const ReplyReader* const reader =
-      words.id == protocol::kMultiDrive ? reader_of_several(frame.id) : reader_of(words.id);
+  const bool several = words.id == protocol::kMultiDrive;
+  const std::uint32_t asked = several ? frame.id : frame.data[0];
+  words.command = command_text(asked);
+  words.name = command_name(asked, several ? protocol::Framing::kCan : framing_of(frame));
+  const ReplyReader* const reader = several ? reader_of_several(frame.id) : reader_of(words.id);
   if (reader == nullptr) return meaningless(words, to_string(Reject::kNoSuchDrive), "unknown");
   const auto decoded = protocol::decode_query(frame, reader->format);
   if (const auto* reject = std::get_if<protocol::Reject>(&decoded)) {
     return meaningless(words, reason(*reject), "unknown");
   }
-  const auto* const command = words.id == protocol::kMultiDrive
-                                  ? protocol::find_multi_drive(frame.id, framing_of(frame))
-                                  : protocol::command_of(frame);
+  const auto* const command = several ? protocol::find_multi_drive(frame.id, framing_of(frame))
+                                      : protocol::command_of(frame);
   words.quantities = reader->values(command->query, frame.data, ReplyReader::By::kHost);
   words.values = values_text(words.quantities);
   return words;
@@ -142,7 +131,8 @@ FrameWords FrameReader::reply(const protocol::Frame& frame) const {
     const auto errors = std::ranges::find(words.quantities, "errors", &ReplyValue::name);
     if (errors != words.quantities.end() && errors->value != 0) {
       words.mark = "error";
-      words.values += ": " + in_a_row(error_words(static_cast<unsigned>(errors->value)));
+      words.values +=
+          fmt::format(": {}", fmt::join(error_words(static_cast<unsigned>(errors->value)), ", "));
     }
     return words;
   }

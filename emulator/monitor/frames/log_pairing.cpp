@@ -13,6 +13,7 @@
 
 #include "emulator/core/servo/shaft_angles.hpp"
 #include "emulator/core/servo/stored_settings.hpp"
+#include "emulator/core/text.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/field_values.hpp"
 
@@ -23,11 +24,6 @@ double bytes(const protocol::Payload& data, std::size_t first, std::size_t last)
   std::uint64_t number = 0;
   for (std::size_t n = last + 1; n-- > first;) number = number << 8U | data[n];
   return static_cast<double>(number);
-}
-
-std::string shortest(double value) {
-  char buffer[32];
-  return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
 }
 
 }  // namespace
@@ -80,12 +76,13 @@ double value_difference(const ReplyValue& a, const ReplyValue& b) {
 }
 
 std::string values_text(const std::vector<ReplyValue>& values) {
-  std::string text;
+  std::vector<std::string> texts;
   for (const ReplyValue& one : values) {
-    text.append(text.empty() ? "" : ", ").append(one.name).append(" ");
-    text += shortest(one.value);
+    char buffer[32];
+    const auto end = std::to_chars(buffer, std::end(buffer), one.value).ptr;
+    texts.push_back(std::string(one.name) + " " + std::string(buffer, end));
   }
-  return text;
+  return comma_list(texts);
 }
 
 namespace {

@@ -64,102 +64,79 @@ Latency latency(std::vector<SimTime> all) {
   return {all[all.size() / 2], all.back()};
 }
 
-/// Sums over all exchanges.
-class Account {
- public:
-  void add(const Exchange& exchange, SimTime asked_at, SimTime asked_simulated,
-           const std::optional<TimedFrame>& emulated, const ReplyReader& reader) {
-    Entry& entry = entries_[exchange.command];
-    ComparedCommand& command = entry.command;
-    command.command = exchange.command;
-    ++command.queries;
-    if (exchange.reply) {
-      ++command.in_log;
-      entry.in_log.push_back(exchange.reply->at - asked_at);
-    }
-    if (emulated) {
-      ++command.emulated;
-      entry.emulated.push_back(emulated->at - asked_simulated);
-    }
-    if (exchange.reply && emulated) {
-      compare(entry, *exchange.reply, *emulated, reader);
-    } else if (exchange.reply) {
-      ++command.missing;
-    } else if (emulated) {
-      ++command.extra;
-    }
-  }
-
-  void write(LogComparison& out) {
-    for (auto& [byte, entry] : entries_) {
-      entry.command.latency_in_log = latency(std::move(entry.in_log));
-      entry.command.latency_emulated = latency(std::move(entry.emulated));
-      out.commands.push_back(entry.command);
-      out.values.insert(out.values.end(), entry.values.begin(), entry.values.end());
-    }
-  }
-
- private:
-  struct Entry {
-    ComparedCommand command;
-    std::vector<ComparedValue> values;
-    std::vector<SimTime> in_log;
-    std::vector<SimTime> emulated;
-  };
-
-  static void compare(Entry& entry, const TimedFrame& in_log, const TimedFrame& emulated,
-                      const ReplyReader& reader) {
-    protocol::Frame as_own = in_log.frame;  // the log's drive may use other identifiers
-    as_own.id = emulated.frame.id;
-    const auto theirs = reader.values(as_own);
-    const auto ours = reader.values(emulated.frame);
-    if (theirs.size() != ours.size()) {
-      ++entry.command.undecodable;
-      return;
-    }
-    for (std::size_t n = 0; n < ours.size(); ++n) {
-      auto place = std::ranges::find(entry.values, ours[n].name, &ComparedValue::name);
-      if (place == entry.values.end()) {
-        place = entry.values.insert(place, {entry.command.command, ours[n].name});
-      }
-      const double difference = std::abs(value_difference(theirs[n], ours[n]));
-      ++place->count;
-      if (difference == 0) ++place->equal;
-      place->sum += difference;
-      if (difference <= place->most) continue;
-      place->most = difference;
-      place->most_at = in_log.at;
-      place->most_id = reader.id;
-    }
-  }
-
-  std::map<std::uint8_t, Entry> entries_;
+/// Sums over the exchanges of one command.
+struct Account {
+  ComparedCommand command;
+  std::vector<ComparedValue> values;
+  std::vector<SimTime> in_log;  // latencies
+  std::vector<SimTime> emulated;
 };
 
+void compare_values(Account& account, const TimedFrame& in_log, const TimedFrame& emulated,
+                    const ReplyReader& reader) {
+  protocol::Frame as_own = in_log.frame;  // the log's drive may use other identifiers
+  as_own.id = emulated.frame.id;
+  const auto theirs = reader.values(as_own);
+  const auto ours = reader.values(emulated.frame);
+  if (theirs.size() != ours.size()) {
+    ++account.command.undecodable;
+    return;
+  }
+  for (std::size_t n = 0; n < ours.size(); ++n) {
+    auto place = std::ranges::find(account.values, ours[n].name, &ComparedValue::name);
+    if (place == account.values.end()) {
+      place = account.values.insert(place, {account.command.command, ours[n].name});
+    }
+    const double difference = std::abs(value_difference(theirs[n], ours[n]));
+    ++place->count;
+    if (difference == 0) ++place->equal;
+    place->sum += difference;
+    if (difference <= place->most) continue;
+    place->most = difference;
+    place->most_at = in_log.at;
+    place->most_id = reader.id;
+  }
+}
+
 double in_ms(SimTime time) { return std::chrono::duration<double, std::milli>(time).count(); }
+
 }  // namespace
 
 LogComparison compare_log(const std::vector<LoggedFrame>& log, const BusConfig& bus) {
   const PairedLog paired = pair_log(log, bus);
-  LogComparison out;
-  if (bus.serial) out.framing = protocol::Framing::kSerial;
-  out.sent = paired.sent.size();
-  out.ambiguous = paired.ambiguous;
-  out.orphans = paired.orphans;
-  out.unknown_drive_frames = paired.unknown_drive_frames;
+  LogComparison out{.framing = bus.serial ? protocol::Framing::kSerial : protocol::Framing::kCan,
+                    .sent = paired.sent.size(),
+                    .ambiguous = paired.ambiguous,
+                    .orphans = paired.orphans,
+                    .unknown_drive_frames = paired.unknown_drive_frames};
   if (paired.sent.empty()) return out;
   std::map<int, ReplyReader> readers;
   for (const ServoConfig& servo : bus.servos) readers.emplace(ReplyReader(servo).id, servo);
   const SimTime first = paired.sent.front().at;
   const auto answers = assign(paired, first, emulate(paired.sent, first, bus), readers);
-  Account account;
+  std::map<std::uint8_t, Account> accounts;
   for (std::size_t n = 0; n < answers.size(); ++n) {
-    const Exchange& exchange = paired.exchanges[n];
-    const SimTime asked_at = paired.sent[exchange.query].at;
-    account.add(exchange, asked_at, simulated(asked_at, first), answers[n],
-                readers.at(exchange.id));
+    const auto& [id, query, byte, in_log] = paired.exchanges[n];
+    const auto& emulated = answers[n];
+    const SimTime asked_at = paired.sent[query].at;
+    Account& account = accounts[byte];
+    ComparedCommand& command = account.command;
+    command.command = byte;
+    ++command.queries;
+    if (in_log) account.in_log.push_back(in_log->at - asked_at);
+    if (emulated) account.emulated.push_back(emulated->at - simulated(asked_at, first));
+    command.missing += in_log && !emulated ? 1 : 0;
+    command.extra += emulated && !in_log ? 1 : 0;
+    if (in_log && emulated) compare_values(account, *in_log, *emulated, readers.at(id));
   }
-  account.write(out);
+  for (auto& [byte, account] : accounts) {
+    account.command.in_log = account.in_log.size();
+    account.command.emulated = account.emulated.size();
+    account.command.latency_in_log = latency(std::move(account.in_log));
+    account.command.latency_emulated = latency(std::move(account.emulated));
+    out.commands.push_back(account.command);
+    out.values.insert(out.values.end(), account.values.begin(), account.values.end());
+  }
   return out;
 }
 

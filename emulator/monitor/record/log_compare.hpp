@@ -44,8 +44,8 @@ struct ComparedValue {
 };
 
 struct LogComparison {
-  std::vector<ComparedCommand> commands;  // ascending
-  std::vector<ComparedValue> values;      // by command, in the order of the reply
+  std::vector<ComparedCommand> commands = {};  // ascending
+  std::vector<ComparedValue> values = {};      // by command, in the order of the reply
   protocol::Framing framing = protocol::Framing::kCan;
   std::uint64_t sent = 0;
   std::uint64_t ambiguous = 0;

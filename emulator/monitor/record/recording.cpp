@@ -5,7 +5,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
-#include <sstream>
+#include <type_traits>
 
 #include "emulator/config/bus_name.hpp"
 #include "emulator/config/profile.hpp"
@@ -39,22 +39,31 @@ RomWear read_wear(const Json& json) {
   return wear;
 }
 
-std::vector<int> read_ids(const Json& json) {
-  std::vector<int> ids;
-  for (const Json& id : json) ids.push_back(whole<int>(id));
-  return ids;
-}
-
 // --- recording.json
 
+template <class Value>
+void put(Json& json, const char* key, const std::optional<Value>& value) {
+  if (value) json[key] = *value;
+}
+
+template <class Value>
+void take(const Json& json, const char* key, std::optional<Value>& value) {
+  if (!json.contains(key)) return;
+  if constexpr (std::is_integral_v<Value>) {
+    value = whole<Value>(json[key]);
+  } else {
+    value = json[key].template get<Value>();
+  }
+}
+
 void print_firmware(const FirmwareRequest& firmware, Json& json) {
-  if (firmware.generation) json["generation"] = *firmware.generation;
+  put(json, "generation", firmware.generation);
   if (!firmware.quirks.empty()) json["quirks"] = firmware.quirks;
 }
 
 FirmwareRequest parse_firmware(const Json& json) {
   FirmwareRequest firmware;
-  if (json.contains("generation")) firmware.generation = json["generation"].get<std::string>();
+  take(json, "generation", firmware.generation);
   if (json.contains("quirks")) json["quirks"].get_to(firmware.quirks);
   return firmware;
 }
@@ -63,15 +72,15 @@ Json print_overrides(const Overrides& overrides) {
   Json json = Json::object();
   for (const BusRequest& request : overrides.buses) {
     Json bus = {{"bus", request.interface}};
-    if (request.ids) bus["ids"] = *request.ids;
+    put(bus, "ids", request.ids);
     print_firmware(request.firmware, bus);
     json["buses"].push_back(std::move(bus));
   }
-  if (overrides.motor) json["motor"] = *overrides.motor;
-  if (overrides.seed) json["seed"] = *overrides.seed;
-  if (overrides.bitrate) json["bitrate"] = *overrides.bitrate;
-  if (overrides.baud) json["baud"] = *overrides.baud;
-  if (overrides.boot_angle_deg) json["boot_angle_deg"] = *overrides.boot_angle_deg;
+  put(json, "motor", overrides.motor);
+  put(json, "seed", overrides.seed);
+  put(json, "bitrate", overrides.bitrate);
+  put(json, "baud", overrides.baud);
+  put(json, "boot_angle_deg", overrides.boot_angle_deg);
   print_firmware(overrides.firmware, json);
   return json;
 }
@@ -79,17 +88,19 @@ Json print_overrides(const Overrides& overrides) {
 Overrides parse_overrides(const Json& json) {
   Overrides overrides;
   for (const Json& bus : json.value("buses", Json::array())) {
-    overrides.buses.push_back(
-        {bus.at("bus").get<std::string>(), std::nullopt, parse_firmware(bus)});
-    if (bus.contains("ids")) overrides.buses.back().ids = read_ids(bus["ids"]);
+    BusRequest request{bus.at("bus").get<std::string>(), std::nullopt, parse_firmware(bus)};
+    if (bus.contains("ids")) {
+      auto& ids = request.ids.emplace();
+      for (const Json& id : bus["ids"]) ids.push_back(whole<int>(id));
+    }
+    overrides.buses.push_back(std::move(request));
   }
   overrides.firmware = parse_firmware(json);
-  if (json.contains("motor")) overrides.motor = json["motor"].get<std::string>();
-  if (json.contains("seed")) overrides.seed = whole<std::uint64_t>(json["seed"]);
-  if (json.contains("bitrate")) overrides.bitrate = whole<std::int64_t>(json["bitrate"]);
-  if (json.contains("baud")) overrides.baud = whole<std::int64_t>(json["baud"]);
-  if (json.contains("boot_angle_deg"))
-    overrides.boot_angle_deg = json["boot_angle_deg"].get<double>();
+  take(json, "motor", overrides.motor);
+  take(json, "seed", overrides.seed);
+  take(json, "bitrate", overrides.bitrate);
+  take(json, "baud", overrides.baud);
+  take(json, "boot_angle_deg", overrides.boot_angle_deg);
   return overrides;
 }
 
@@ -111,8 +122,8 @@ std::map<std::string, std::string> copies_of(const MotorFiles& motors) {
   std::map<std::string, std::string> copies;
   std::map<std::string, std::string> taken;  // copy to original
   for (const auto& [asked, motor] : motors) {
-    const bool has_end = motor.name.ends_with(".toml");
-    const std::string stem = has_end ? motor.name.substr(0, motor.name.size() - 5) : motor.name;
+    std::string stem = motor.name;
+    if (stem.ends_with(".toml")) stem.resize(stem.size() - 5);
     std::string copy = stem + ".toml";
     for (int n = 2; taken.emplace(copy, motor.file).first->second != motor.file; ++n) {
       copy = stem + "-" + std::to_string(n) + ".toml";
@@ -251,10 +262,6 @@ fs::path rom_file(const BusConfig& bus, const ServoConfig& servo) {
   return fs::path("rom") / rom_file_name(bus.interface, servo.id);
 }
 
-bool was_written(const ServoConfig& servo) {
-  return std::ranges::any_of(servo.wear, [](std::uint32_t writes) { return writes > 0; });
-}
-
 /// Finds motor files by requested name; their messages show the original path. Recordings of
 /// version 0.1.0 have them by motor name.
 FindProfile recorded_profiles(const fs::path& directory, const ParsedInfo& parsed) {
@@ -308,31 +315,6 @@ std::vector<BusConfig> read_buses(const fs::path& directory, const ParsedInfo& p
     }
   }
   return buses;
-}
-
-/// A file of a recording, by its name in it.
-struct RecordedText {
-  std::string name;
-  std::string text;
-};
-
-/// All that is known at the beginning; `buses` are as the drives start. recording.json is the last.
-std::vector<RecordedText> recorded_texts(const RecordingInfo& info, const ConfigTexts& texts,
-                                         const std::vector<BusConfig>& buses) {
-  std::vector<RecordedText> all;
-  if (texts.config) all.push_back({"config.toml", *texts.config});
-  for (const auto& [asked, copy] : copies_of(texts.motors)) {
-    all.push_back({"motors/" + copy, texts.motors.at(asked).text});
-  }
-  for (const BusConfig& bus : buses) {
-    for (const ServoConfig& servo : bus.servos) {
-      if (!was_written(servo)) continue;
-      const RomOwner owner{bus.interface, servo.id, servo.profile.name};
-      all.push_back({rom_file(bus, servo).string(), print_rom(owner, servo.rom, servo.wear)});
-    }
-  }
-  all.push_back({kRecordingFile, print_info(info, texts, buses)});
-  return all;
 }
 
 /// A line that a kill has cut off is none.
@@ -419,10 +401,19 @@ void begin_recording(const fs::path& directory, const RecordingInfo& info, const
   beginning.make_empty_directory();
   for (const char* part : {"motors", "rom"}) beginning.make_directory(directory / part);
   for (const char* log : {kFramesFile, kInputsFile}) beginning.write(directory / log, "");
-  // recording.json is last: a directory that has it is complete.
-  for (const auto& [name, text] : recorded_texts(info, texts, buses)) {
-    beginning.write(directory / name, text);
+  if (texts.config) beginning.write(directory / "config.toml", *texts.config);
+  for (const auto& [asked, copy] : copies_of(texts.motors)) {
+    beginning.write(directory / "motors" / copy, texts.motors.at(asked).text);
   }
+  for (const BusConfig& bus : buses) {
+    for (const ServoConfig& servo : bus.servos) {
+      if (!std::ranges::any_of(servo.wear, [](auto writes) { return writes > 0; })) continue;
+      const RomOwner owner{bus.interface, servo.id, servo.profile.name};
+      beginning.write(directory / rom_file(bus, servo), print_rom(owner, servo.rom, servo.wear));
+    }
+  }
+  // Last: a directory that has it is complete.
+  beginning.write(directory / kRecordingFile, print_info(info, texts, buses));
   go_on();
   beginning.keep();
 }

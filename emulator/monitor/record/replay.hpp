@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "emulator/core/bus/bus.hpp"
-#include "emulator/files/output_file.hpp"
 #include "emulator/monitor/record/recording.hpp"
 #include "emulator/monitor/scenario/csv_writer.hpp"
 
@@ -115,13 +114,7 @@ class ReplayCsvFile {
   void commit() { file_.commit(); }
 
  private:
-  void take(std::size_t bus, const std::vector<double>& row);
-
-  OutputFile file_;
-  std::vector<Sampler> samplers_;                      // by bus
-  std::vector<std::deque<std::vector<double>>> rows_;  // by bus, as buses are not in step
-  SimTime period_;
-  SimTime next_row_{0};
+  CsvFile file_;
 };
 
 /// How a replay ended.

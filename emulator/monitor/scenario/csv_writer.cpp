@@ -32,6 +32,17 @@ std::vector<const Signal*> find_signals(const std::vector<std::string>& names,
   return found;
 }
 
+SimTime row_period(double rate_Hz) {
+  constexpr double kMax_Hz = 1e6;
+  if (!(rate_Hz >= 1e-3 && rate_Hz <= kMax_Hz)) {
+    throw StartError("--rate: must be 0.001 to 1000000 Hz");
+  }
+  return SimTime(std::llround(1e9 / rate_Hz));
+}
+
+namespace {
+
+/// Returns the columns by bus. The body's signals are with the first bus.
 std::vector<std::vector<SampledColumn>> csv_columns(const std::vector<BusConfig>& buses,
                                                     const std::vector<const Signal*>& signals,
                                                     const std::vector<int>& ids) {
@@ -50,22 +61,14 @@ std::vector<std::vector<SampledColumn>> csv_columns(const std::vector<BusConfig>
   return all;
 }
 
-SimTime row_period(double rate_Hz) {
-  constexpr double kMax_Hz = 1e6;
-  if (!(rate_Hz >= 1e-3 && rate_Hz <= kMax_Hz)) {
-    throw StartError("--rate: must be 0.001 to 1000000 Hz");
-  }
-  return SimTime(std::llround(1e9 / rate_Hz));
-}
-
-std::string csv_header(const std::vector<std::string>& buses,
-                       const std::vector<Sampler>& samplers) {
+/// Returns "time_s,1.speed_dps,body.fallen,…"; with several buses, the bus precedes the ID.
+std::string csv_header(const std::vector<BusConfig>& buses, const std::vector<Sampler>& samplers) {
   std::string text = "time_s";
   for (std::size_t n = 0; n < samplers.size(); ++n) {
     for (const SampledColumn& column : samplers[n].columns()) {
       text += ',';
       const bool of_body = column.signal->is_of_body();
-      if (!of_body && buses.size() > 1) text += buses[n] + '.';
+      if (!of_body && buses.size() > 1) text += buses[n].interface + '.';
       if (!of_body) text += std::to_string(column.id) + '.';
       text += column.signal->name;
     }
@@ -73,6 +76,7 @@ std::string csv_header(const std::vector<std::string>& buses,
   return text + '\n';
 }
 
+/// Returns a line: time in nanoseconds, and the shortest numbers that parse to the same bits.
 std::string csv_row(SimTime time, const std::vector<double>& values) {
   std::string text = seconds_text(time);
   for (const double value : values) {
@@ -82,6 +86,32 @@ std::string csv_row(SimTime time, const std::vector<double>& values) {
     text.append(buffer, end);
   }
   return text + '\n';
+}
+
+}  // namespace
+
+CsvFile::CsvFile(const std::filesystem::path& file, const std::vector<BusConfig>& buses,
+                 const std::vector<const Signal*>& signals, const std::vector<int>& ids,
+                 SimTime period)
+    : file_(file, "--csv"), rows_(buses.size()), period_(period) {
+  for (auto& columns : csv_columns(buses, signals, ids)) {
+    samplers_.emplace_back(std::move(columns), SimTime{0}, period);
+  }
+  file_.write(csv_header(buses, samplers_));
+}
+
+void CsvFile::sample(std::size_t n, const Bus& bus) {
+  samplers_[n].sample(bus, rows_[n].emplace_back());
+  std::vector<double> all;
+  while (std::ranges::none_of(rows_, [](const auto& waiting) { return waiting.empty(); })) {
+    all.clear();
+    for (auto& waiting : rows_) {
+      all.insert(all.end(), waiting.front().begin(), waiting.front().end());
+      waiting.pop_front();
+    }
+    file_.write(csv_row(next_row_, all));
+    next_row_ += period_;
+  }
 }
 
 }  // namespace lk::emulator

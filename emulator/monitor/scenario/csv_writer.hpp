@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <deque>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -8,6 +10,7 @@
 #include "emulator/core/scenario/sampler.hpp"
 #include "emulator/core/servo/signals.hpp"
 #include "emulator/core/sim_time.hpp"
+#include "emulator/files/output_file.hpp"
 
 namespace lk::emulator {
 
@@ -15,18 +18,28 @@ namespace lk::emulator {
 std::vector<const Signal*> find_signals(const std::vector<std::string>& names,
                                         const BodySignals* body);
 
-/// Returns the columns by bus: signals of each drive among `ids` (empty: all). The body's signals
-/// are with the first bus.
-std::vector<std::vector<SampledColumn>> csv_columns(const std::vector<BusConfig>& buses,
-                                                    const std::vector<const Signal*>& signals,
-                                                    const std::vector<int>& ids);
-
 /// Returns the time between rows at --rate. Throws StartError.
 SimTime row_period(double rate_Hz);
 
-/// Returns "time_s,1.speed_dps,body.fallen,…"; with several buses, the bus precedes the ID.
-std::string csv_header(const std::vector<std::string>& buses, const std::vector<Sampler>& samplers);
-/// Returns a line: time in nanoseconds, and the shortest numbers that parse to the same bits.
-std::string csv_row(SimTime time, const std::vector<double>& values);
+/// Writes signals at equal steps of simulated time, of each drive among `ids` (empty: all); the
+/// body's are with the first bus. Buses need not be in step. `n` is the index of a bus.
+class CsvFile {
+ public:
+  /// Throws StartError.
+  CsvFile(const std::filesystem::path& file, const std::vector<BusConfig>& buses,
+          const std::vector<const Signal*>& signals, const std::vector<int>& ids, SimTime period);
+
+  SimTime next_due(std::size_t n) const { return samplers_[n].next_due(); }
+  /// Pre: the bus is at `next_due`.
+  void sample(std::size_t n, const Bus& bus);
+  void commit() { file_.commit(); }
+
+ private:
+  OutputFile file_;
+  std::vector<Sampler> samplers_;                      // by bus
+  std::vector<std::deque<std::vector<double>>> rows_;  // by bus: waiting for other buses
+  SimTime period_;
+  SimTime next_row_{0};
+};
 
 }  // namespace lk::emulator

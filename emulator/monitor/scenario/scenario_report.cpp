@@ -15,44 +15,39 @@ namespace {
 
 using Status = ExpectationResult::Status;
 
-std::string open_case(const std::string& name, const std::string& suite) {
-  return fmt::format(R"(    <testcase name="{}" classname="{}")", xml_escaped(name),
-                     xml_escaped(suite));
+/// `problem`: "failure" or "error", or empty.
+std::string test_case(const std::string& name, const RunReport& suite, std::string_view problem,
+                      const std::string& message) {
+  const std::string begin = fmt::format(R"(    <testcase name="{}" classname="{}")",
+                                        xml_escaped(name), xml_escaped(suite.name));
+  if (problem.empty()) return begin + "/>\n";
+  return fmt::format("{}>\n      <{} message=\"{}\"/>\n    </testcase>\n", begin, problem,
+                     xml_escaped(message));
 }
 
-std::string expectation_case(const ExpectationResult& result, const std::string& suite) {
+std::string expectation_case(const ExpectationResult& result, const RunReport& suite) {
   const std::string name = result.description.empty()
                                ? result.expected
                                : result.description + " (" + result.expected + ")";
-  std::string text = open_case(name, suite);
-  if (result.status == Status::kPassed) return text + "/>\n";
-  const char* const kind = result.status == Status::kFailed ? "failure" : "error";
-  const std::string message = "expected " + result.expected + ", measured " + result.measured;
-  return text + fmt::format(">\n      <{} message=\"{}\"/>\n    </testcase>\n", kind,
-                            xml_escaped(message));
+  const char* const problem = result.status == Status::kPassed   ? ""
+                              : result.status == Status::kFailed ? "failure"
+                                                                 : "error";
+  return test_case(name, suite, problem,
+                   "expected " + result.expected + ", measured " + result.measured);
 }
 
-std::string fault_case(const PlannedFault& fault, const std::string& suite) {
-  std::string text = open_case(fault.bus + " fault " + fault.report.fault.name, suite);
-  if (fault.took_effect()) return text + "/>\n";
-  return text + fmt::format(">\n      <error message=\"{}\"/>\n    </testcase>\n",
-                            xml_escaped(fault_sentence(fault)));
-}
-
-std::string advice_case(const GivenAdvice& given, const std::string& suite) {
-  const Advice& advice = given.advice;
-  const std::string name = fmt::format("{} drive {} advice {}", given.bus, advice.id,
-                                       advice_row(advice.found.kind).word);
-  return open_case(name, suite) +
-         fmt::format(">\n      <failure message=\"{}\"/>\n    </testcase>\n",
-                     xml_escaped(advice_line(given.bus, advice, Language::kEnglish)));
-}
-
-std::string advice_output(const RunReport& report) {
+/// Advice is a case each if strict, otherwise in the output of the suite.
+std::string advice_of(const RunReport& report) {
+  std::string cases;
   std::string lines;
   for (const GivenAdvice& given : report.advice) {
-    lines += "advice: " + advice_line(given.bus, given.advice, Language::kEnglish) + '\n';
+    const std::string line = advice_line(given.bus, given.advice, Language::kEnglish);
+    cases += test_case(fmt::format("{} drive {} advice {}", given.bus, given.advice.id,
+                                   advice_row(given.advice.found.kind).word),
+                       report, "failure", line);
+    lines += "advice: " + line + '\n';
   }
+  if (report.strict || lines.empty()) return cases;
   return "    <system-out>" + xml_escaped(lines) + "</system-out>\n";
 }
 
@@ -80,18 +75,15 @@ std::string suite_of(const RunReport& report) {
       verdict.expectations.size() + verdict.faults.size() + strict + (reasons_apart ? 1 : 0),
       static_cast<std::size_t>(failed) + strict, open + idle + (reasons_apart ? 1 : 0),
       report.wall_s, report.seed, in_seconds(report.simulated), outcome_word(report.outcome()));
-  for (const auto& result : verdict.expectations) text += expectation_case(result, report.name);
-  for (const auto& fault : verdict.faults) text += fault_case(fault, report.name);
+  for (const auto& result : verdict.expectations) text += expectation_case(result, report);
+  for (const auto& fault : verdict.faults) {
+    text += test_case(fault.bus + " fault " + fault.report.fault.name, report,
+                      fault.took_effect() ? "" : "error", fault_sentence(fault));
+  }
   if (reasons_apart) {
-    text += open_case("the scenario is valid", report.name) +
-            fmt::format(">\n      <error message=\"{}\"/>\n    </testcase>\n",
-                        xml_escaped(verdict.invalid.front()));
+    text += test_case("the scenario is valid", report, "error", verdict.invalid.front());
   }
-  if (report.strict) {
-    for (const auto& given : report.advice) text += advice_case(given, report.name);
-  } else if (!report.advice.empty()) {
-    text += advice_output(report);
-  }
+  text += advice_of(report);
   if (!verdict.invalid.empty()) {
     std::string reasons;
     for (const std::string& reason : verdict.invalid) reasons += "invalid: " + reason + '\n';
@@ -152,15 +144,9 @@ std::string coloured(const std::string& text, const char* code, bool in_colour) 
 }
 
 std::string status_word(Status status, bool in_colour) {
-  switch (status) {
-    case Status::kPassed:
-      return coloured("pass", "32", in_colour);
-    case Status::kFailed:
-      return coloured("FAIL", "31", in_colour);
-    case Status::kOpen:
-      return coloured("open", "33", in_colour);
-  }
-  return "";
+  if (status == Status::kPassed) return coloured("pass", "32", in_colour);
+  return status == Status::kFailed ? coloured("FAIL", "31", in_colour)
+                                   : coloured("open", "33", in_colour);
 }
 
 const char* colour_of(Outcome outcome) {
@@ -181,15 +167,9 @@ std::string count(std::size_t number, const char* noun) {
 }  // namespace
 
 const char* outcome_word(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::kPassed:
-      return "passed";
-    case Outcome::kFailed:
-      return "failed";
-    case Outcome::kInvalid:
-      return "invalid";
-  }
-  return "";
+  return outcome == Outcome::kPassed   ? "passed"
+         : outcome == Outcome::kFailed ? "failed"
+                                       : "invalid";
 }
 
 int exit_status(Outcome outcome) {
@@ -214,11 +194,7 @@ std::string report_text(const RunReport& report, bool in_colour, Language langua
   const Outcome outcome = report.outcome();
   std::string speed;
   if (report.wall_s > 0) {
-    speed =
-        fmt::format(", {} x real time", number_text(in_seconds(report.simulated) / report.wall_s));
-    if (const auto point = speed.find('.'); point != std::string::npos) {
-      speed = fmt::format(", {:.0f} x real time", in_seconds(report.simulated) / report.wall_s);
-    }
+    speed = fmt::format(", {:.0f} x real time", in_seconds(report.simulated) / report.wall_s);
   }
   std::string text = fmt::format("{}: {} ({} simulated in {:.2f} s{}, {}, seed {})\n", report.name,
                                  coloured(outcome_word(outcome), colour_of(outcome), in_colour),
@@ -232,16 +208,14 @@ std::string report_text(const RunReport& report, bool in_colour, Language langua
   for (const PlannedFault& fault : verdict.faults) {
     text += fmt::format("  fault {}\n", fault_sentence(fault));
   }
+  const auto note = [&](const char* kind, const char* colour, const std::string& line) {
+    text += fmt::format("  {} {}\n", coloured(kind, colour, in_colour), line);
+  };
   for (const GivenAdvice& given : report.advice) {
-    text += fmt::format("  {} {}\n", coloured("advice:", report.strict ? "31" : "33", in_colour),
-                        advice_line(given.bus, given.advice, language));
+    note("advice:", report.strict ? "31" : "33", advice_line(given.bus, given.advice, language));
   }
-  for (const std::string& warning : report.warnings) {
-    text += fmt::format("  {} {}\n", coloured("warning:", "33", in_colour), warning);
-  }
-  for (const std::string& reason : verdict.invalid) {
-    text += fmt::format("  {} {}\n", coloured("invalid:", "33", in_colour), reason);
-  }
+  for (const std::string& warning : report.warnings) note("warning:", "33", warning);
+  for (const std::string& reason : verdict.invalid) note("invalid:", "33", reason);
   return text;
 }
 

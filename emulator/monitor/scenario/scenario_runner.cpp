@@ -136,42 +136,16 @@ namespace {
 /// Time between two looks of the advisers, which need the drives' state at each frame.
 constexpr SimTime kChunk = Adviser::kObservePeriod;
 
-/// Writes rows of signals at equal steps.
-class CsvOutput {
- public:
-  CsvOutput(const RunOutputs::Csv& csv, const Scenario& scenario) : file_(csv.file, "--csv") {
-    for (const int id : csv.ids) {
-      const bool known = std::ranges::any_of(scenario.robot, [id](const BusConfig& bus) {
-        return std::ranges::find(bus.servos, id, &ServoConfig::id) != bus.servos.end();
-      });
-      if (!known) throw StartError("--ids: the robot has no drive " + std::to_string(id));
-    }
-    const BodySignals* const body = scenario.robot.front().body_signals.get();
-    for (auto& columns : csv_columns(scenario.robot, find_signals(csv.signals, body), csv.ids)) {
-      samplers_.emplace_back(std::move(columns), SimTime{0}, csv.period);
-    }
-    std::vector<std::string> buses;
-    for (const BusConfig& bus : scenario.robot) buses.push_back(bus.interface);
-    file_.write(csv_header(buses, samplers_));
+void open_csv(std::optional<CsvFile>& file, const RunOutputs::Csv& csv, const Scenario& scenario) {
+  for (const int id : csv.ids) {
+    const bool known = std::ranges::any_of(scenario.robot, [id](const BusConfig& bus) {
+      return std::ranges::find(bus.servos, id, &ServoConfig::id) != bus.servos.end();
+    });
+    if (!known) throw StartError("--ids: the robot has no drive " + std::to_string(id));
   }
-
-  SimTime next_due() const { return samplers_.front().next_due(); }
-  void sample(const ScenarioRun& run) {
-    values_.clear();
-    for (std::size_t n = 0; n < samplers_.size(); ++n) {
-      samplers_[n].sample(run.bus(n), row_);
-      values_.insert(values_.end(), row_.begin(), row_.end());
-    }
-    file_.write(csv_row(run.time(), values_));
-  }
-  void commit() { file_.commit(); }
-
- private:
-  OutputFile file_;
-  std::vector<Sampler> samplers_;  // by bus
-  std::vector<double> row_;
-  std::vector<double> values_;
-};
+  const BodySignals* const body = scenario.robot.front().body_signals.get();
+  file.emplace(csv.file, scenario.robot, find_signals(csv.signals, body), csv.ids, csv.period);
+}
 
 /// Saves ROM to files; each write is on the disk before the run continues.
 class RomOutput {
@@ -290,9 +264,9 @@ std::size_t drives_of(const Scenario& scenario) {
 
 RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
   std::optional<RomOutput> rom;
-  std::optional<CsvOutput> csv;
+  std::optional<CsvFile> csv;
   if (outputs.rom) rom.emplace(*outputs.rom, scenario);
-  if (outputs.csv) csv.emplace(*outputs.csv, scenario);
+  if (outputs.csv) open_csv(csv, *outputs.csv, scenario);
   FrameFiles frames(outputs.frames, scenario.robot);
   Progress progress(scenario.name, scenario.duration, outputs.progress);
   ScenarioRun run(scenario);
@@ -301,9 +275,11 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
   std::vector<Traffic> traffic;
   for (;;) {
     SimTime until = std::min((run.time() / kChunk + 1) * kChunk, scenario.duration);
-    if (csv) until = std::min(until, csv->next_due());
+    if (csv) until = std::min(until, csv->next_due(0));
     run.advance_to(until);
-    if (csv && csv->next_due() <= run.time()) csv->sample(run);
+    if (csv && csv->next_due(0) <= run.time()) {
+      for (std::size_t n = 0; n < run.size(); ++n) csv->sample(n, run.bus(n));
+    }
     traffic.clear();
     run.take_traffic(traffic);
     advisers.on_traffic(traffic);
