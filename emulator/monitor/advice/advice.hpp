@@ -2,6 +2,7 @@
 
 /// @file Mistakes of hosts, one row for each kind (docs/guides/host-mistakes.md).
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -76,6 +77,16 @@ struct Finding {
   const BilingualText* todo = nullptr;                 // null: text of the kind
   std::optional<std::uint8_t> command = std::nullopt;  // the command concerned
 };
+template <class... Numbers>
+Finding finding(AdviceKind kind, const BilingualText& what, Numbers... numbers) {
+  return {kind, &what, {static_cast<double>(numbers)...}};
+}
+/// Counts an event; returns true from number `limit` on.
+inline bool reached(int& count, int limit) {
+  count = std::min(count + 1, limit);
+  return count == limit;
+}
+
 /// Returns true if drives of this generation have the command, in a series that supports it.
 bool has(const protocol::GenerationRow& row, const protocol::CommandInfo& command,
          protocol::Framing framing);

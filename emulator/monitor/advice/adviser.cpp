@@ -193,11 +193,9 @@ class Adviser::Impl {
       const bool answers = drive.alive && drive.on_bus && !drive.multi_drive;
       if (!answers || drive.address != static_cast<int>(address)) continue;
       if (first != nullptr) {
-        return Finding{.kind = AdviceKind::kDuplicateId,
-                       .what = &kTwoHere,
-                       .numbers = {static_cast<double>(first->id), static_cast<double>(drive.id),
-                                   static_cast<double>(address)},
-                       .todo = &kMoveOne};
+        Finding two = finding(AdviceKind::kDuplicateId, kTwoHere, first->id, drive.id, address);
+        two.todo = &kMoveOne;
+        return two;
       }
       first = &drive;
     }
@@ -238,9 +236,8 @@ class Adviser::Impl {
   void count_unanswerable(Watched& watched, const TimedFrame& in) {
     if (in.at - watched.last_unanswerable_at > kTryAgain) watched.unanswerable = 0;
     watched.last_unanswerable_at = in.at;
-    watched.unanswerable = std::min(watched.unanswerable + 1, kUnanswerableLimit);
-    if (watched.unanswerable < kUnanswerableLimit) return;
-    note(watched.drive.id, Finding{AdviceKind::kSingleInMultiMode, &kNotAlone}, in);
+    if (!reached(watched.unanswerable, kUnanswerableLimit)) return;
+    note(watched.drive.id, finding(AdviceKind::kSingleInMultiMode, kNotAlone), in);
   }
 
   /// Returns true if no drive accepts the identifier in any mode; other devices may use it.
@@ -259,14 +256,13 @@ class Adviser::Impl {
       return;
     }
     if (is_foreign(in.frame) && !anybody) {
-      foreign_ = std::min(foreign_ + 1, kForeign);
-      if (foreign_ == kForeign && !drives_.empty()) {
-        note(kWholeBus, Finding{AdviceKind::kOtherGeneration, &kUnknownIdentifier}, in);
+      if (reached(foreign_, kForeign) && !drives_.empty()) {
+        note(kWholeBus, finding(AdviceKind::kOtherGeneration, kUnknownIdentifier), in);
       }
       return;
     }
     if (!anybody && !drives_.empty()) {
-      return note(kWholeBus, Finding{AdviceKind::kMultiWithoutMode, &kNoListener}, in);
+      return note(kWholeBus, finding(AdviceKind::kMultiWithoutMode, kNoListener), in);
     }
     for (Watched& watched : drives_) {
       watched.observations_left = kObservations;
@@ -278,8 +274,8 @@ class Adviser::Impl {
     const KnownDrive& drive = watched.drive;
     if (!drive.multi_drive || !protocol::knows_multi_drive(drive.format, in.frame.id)) {
       if (slot_is_empty(in.frame, drive.address)) return;
-      const Finding found = drive.multi_drive ? Finding{AdviceKind::kOtherGeneration, &kNotKnown}
-                                              : Finding{AdviceKind::kMultiWithoutMode, &kNotThis};
+      const Finding found = drive.multi_drive ? finding(AdviceKind::kOtherGeneration, kNotKnown)
+                                              : finding(AdviceKind::kMultiWithoutMode, kNotThis);
       return note(drive.id, found, in);
     }
     const auto decoded = protocol::decode_query(in.frame, drive.format);
@@ -330,7 +326,7 @@ class Adviser::Impl {
   }
 
   void note_length(int id, const BilingualText& what, double length, const TimedFrame& in) {
-    note(id, Finding{AdviceKind::kWrongLength, &what, {length}}, in);
+    note(id, finding(AdviceKind::kWrongLength, what, length), in);
   }
 
   void note(int id, const std::optional<Finding>& finding, const TimedFrame& in) {

@@ -20,9 +20,7 @@ constexpr BilingualText kCrowded{"{1} frames wait for the wire, and {2} did not 
 
 std::optional<Finding> WireWatch::on_query() const {
   if (!too_fast_) return std::nullopt;
-  return Finding{AdviceKind::kFasterThanWire,
-                 &kCrowded,
-                 {static_cast<double>(waiting_), static_cast<double>(lost_)}};
+  return finding(AdviceKind::kFasterThanWire, kCrowded, waiting_, lost_);
 }
 
 void Disturbances::note_slip(SimTime now) {
@@ -75,9 +73,8 @@ std::optional<Finding> WaitWatch::on_query(const DecodedQuery& query, const Know
   if (gap == SimTime{0}) return std::nullopt;
   in_a_row_ = gap < drive.shortest_answer ? std::min(in_a_row_ + 1, kInARow) : 0;
   if (in_a_row_ < kInARow) return std::nullopt;
-  return Finding{AdviceKind::kNotWaited,
-                 &kTooSoon,
-                 {double{kInARow}, 1000 * ms(gap), 1000 * ms(drive.shortest_answer)}};
+  return finding(AdviceKind::kNotWaited, kTooSoon, kInARow, 1000 * ms(gap),
+                 1000 * ms(drive.shortest_answer));
 }
 
 std::optional<Finding> InputWatch::on_query(const DecodedQuery& query, const KnownDrive& drive) {
@@ -86,9 +83,8 @@ std::optional<Finding> InputWatch::on_query(const DecodedQuery& query, const Kno
   const double pause_ms = ms(query.at - *before);
   const double window_ms = ms(*drive.input_window);
   if (pause_ms < kNear * window_ms || pause_ms > kGone * window_ms) return std::nullopt;
-  pauses_ = std::min(pauses_ + 1, kPauses);
-  if (pauses_ < kPauses) return std::nullopt;
-  return Finding{AdviceKind::kInputWindow, &kPause, {pause_ms, window_ms}};
+  if (!reached(pauses_, kPauses)) return std::nullopt;
+  return finding(AdviceKind::kInputWindow, kPause, pause_ms, window_ms);
 }
 
 namespace {
@@ -146,7 +142,7 @@ std::optional<Finding> JumpWatch::on_query(const DecodedQuery& query, const Know
   if (!streaming || step_deg < kLeast_deg || step_deg <= kTooFast * possible_dps * pace_s) {
     return std::nullopt;
   }
-  return Finding{AdviceKind::kJump, &kTooFar, {step_deg, step_deg / pace_s, possible_dps}};
+  return finding(AdviceKind::kJump, kTooFar, step_deg, step_deg / pace_s, possible_dps);
 }
 
 std::optional<Finding> WindUpWatch::on_query(const DecodedQuery& query, const KnownDrive& drive) {
@@ -176,9 +172,7 @@ std::optional<Finding> WindUpWatch::on_query(const DecodedQuery& query, const Kn
   if (query.at - run_->from < std::chrono::seconds(1) || behind_deg <= kBehind_s * pace_dps) {
     return std::nullopt;
   }
-  return Finding{AdviceKind::kWindUp,
-                 &kBehind,
-                 {static_cast<double>(run_->count), behind_deg, behind_deg / pace_dps}};
+  return finding(AdviceKind::kWindUp, kBehind, run_->count, behind_deg, behind_deg / pace_dps);
 }
 
 void WindUpWatch::observe(const KnownDrive& drive) {
@@ -222,10 +216,8 @@ std::optional<Finding> TroubleWatch::on_query(const DecodedQuery& query, const S
   if (asks || query.is<protocol::Off>() || query.is<protocol::Run>()) error_->is_handled = true;
   const SimTime age = query.at - error_->since;
   if (error_->is_handled || age < kUnseen) return std::nullopt;
-  error_->queries = std::min(error_->queries + 1, kQueries);
-  if (error_->queries < kQueries) return std::nullopt;
-  return Finding{
-      AdviceKind::kErrorIgnored, &kIgnored, {static_cast<double>(drive.errors), in_seconds(age)}};
+  if (!reached(error_->queries, kQueries)) return std::nullopt;
+  return finding(AdviceKind::kErrorIgnored, kIgnored, drive.errors, in_seconds(age));
 }
 
 std::optional<TroubleWatch::Seen> TroubleWatch::observe(SimTime now, std::uint64_t arrived,
@@ -245,14 +237,11 @@ std::optional<TroubleWatch::Seen> TroubleWatch::observe(SimTime now, std::uint64
     quiet_until_ = now + kReaction;
   }
   if (!tell) return check_abandoned(now, drive);
-  Finding finding{AdviceKind::kMotionRefused, &kIsOff};
-  finding.todo = &kSwitchOn;
-  if (drive.errors != 0) {
-    finding.what = &kHasError;
-    finding.todo = &kClearFirst;
-    finding.numbers = {static_cast<double>(drive.errors)};
-  }
-  return Seen{finding, first_of(times, before, arrived), times};
+  const bool has_error = drive.errors != 0;
+  Finding found = has_error ? finding(AdviceKind::kMotionRefused, kHasError, drive.errors)
+                            : finding(AdviceKind::kMotionRefused, kIsOff);
+  found.todo = has_error ? &kClearFirst : &kSwitchOn;
+  return Seen{found, first_of(times, before, arrived), times};
 }
 
 std::optional<TroubleWatch::Seen> TroubleWatch::check_abandoned(SimTime now,
@@ -262,8 +251,7 @@ std::optional<TroubleWatch::Seen> TroubleWatch::check_abandoned(SimTime now,
     return std::nullopt;
   }
   error_->had_steady_traffic = false;
-  const auto errors = static_cast<double>(drive.errors);
-  return Seen{{AdviceKind::kErrorIgnored, &kLeft, {errors}}, last_, 1};
+  return Seen{finding(AdviceKind::kErrorIgnored, kLeft, drive.errors), last_, 1};
 }
 
 bool TroubleWatch::should_report(SimTime now) const {
@@ -333,7 +321,7 @@ unsigned whole_sum(std::span<const std::uint8_t> bytes) {
 }  // namespace
 
 Finding not_raw(TerminalFlag flag) {
-  return Finding{AdviceKind::kTtyNotRaw, &kNotRaw[static_cast<std::size_t>(flag)]};
+  return finding(AdviceKind::kTtyNotRaw, kNotRaw[static_cast<std::size_t>(flag)]);
 }
 
 std::optional<Finding> wrong_payload(const protocol::Frame& frame, const KnownDrive& drive) {
@@ -342,14 +330,14 @@ std::optional<Finding> wrong_payload(const protocol::Frame& frame, const KnownDr
   if (command == static_cast<std::uint8_t>(protocol::ClearAngle::kOpcode)) {
     const bool without = frame.dlc == 1 && dialect.zero_ram_command && dialect.zero_ram_len != 0;
     if (!without) return std::nullopt;
-    return Finding{AdviceKind::kZeroWithoutPayload, &kNoPayload};
+    return finding(AdviceKind::kZeroWithoutPayload, kNoPayload);
   }
   if (frame.dlc != kCanDlc || std::ranges::find(kPadded, command) == std::end(kPadded)) {
     return std::nullopt;
   }
-  Finding finding{AdviceKind::kCanPadding, &kPadding};
-  finding.command = command;
-  return finding;
+  Finding found = finding(AdviceKind::kCanPadding, kPadding);
+  found.command = command;
+  return found;
 }
 
 SimTime TalkWatch::end_of(const TimedFrame& in) const {
@@ -366,8 +354,7 @@ std::optional<Finding> TalkWatch::on_query(const TimedFrame& in, bool echoes) {
   const bool has_read_itself = echoes && in.at >= own_end_;
   if (!has_read_itself && is_queued(in)) return std::nullopt;
   int& times = has_read_itself ? after_echo_ : over_;
-  times = std::min(times + 1, kTimes);
-  if (times < kTimes) return std::nullopt;
+  if (!reached(times, kTimes)) return std::nullopt;
   return Finding{has_read_itself ? AdviceKind::kEchoTaken : AdviceKind::kTalksOverReply,
                  has_read_itself ? &kEcho : &kOver,
                  {double{kTimes}, in_us(in.at - sent_), in_us(reply_ends_ - sent_)}};
@@ -420,9 +407,8 @@ std::optional<Finding> wrong_sum(const protocol::Frame& frame, WrongSums& times)
     }
   }
   if (!rule) return std::nullopt;
-  times[*rule] = std::min(times[*rule] + 1, kTimes);
-  if (times[*rule] < kTimes) return std::nullopt;
-  return Finding{AdviceKind::kSumWrong, &kSums[*rule]};
+  if (!reached(times[*rule], kTimes)) return std::nullopt;
+  return finding(AdviceKind::kSumWrong, kSums[*rule]);
 }
 
 }  // namespace lk::emulator

@@ -120,16 +120,12 @@ std::optional<Finding> no_word(const protocol::Field& field, std::int64_t raw) {
   }
   const auto number = static_cast<double>(raw);
   if (field.parameter >= 0) {
-    return Finding{AdviceKind::kFieldRange,
-                   &kSettingRange,
-                   {number, static_cast<double>(field.values.front().number),
-                    static_cast<double>(field.values.back().number)}};
+    return finding(AdviceKind::kFieldRange, kSettingRange, number, field.values.front().number,
+                   field.values.back().number);
   }
-  if (field.values.size() != 2) return Finding{AdviceKind::kFieldRange, &kAction, {number}};
-  return Finding{AdviceKind::kFieldRange,
-                 &kDirection,
-                 {number, static_cast<double>(field.values[0].number),
-                  static_cast<double>(field.values[1].number)}};
+  if (field.values.size() != 2) return finding(AdviceKind::kFieldRange, kAction, number);
+  return finding(AdviceKind::kFieldRange, kDirection, number, field.values[0].number,
+                 field.values[1].number);
 }
 
 /// Fields of a query that concern the drive: its own slot in a query for several drives.
@@ -184,19 +180,16 @@ bool within(std::uint8_t byte, int first, int last) { return byte >= first && by
 
 std::optional<Finding> mixed_up_tables(const protocol::Payload& data) {
   const std::uint8_t number = data[1];
-  const auto found = [&](const BilingualText& what) {
-    Finding finding{AdviceKind::kParameterSpace, &what, {static_cast<double>(number)}};
-    finding.command = data[0];
-    return finding;
-  };
-  if (data[0] == kWriteSetting && (within(number, 0x0A, 0x0C) || within(number, 0x1E, 0x26))) {
-    return found(kParameterAsSetting);
-  }
-  if ((data[0] == kReadParameterByte || data[0] == kWriteParameterByte) &&
-      (number == kDriveSettings || within(number, 0x96, 0x9E) || within(number, 0xE0, 0xEC))) {
-    return found(kSettingAsParameter);
-  }
-  return std::nullopt;
+  const bool writes = data[0] == kWriteSetting;
+  const bool parameter = within(number, 0x0A, 0x0C) || within(number, 0x1E, 0x26);
+  const bool setting =
+      number == kDriveSettings || within(number, 0x96, 0x9E) || within(number, 0xE0, 0xEC);
+  const bool accesses = data[0] == kReadParameterByte || data[0] == kWriteParameterByte;
+  if (!(writes && parameter) && !(accesses && setting)) return std::nullopt;
+  Finding found = finding(AdviceKind::kParameterSpace,
+                          writes ? kParameterAsSetting : kSettingAsParameter, number);
+  found.command = data[0];
+  return found;
 }
 
 std::vector<Finding> SettingWatch::on_query(const protocol::Payload& data,
@@ -207,7 +200,7 @@ std::vector<Finding> SettingWatch::on_query(const protocol::Payload& data,
   const bool restarts = data[0] == kRestartByte || pending_start_ != drive.starts;
   if (pending_ && restarts) {
     pending_ = false;
-    found.push_back(Finding{AdviceKind::kSettingNotSaved, &kNotSaved});
+    found.push_back(finding(AdviceKind::kSettingNotSaved, kNotSaved));
   }
   return found;
 }
@@ -272,7 +265,7 @@ std::optional<Finding> CalibrationWatch::observe(const KnownDrive& drive) {
   const int looks = std::exchange(looks_, 0);
   const double load_Nm = looks > 0 ? std::abs(std::exchange(sum_Nm_, 0)) / looks : 0;
   if (drive.rated_Nm <= 0 || load_Nm <= kShare * drive.rated_Nm) return std::nullopt;
-  return Finding{AdviceKind::kCalibrationUnderLoad, &kLoaded, {load_Nm, drive.rated_Nm}};
+  return finding(AdviceKind::kCalibrationUnderLoad, kLoaded, load_Nm, drive.rated_Nm);
 }
 
 namespace {
@@ -327,9 +320,8 @@ std::optional<Finding> SpeedWatch::follow_path(double value) {
     steps_.reset();
     return std::nullopt;
   }
-  steps_ = std::min(*steps_ + 1, kSteps);
-  if (*steps_ < kSteps) return std::nullopt;
-  return Finding{AdviceKind::kSpeedAsPosition, &kPath, {value}};
+  if (!reached(*steps_, kSteps)) return std::nullopt;
+  return finding(AdviceKind::kSpeedAsPosition, kPath, value);
 }
 
 std::optional<Finding> SpeedWatch::leave_target(double value, SimTime at, const KnownDrive& drive) {
@@ -342,8 +334,7 @@ std::optional<Finding> SpeedWatch::leave_target(double value, SimTime at, const 
   arrivals_ = !arrived ? 0 : is_new_value || arrivals_ == 0 ? arrivals_ + 1 : arrivals_;
   if (arrived) arrived_dps_ = std::abs(*value_);
   if (arrivals_ < kArrivals) return std::nullopt;
-  return Finding{
-      AdviceKind::kSpeedAsPosition, &kArrived, {*value_, static_cast<double>(arrivals_)}};
+  return finding(AdviceKind::kSpeedAsPosition, kArrived, *value_, arrivals_);
 }
 
 }  // namespace lk::emulator

@@ -101,10 +101,10 @@ std::optional<Finding> HostsWatch::on_query(const DecodedQuery& query) {
   last_time_ = query.at;
   if (times_ < kTimes) return std::nullopt;
   if (recent(0).motion.opcode != recent(1).motion.opcode) {
-    return Finding{AdviceKind::kSeveralHosts, &kKinds};
+    return finding(AdviceKind::kSeveralHosts, kKinds);
   }
-  return Finding{
-      AdviceKind::kSeveralHosts, &kBetween, {recent(1).motion.value, recent(0).motion.value}};
+  return finding(AdviceKind::kSeveralHosts, kBetween, recent(1).motion.value,
+                 recent(0).motion.value);
 }
 
 namespace {
@@ -202,12 +202,12 @@ std::optional<Finding> DuplicateWatch::on_query(const TimedFrame& in, const Rece
   if (row->steady != 0) {
     const bool alike = data[0] == reads_.data[0] && same(data, reads_.data, row->steady);
     if (reads_.add(in, alike) < kTimes) return std::nullopt;
-    return Finding{AdviceKind::kDuplicateId, &kReadReply};
+    return finding(AdviceKind::kDuplicateId, kReadReply);
   }
   const int now_C = temperature_C(data);
   const bool alike = std::abs(now_C - temperature_C(warm_.data)) <= kSteady_C;
   if (warm_.add(in, alike) < kTimes) return std::nullopt;
-  return Finding{AdviceKind::kDuplicateId, &kReply, {static_cast<double>(now_C)}};
+  return finding(AdviceKind::kDuplicateId, kReply, now_C);
 }
 
 namespace {
@@ -304,10 +304,8 @@ std::optional<Finding> GenerationWatch::on_query(const DecodedQuery& query,
   const protocol::Dialect& dialect = drive.format.dialect;
   if (dialect.framing != protocol::Framing::kCan) return std::nullopt;  // RS-485: other bytes
   if (has_wide_target(query, drive)) {
-    return Finding{
-        AdviceKind::kOtherGeneration,
-        &kWideTarget,
-        {get_le<std::uint32_t>(data, 4) / 100.0, get_le<std::uint16_t>(data, 4) / 100.0}};
+    return finding(AdviceKind::kOtherGeneration, kWideTarget,
+                   get_le<std::uint32_t>(data, 4) / 100.0, get_le<std::uint16_t>(data, 4) / 100.0);
   }
   if (query.is<protocol::ClearAngle>()) {
     const auto angle = get_le<std::int32_t>(data, 4);
@@ -315,7 +313,7 @@ std::optional<Finding> GenerationWatch::on_query(const DecodedQuery& query,
     if (dialect.clear_angle == protocol::ClearAngleMeaning::kSetsAngle || !meant) {
       return std::nullopt;
     }
-    return Finding{AdviceKind::kOtherGeneration, &kSetAngle, {angle / 100.0}};
+    return finding(AdviceKind::kOtherGeneration, kSetAngle, angle / 100.0);
   }
   if (query.is<protocol::Speed>() && !dialect.speed_iq_limit && data[0] == 0xA2) {
     return hear_limit(get_le<std::int16_t>(data, 2), drive);
@@ -329,7 +327,7 @@ std::optional<Finding> GenerationWatch::hear_limit(std::int16_t limit_lsb,
   same_limit_ = !possible ? 0 : limit_lsb == limit_lsb_ ? std::min(same_limit_ + 1, kSameLimit) : 1;
   limit_lsb_ = limit_lsb;
   if (same_limit_ < kSameLimit) return std::nullopt;
-  return Finding{AdviceKind::kOtherGeneration, &kSpeedLimit, {static_cast<double>(limit_lsb)}};
+  return finding(AdviceKind::kOtherGeneration, kSpeedLimit, limit_lsb);
 }
 
 namespace {
@@ -353,9 +351,7 @@ std::optional<Finding> ClearWatch::on_query(const DecodedQuery& query, const Kno
     return std::nullopt;
   }
   if (++times_ < kTimes) return std::nullopt;
-  return Finding{AdviceKind::kTrustsClearReply,
-                 &kCleared,
-                 {static_cast<double>(times_), in_seconds(query.at - first_)}};
+  return finding(AdviceKind::kTrustsClearReply, kCleared, times_, in_seconds(query.at - first_));
 }
 
 std::optional<Finding> FirstTargetWatch::on_query(const DecodedQuery& query,
@@ -373,8 +369,7 @@ std::optional<Finding> FirstTargetWatch::on_query(const DecodedQuery& query,
   const bool by_old_count =
       angle_before_deg_ && std::abs(target_deg - *angle_before_deg_) < way_deg;
   if (way_deg < (by_old_count ? kFar_deg : kFar_deg * drive.gear_ratio)) return std::nullopt;
-  return Finding{
-      AdviceKind::kFirstTargetFar, &kFar, {query.motion->value, way_deg, drive.angle_deg}};
+  return finding(AdviceKind::kFirstTargetFar, kFar, query.motion->value, way_deg, drive.angle_deg);
 }
 
 void FirstTargetWatch::observe(const KnownDrive& drive) {

@@ -179,8 +179,7 @@ std::optional<Finding> DeadWatch::on_query(const TimedFrame& in, int id) {
   polled.last = in.at;
   polled.in_a_row = std::min(polled.in_a_row + 1, kInARow + 1);
   if (polled.in_a_row <= kInARow || in.at - polled.since < kLong) return std::nullopt;
-  return Finding{
-      AdviceKind::kPollsDead, &kNoAnswer, {double{kInARow}, in_seconds(in.at - polled.since)}};
+  return finding(AdviceKind::kPollsDead, kNoAnswer, kInARow, in_seconds(in.at - polled.since));
 }
 
 void DeadWatch::on_reply(int id) { polled_[static_cast<std::size_t>(id)].in_a_row = 0; }
@@ -195,9 +194,8 @@ std::optional<Finding> TimeoutWatch::on_query(const DecodedQuery& query, const K
   ++waiting_;
   if (times_ < kTimes) return std::nullopt;
   if (!early_) return std::nullopt;
-  return Finding{AdviceKind::kTimeoutBelowLatency,
-                 &kTooEarly,
-                 {static_cast<double>(times_), 1000 * in_seconds(gap), 1000 * in_seconds(worst)}};
+  return finding(AdviceKind::kTimeoutBelowLatency, kTooEarly, times_, 1000 * in_seconds(gap),
+                 1000 * in_seconds(worst));
 }
 
 void TimeoutWatch::on_reply() {
