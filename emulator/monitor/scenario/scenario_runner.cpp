@@ -21,6 +21,7 @@
 #include "emulator/files/profile_files.hpp"
 #include "emulator/files/rom_store.hpp"
 #include "emulator/monitor/advice/adviser.hpp"
+#include "emulator/monitor/frames/frame_words.hpp"
 #include "emulator/monitor/scenario/csv_writer.hpp"
 #include "emulator/monitor/scenario/pcapng.hpp"
 #include "emulator/monitor/scenario/scenario_report.hpp"
@@ -177,88 +178,41 @@ class RomOutput {
   std::vector<RomWrite> writes_;
 };
 
-/// One adviser per bus. They get frames a little late, but with the original times.
-class Advisers {
- public:
-  explicit Advisers(const Scenario& scenario) {
-    for (const BusConfig& bus : scenario.robot) advisers_.push_back({bus.interface, Adviser(bus)});
-  }
-  void on_traffic(const std::vector<Traffic>& traffic) {
-    for (const Traffic& one : traffic) {
-      Adviser& adviser = advisers_[one.bus].adviser;
-      if (one.from_host) {
-        adviser.on_query(one.frame);
-      } else if (!one.frame.echo) {
-        adviser.on_reply(one.frame.frame);
-      }
+/// Advisers get frames a little late, but with the original times.
+void pass_on(const std::vector<Traffic>& traffic, std::vector<Adviser>& advisers) {
+  for (const Traffic& one : traffic) {
+    Adviser& adviser = advisers[one.bus];
+    if (one.from_host) {
+      adviser.on_query(one.frame);
+    } else if (!one.frame.echo) {
+      adviser.on_reply(one.frame.frame);
     }
   }
-  void observe(const ScenarioRun& run) {
-    for (std::size_t n = 0; n < advisers_.size(); ++n) advisers_[n].adviser.observe(run.bus(n));
-  }
-  std::vector<GivenAdvice> given() const {
-    std::vector<GivenAdvice> all;
-    for (const auto& [bus, adviser] : advisers_) {
-      for (const Advice& advice : adviser.advice()) all.push_back({bus, advice});
-    }
-    return all;
-  }
-
- private:
-  struct OfBus {
-    std::string bus;
-    Adviser adviser;
-  };
-  std::vector<OfBus> advisers_;
-};
-
-/// Finds protections that trip before the first frame and any event: the frames then meet a drive
-/// with an error. A trip less than kChunk before that frame is not found.
-class EarlyTrips {
- public:
-  explicit EarlyTrips(const Scenario& scenario) : robot_(scenario.robot) {}
-
-  void on_traffic(const std::vector<Traffic>& traffic) {
-    over_ = over_ || std::ranges::any_of(traffic, &Traffic::from_host);
-  }
-  /// Call every kChunk.
-  void observe(const ScenarioRun& run) {
-    if (over_) return;
-    for (std::size_t n = 0; n < robot_.size(); ++n) {
-      const bool acted = !robot_[n].events.empty() && robot_[n].events.front().at <= run.time();
-      for (const ServoConfig& servo : robot_[n].servos) {
-        model::ErrorBits& known = errors_[{n, servo.id}];
-        const model::ErrorBits errors = run.bus(n).telemetry(servo.id).errors;
-        if (!acted) note(n, servo.id, errors, known, run.time());
-        known |= errors;
-      }
-    }
-  }
-  /// One sentence per protection; empty if no frame came.
-  std::vector<std::string> warnings() const { return over_ ? found_ : std::vector<std::string>(); }
-
- private:
-  void note(std::size_t bus, int id, model::ErrorBits errors, model::ErrorBits known, SimTime at) {
-    for (int n = 0; n < model::kErrorKinds; ++n) {
-      const auto error = static_cast<model::Error>(n);
-      if ((errors & model::bit(error)) == 0 || (known & model::bit(error)) != 0) continue;
-      found_.push_back(fmt::format(
-          "{} drive {}: {} trips at {}, before the first frame; check settings.protection.{}",
-          robot_[bus].interface, id, error_word(error), time_text(at), error_word(error)));
-    }
-  }
-
-  std::vector<BusConfig> robot_;
-  std::map<std::pair<std::size_t, int>, model::ErrorBits> errors_;  // by bus and ID
-  std::vector<std::string> found_;
-  bool over_ = false;
-};
-
-std::size_t drives_of(const Scenario& scenario) {
-  std::size_t drives = 0;
-  for (const BusConfig& bus : scenario.robot) drives += bus.servos.size();
-  return drives;
 }
+
+/// Protections that trip before the first frame and any event: the frames then meet a drive with an
+/// error. A trip less than kChunk before that frame is not found.
+struct EarlyTrips {
+  std::map<std::pair<std::size_t, int>, model::ErrorBits> known;  // by bus and ID
+  std::vector<std::string> warnings;                              // one per protection
+
+  /// Call every kChunk until a frame comes.
+  void observe(const std::vector<BusConfig>& robot, const ScenarioRun& run) {
+    for (std::size_t n = 0; n < robot.size(); ++n) {
+      const bool acted = !robot[n].events.empty() && robot[n].events.front().at <= run.time();
+      for (const ServoConfig& servo : robot[n].servos) {
+        const model::ErrorBits errors = run.bus(n).telemetry(servo.id).errors;
+        model::ErrorBits& before = known[{n, servo.id}];
+        for (const std::string_view word : error_words(acted ? 0U : errors & ~before)) {
+          warnings.push_back(fmt::format(
+              "{} drive {}: {} trips at {}, before the first frame; check settings.protection.{}",
+              robot[n].interface, servo.id, word, time_text(run.time()), word));
+        }
+        before |= errors;
+      }
+    }
+  }
+};
 
 }  // namespace
 
@@ -270,8 +224,9 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
   FrameFiles frames(outputs.frames, scenario.robot);
   Progress progress(scenario.name, scenario.duration, outputs.progress);
   ScenarioRun run(scenario);
-  Advisers advisers(scenario);
-  EarlyTrips early_trips(scenario);
+  std::vector<Adviser> advisers(scenario.robot.begin(), scenario.robot.end());
+  EarlyTrips early_trips;
+  bool frames_came = false;
   std::vector<Traffic> traffic;
   for (;;) {
     SimTime until = std::min((run.time() / kChunk + 1) * kChunk, scenario.duration);
@@ -282,13 +237,13 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
     }
     traffic.clear();
     run.take_traffic(traffic);
-    advisers.on_traffic(traffic);
-    early_trips.on_traffic(traffic);
+    pass_on(traffic, advisers);
+    frames_came = frames_came || std::ranges::any_of(traffic, &Traffic::from_host);
     // Advisers observe at the same times, whatever is written.
     const bool whole = run.time() > SimTime{0} && run.time() % kChunk == SimTime{0};
     if (whole || run.time() >= scenario.duration) {
-      advisers.observe(run);
-      early_trips.observe(run);
+      for (std::size_t n = 0; n < run.size(); ++n) advisers[n].observe(run.bus(n));
+      if (!frames_came) early_trips.observe(scenario.robot, run);
     }
     for (const Traffic& one : traffic) {
       frames.write(one.bus, one.frame.at, one.frame.frame, one.from_host);
@@ -299,16 +254,24 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
   }
   if (csv) csv->commit();
   frames.commit();
+  std::vector<GivenAdvice> given;
+  std::size_t drives = 0;
+  for (std::size_t n = 0; n < run.size(); ++n) {
+    drives += scenario.robot[n].servos.size();
+    for (const Advice& one : advisers[n].advice()) {
+      given.push_back({scenario.robot[n].interface, one});
+    }
+  }
   return {.name = scenario.name,
           .about = scenario.about,
           .seed = scenario.robot.front().seed,
-          .drives = drives_of(scenario),
+          .drives = drives,
           .simulated = scenario.duration,
           .wall_s = progress.wall_s(),
           .verdict = run.verdict(),
-          .advice = advisers.given(),
+          .advice = std::move(given),
           .strict = outputs.strict,
-          .warnings = early_trips.warnings()};
+          .warnings = frames_came ? early_trips.warnings : std::vector<std::string>()};
 }
 
 }  // namespace lk::emulator
