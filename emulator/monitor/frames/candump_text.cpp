@@ -53,8 +53,8 @@ std::optional<SimTime> parse_date(std::string_view text) {
                                          std::chrono::month(static_cast<unsigned>(part(6, 2))),
                                          std::chrono::day(static_cast<unsigned>(part(9, 2)))};
   const auto second = parse_candump_stamp("(" + std::string(text.substr(18)));
-  if (text.size() < 24 || !date.ok() || year < 1970 || year > 2200 || part(12, 2) > 23 || part(15, 2) > 59 || !second ||
-      *second > std::chrono::seconds(61)) {
+  if (text.size() < 24 || !date.ok() || year < 1970 || year > 2200 || part(12, 2) > 23 ||
+      part(15, 2) > 59 || !second || *second > std::chrono::seconds(61)) {
     return std::nullopt;
   }
   return SimTime(std::chrono::sys_days(date).time_since_epoch()) + std::chrono::hours(part(12, 2)) +

@@ -51,6 +51,7 @@ struct Choice {
   std::string_view key;
   int value;
   BilingualText words;
+  int more = 0;  // following values with the same name
 };
 
 constexpr Choice kChoices[] = {
@@ -78,12 +79,7 @@ constexpr Choice kChoices[] = {
     {"parameter", 0x96, {"stored gains of the angle loop", "存储的角度环增益"}},
     {"parameter", 0x97, {"stored gains of the speed loop", "存储的速度环增益"}},
     {"parameter", 0x98, {"stored gains of the current loop", "存储的电流环增益"}},
-    {"parameter", 0x99, {"setting", "设置"}},
-    {"parameter", 0x9A, {"setting", "设置"}},
-    {"parameter", 0x9B, {"setting", "设置"}},
-    {"parameter", 0x9C, {"setting", "设置"}},
-    {"parameter", 0x9D, {"setting", "设置"}},
-    {"parameter", 0x9E, {"setting", "设置"}},
+    {"parameter", 0x99, {"setting", "设置"}, 5},
     {"device_type", 0x2011, {"MS", "MS"}},
     {"device_type", 0x2021, {"MF", "MF"}},
     {"device_type", 0x2031, {"MG", "MG"}},
@@ -144,7 +140,8 @@ std::string quantity_text(const ReplyValue& one, std::uint32_t asked, Language l
   if (one.name.size() == 1) return slot_text(one, asked, language);
   if (one.name == "errors") return errors_text(static_cast<unsigned>(one.value), language);
   for (const Choice& choice : kChoices) {
-    if (one.name == choice.key && one.value == choice.value) {
+    if (one.name == choice.key && one.value >= choice.value &&
+        one.value <= choice.value + choice.more) {
       return std::string(choice.words.in(language));
     }
   }
