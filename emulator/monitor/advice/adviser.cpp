@@ -296,7 +296,7 @@ class Adviser::Impl {
     }
     if (most != nullptr) busiest_drive_ = static_cast<std::size_t>(most - drives_.data());
     // On RS-485 a drive does not receive while it replies: TalkWatch handles that.
-    const std::uint64_t busy = stats.count(Drop::kDriveBusy);
+    const std::uint64_t busy = stats.count(Reject::kDriveBusy);
     const std::uint64_t rejected = busy - std::exchange(busy_, busy);
     if (rejected > 0 && busiest_drive_ && !serial_ && !disturbed) {
       const Watched& busiest = drives_[*busiest_drive_];
