@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "emulator/core/scenario/sampler.hpp"
-#include "emulator/io/transports/make_port.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -16,7 +16,6 @@
 #include "emulator/io/live/pacer.hpp"
 #include "emulator/io/transports/netlink.hpp"
 #include "emulator/io/transports/port.hpp"
-#include "emulator/io/transports/socketcan.hpp"
 #include "emulator/monitor/advice/adviser.hpp"
 #include "protocol/opcodes.hpp"
 

@@ -11,6 +11,8 @@
 #include <ctime>
 #include <system_error>
 
+#include "emulator/io/transports/port.hpp"
+
 namespace lk::emulator {
 namespace {
 
@@ -25,11 +27,7 @@ timespec to_timespec(MonoTime time) {
 
 }  // namespace
 
-MonoTime monotonic_now() {
-  timespec now{};
-  ::clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
-}
+MonoTime monotonic_now() { return std::chrono::steady_clock::now().time_since_epoch(); }
 
 std::optional<ClockMode> parse_clock_mode(std::string_view text) {
   if (text == "realtime") return ClockMode{};
@@ -129,16 +127,6 @@ void WakeTimer::wait() {
                       on_wake_();
                     });
 }
-
-namespace {
-
-std::chrono::nanoseconds wall_now() {
-  timespec now{};
-  ::clock_gettime(CLOCK_REALTIME, &now);
-  return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
-}
-
-}  // namespace
 
 StampClock::Reading StampClock::read_clocks() {
   constexpr int kTries = 3;  // in case the process is delayed in between

@@ -1,10 +1,12 @@
 #include "emulator/io/live/world.hpp"
 
+#include <poll.h>
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 
 #include <algorithm>
 #include <boost/asio/post.hpp>
+#include <ctime>
 #include <utility>
 
 namespace lk::emulator {
@@ -24,6 +26,16 @@ constexpr MonoTime kSlice = std::chrono::milliseconds(10);
 /// Step of an advance for all lines together, so that the advance can end anywhere.
 constexpr SimTime kStride = std::chrono::milliseconds(1);
 constexpr auto kReplyPoll = std::chrono::milliseconds(1);
+
+/// Waits until a socket is readable; −1 never is. Returns false on a time-out. `sockets[n].revents`
+/// tells which sockets are readable.
+bool wait_for_frames(std::span<pollfd> sockets, std::chrono::nanoseconds timeout) {
+  timeout = std::max(timeout, std::chrono::nanoseconds(0));
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(timeout);
+  const timespec interval{static_cast<time_t>(seconds.count()),
+                          static_cast<long>((timeout - seconds).count())};
+  return ::ppoll(sockets.data(), sockets.size(), &interval, nullptr) > 0;
+}
 
 }  // namespace
 
@@ -119,7 +131,7 @@ void World::poll_sockets() {
       sockets_.push_back({line->port() != nullptr ? line->port()->descriptor() : -1, POLLIN, 0});
     }
     if (only_frames_are_waited_for()) {
-      if (take_in(*lines_.front(), CanSocket::Wait::kForOne).any) {
+      if (take_in(*lines_.front(), Port::Wait::kForOne).any) {
         advance_to_now(*lines_.front());
         continue;
       }
@@ -149,7 +161,7 @@ bool World::only_frames_are_waited_for() const {
 
 /// Takes frames that have arrived on a line. Updates `seen_` even if there were only invalid bytes:
 /// a host that sends those must not stop time.
-World::Taken World::take_in(Line& line, CanSocket::Wait wait) {
+World::Taken World::take_in(Line& line, Port::Wait wait) {
   Taken taken;
   if (line.port() == nullptr) return taken;
   const auto take = [&](std::span<const ReceivedFrame> frames) {

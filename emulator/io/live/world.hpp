@@ -1,5 +1,7 @@
 #pragma once
 
+#include <poll.h>
+
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <functional>
@@ -89,7 +91,7 @@ class World {
     bool any = false;
     bool more = false;  // may follow
   };
-  Taken take_in(Line& line, CanSocket::Wait wait = CanSocket::Wait::kNot);
+  Taken take_in(Line& line, Port::Wait wait = Port::Wait::kNot);
   SimTime follow_clock(Line& line);
   void advance_to_now(Line& line);
   void advance_to_clock(Line& line);

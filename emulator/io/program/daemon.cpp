@@ -19,7 +19,7 @@
 #include "emulator/io/program/answered_ids.hpp"
 #include "emulator/io/program/config_listing.hpp"
 #include "emulator/io/program/process.hpp"
-#include "emulator/io/transports/make_port.hpp"
+#include "emulator/io/transports/port.hpp"
 #include "emulator/io/transports/socketcan.hpp"
 #include "emulator/monitor/scenario/scenario_report.hpp"
 

@@ -10,11 +10,13 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/asio/ip/tcp.hpp>
 #include <cerrno>
 #include <utility>
 
 #include "emulator/core/start_error.hpp"
-#include "emulator/io/transports/wall_clock.hpp"
+#include "emulator/io/transports/socketcand.hpp"
+#include "emulator/io/transports/terminal.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -269,6 +271,144 @@ void ClientSet::set_interest(const Client& client) {
   if (client.wants_write) interest |= EPOLLOUT;
   epoll_event event{.events = interest, .data = {.u64 = client.number}};
   ::epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, client.fd, &event);
+}
+
+namespace {
+
+using boost::asio::ip::tcp;
+
+class StreamPort final : public Port {
+ public:
+  StreamPort(boost::asio::io_context& loop, const std::string& name, const BusName& place,
+             StreamSetup setup, std::function<void()> on_frames)
+      : name_(name),
+        place_(place),
+        setup_(std::move(setup)),
+        clients_(name),
+        acceptor_(loop),
+        readiness_(loop, std::move(on_frames)) {
+    if (place_.scheme->place == BusPlace::kPath) {
+      pty_.emplace(loop, name_, place_.path, true);
+      clients_.add_lent(pty_->descriptor(), place_.path, setup_.make_protocol());
+    } else {
+      listen(loop);
+    }
+    if (const auto error = readiness_.watch(clients_.descriptor())) {
+      throw StartError(name_ + ": " + error.message());
+    }
+  }
+
+  bool is_up() const override { return true; }
+  bool can_wait() const override { return !pty_; }  // opening the terminal would not end a wait
+  void end_turn() override { clients_.flush(); }
+  int descriptor() const override { return clients_.descriptor(); }
+  /// Always 0: a client that does not read loses frames.
+  std::size_t pending() const override { return 0; }
+
+  void check_link() override {
+    if (acceptor_.is_open()) clients_.watch(acceptor_.native_handle());
+    if (beacon_) beacon_->send_if_due();
+  }
+
+  void send(std::span<const protocol::Frame> frames) override {
+    sent_ += frames.size();
+    clients_.queue_frames(frames, 0);
+  }
+
+  void pass_on(const protocol::Frame& frame, std::uint32_t sender) override {
+    clients_.queue_frames({&frame, 1}, sender);
+  }
+
+  PortStats stats() const override {
+    PortStats stats = clients_.stats();
+    stats.sent = sent_;
+    stats.refused = refused_;
+    return stats;
+  }
+
+ private:
+  Batch next_batch(Wait wait) override {
+    received_.clear();
+    const ClientSet::Collected collected = clients_.collect(
+        received_, std::chrono::ceil<std::chrono::milliseconds>(
+                       wait == Wait::kForOne ? kReceiveTimeout : kReceiveTimeout.zero()));
+    if (pty_) pty_->handle_host_events();
+    if (collected.watched) accept_clients();  // their first bytes may be there already
+    return {received_, collected.more || collected.watched, 0};
+  }
+
+  void listen(boost::asio::io_context& loop) {
+    boost::system::error_code error;
+    const auto address = boost::asio::ip::make_address(place_.address, error);
+    if (error) throw StartError(name_ + ": " + place_.address + " is not an IP address");
+    const tcp::endpoint endpoint(address, place_.port);
+    try {
+      acceptor_.open(endpoint.protocol());
+      acceptor_.set_option(tcp::acceptor::reuse_address(true));
+      acceptor_.bind(endpoint);
+      acceptor_.listen();
+      acceptor_.non_blocking(true);
+      keep_connections_alive(acceptor_.native_handle());
+    } catch (const boost::system::system_error& problem) {
+      throw StartError(name_ + ": cannot listen there: " + problem.code().message());
+    }
+    if (!address.is_loopback()) {
+      spdlog::warn("{}: anyone who can reach {} can command these drives{}", name_, place_.address,
+                   address.is_unspecified() ? ", which is all addresses of this machine" : "");
+    }
+    clients_.watch(acceptor_.native_handle());
+    if (setup_.beacon && address.is_v4() && !address.is_unspecified()) {
+      beacon_.emplace(loop, address.to_v4(), place_.port);
+    }
+  }
+
+  /// Accepts waiting clients; at most 64 per call, the others wait for the next batch.
+  void accept_clients() {
+    constexpr int kMaxAtOnce = 64;
+    for (int n = 0; n < kMaxAtOnce; ++n) {
+      boost::system::error_code error;
+      tcp::endpoint from;
+      tcp::socket socket(acceptor_.get_executor());
+      acceptor_.accept(socket, from, error);
+      if (error == boost::asio::error::would_block) return;
+      if (error) {  // no descriptors left, for example: paused until check_link
+        clients_.ignore(acceptor_.native_handle());
+        return;
+      }
+      if (clients_.size() >= setup_.most_clients) clients_.drop_finished();
+      if (clients_.size() >= setup_.most_clients) {
+        if (refused_++ == 0) {
+          spdlog::warn("{}: {} clients, the limit: others are refused", name_, setup_.most_clients);
+        }
+        socket.write_some(boost::asio::buffer(setup_.refusal), error);
+        continue;
+      }
+      socket.set_option(tcp::no_delay(true), error);
+      socket.native_non_blocking(true, error);
+      const std::string peer = from.address().to_string() + " port " + std::to_string(from.port());
+      clients_.add(Descriptor(socket.release()), peer, setup_.make_protocol());
+    }
+  }
+
+  std::string name_;
+  BusName place_;
+  StreamSetup setup_;
+  std::optional<PtyLink> pty_;
+  ClientSet clients_;
+  tcp::acceptor acceptor_;
+  Readiness readiness_;  // of `clients_`
+  std::optional<Beacon> beacon_;
+  std::uint64_t sent_ = 0;
+  std::uint64_t refused_ = 0;
+  std::vector<ReceivedFrame> received_;
+};
+
+}  // namespace
+
+std::unique_ptr<Port> make_stream_port(boost::asio::io_context& loop, const std::string& name,
+                                       const BusName& place, StreamSetup setup,
+                                       std::function<void()> on_frames) {
+  return std::make_unique<StreamPort>(loop, name, place, std::move(setup), std::move(on_frames));
 }
 
 }  // namespace lk::emulator

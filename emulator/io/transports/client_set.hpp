@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "emulator/config/bus_name.hpp"
 #include "emulator/files/durable_file.hpp"
 #include "emulator/io/transports/port.hpp"
 #include "emulator/io/transports/socket_listener.hpp"
@@ -88,6 +89,18 @@ class LineBuffer {
 /// minute if its peer loses power or network, also while a reply is unacknowledged. A connection
 /// also ends if its peer reads nothing for a minute after its buffers are full.
 void keep_connections_alive(int listening_socket);
+
+/// A bus whose hosts use a client protocol over TCP or a pseudo-terminal.
+struct StreamSetup {
+  std::size_t most_clients;
+  std::string refusal;  // sent to a client when the port is full
+  std::function<std::unique_ptr<ClientProtocol>()> make_protocol;  // of a new client
+  bool beacon = false;                                             // of socketcand
+};
+/// `name` is the bus's; it gives `place`. Throws StartError.
+std::unique_ptr<Port> make_stream_port(boost::asio::io_context& loop, const std::string& name,
+                                       const BusName& place, StreamSetup setup,
+                                       std::function<void()> on_frames);
 
 /// Clients of a port, each with a descriptor and a protocol. No client can block others or grow
 /// memory without bound: one that does not read loses frames. A client that has closed its sending

@@ -9,15 +9,20 @@
 #include <array>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/ip/multicast.hpp>
+#include <boost/asio/ip/udp.hpp>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <utility>
 
 #include "emulator/core/start_error.hpp"
 #include "emulator/io/transports/socket_listener.hpp"
-#include "emulator/io/transports/wall_clock.hpp"
 
 namespace lk::emulator {
+
+namespace ip = boost::asio::ip;
+using boost::asio::ip::udp;
+
 namespace {
 
 using Message = nlohmann::ordered_json;
@@ -126,101 +131,129 @@ bool strip_datagrams_of_others(int socket) {
   return ::setsockopt(socket, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program) == 0;
 }
 
+class MulticastPort final : public Port {
+ public:
+  MulticastPort(boost::asio::io_context& loop, const std::string& name, const BusName& group,
+                std::function<void()> on_frames)
+      : name_(name),
+        socket_(loop),
+        on_frames_(std::move(on_frames)),
+        bytes_(kLongestCanMsgpack + 1),  // longer datagrams are truncated to this
+        accepts_remote_(group.ttl > 0),
+        sender_(loop),
+        own_addresses_(addresses_of_this_machine()) {
+    boost::system::error_code error;
+    const auto address = ip::make_address(group.address, error);
+    if (error || !address.is_multicast()) {
+      throw StartError(name_ + ": " + group.address + " is not a multicast group");
+    }
+    group_ = {address, group.port};
+    try {
+      join(address);
+      sender_.open(group_.protocol());
+      sender_.set_option(ip::multicast::hops(group.ttl));
+      sender_.bind({group_.protocol(), 0});
+      sender_.non_blocking(true);
+    } catch (const boost::system::system_error& problem) {
+      throw StartError(name_ + ": cannot join the group: " + problem.code().message());
+    }
+    sender_port_ = sender_.local_endpoint().port();
+    if (accepts_remote_) {
+      spdlog::warn("{}: anyone on a network of this machine can command these drives", name_);
+    }
+    socket_.non_blocking(true);
+    descriptor_ = socket_.native_handle();
+    wait_readable();
+  }
+
+  bool is_up() const override { return true; }
+  bool can_wait() const override { return false; }
+  int descriptor() const override { return descriptor_; }
+  std::size_t pending() const override { return 0; }
+  PortStats stats() const override { return stats_; }
+
+  /// Reads the addresses of this machine again, as they may have changed.
+  void check_link() override { own_addresses_ = addresses_of_this_machine(); }
+
+  void send(std::span<const protocol::Frame> frames) override {
+    for (const protocol::Frame& frame : frames) {
+      boost::system::error_code error;
+      sender_.send_to(boost::asio::buffer(can_msgpack(frame, wall_now())), group_, 0, error);
+      ++(error ? stats_.lost_queue_full : stats_.sent);
+    }
+  }
+
+ private:
+  Batch next_batch(Wait /*wait*/) override {
+    received_.clear();
+    for (std::size_t n = 0; n < kMaxDatagrams; ++n) {
+      udp::endpoint from;
+      boost::system::error_code error;
+      const std::size_t size = socket_.receive_from(boost::asio::buffer(bytes_), from, 0, error);
+      if (error) return {received_, false, 0};
+      take({bytes_.data(), size}, from);
+    }
+    return {received_, true, 0};
+  }
+
+  /// Returns whether to accept `sender`: not this port; another machine only if `accepts_remote_`.
+  bool accepts(const udp::endpoint& sender) {
+    const bool near = own_addresses_.contains(without_scope(sender.address()));
+    if (near) return sender.port() != sender_port_;
+    if (!accepts_remote_ && stats_.foreign++ == 0) {
+      spdlog::warn("{}: {} is another machine: its frames are dropped (?ttl=1 lets it in)", name_,
+                   sender.address().to_string());
+    }
+    return accepts_remote_;
+  }
+
+  void join(const ip::address& group) {
+    socket_.open(group_.protocol());
+    socket_.set_option(udp::socket::reuse_address(true));  // other hosts bind it too
+    if (!accepts_remote_ && !strip_datagrams_of_others(socket_.native_handle())) {
+      spdlog::warn("{}: no socket filter here: other machines can forge frames of this one", name_);
+    }
+    socket_.bind(group_);  // not any address: other groups of this port are other buses
+    socket_.set_option(ip::multicast::join_group(group));
+  }
+
+  void wait_readable() {
+    socket_.async_wait(udp::socket::wait_read, [this](const boost::system::error_code& error) {
+      if (error) return;
+      on_frames_();
+      wait_readable();
+    });
+  }
+
+  /// Appends the frame in `datagram` to `received_`, or counts it as malformed.
+  void take(std::span<const std::uint8_t> datagram, const udp::endpoint& from) {
+    if (!accepts(from)) return;
+    if (const auto frame = parse_can_msgpack(datagram)) {
+      received_.push_back({wall_now(), *frame});
+    } else {
+      ++stats_.malformed;
+    }
+  }
+
+  std::string name_;
+  udp::socket socket_;
+  std::function<void()> on_frames_;
+  PortStats stats_;
+  int descriptor_ = -1;
+  std::vector<std::uint8_t> bytes_;
+  std::vector<ReceivedFrame> received_;
+  bool accepts_remote_;  // accepts datagrams of other machines
+  udp::endpoint group_;
+  udp::socket sender_;  // has its own port number, which marks our datagrams
+  std::uint16_t sender_port_ = 0;
+  std::set<ip::address> own_addresses_;
+};
+
 }  // namespace
 
-using boost::asio::ip::udp;
-namespace ip = boost::asio::ip;
-
-MulticastPort::MulticastPort(boost::asio::io_context& loop, std::string name, const BusName& group,
-                             std::function<void()> on_frames)
-    : name_(std::move(name)),
-      socket_(loop),
-      on_frames_(std::move(on_frames)),
-      bytes_(kLongestCanMsgpack + 1),  // longer datagrams are truncated to this
-      accepts_remote_(group.ttl > 0),
-      sender_(loop),
-      own_addresses_(addresses_of_this_machine()) {
-  boost::system::error_code error;
-  const auto address = ip::make_address(group.address, error);
-  if (error || !address.is_multicast()) {
-    throw StartError(name_ + ": " + group.address + " is not a multicast group");
-  }
-  group_ = {address, group.port};
-  try {
-    join(address);
-    sender_.open(group_.protocol());
-    sender_.set_option(ip::multicast::hops(group.ttl));
-    sender_.bind({group_.protocol(), 0});
-    sender_.non_blocking(true);
-  } catch (const boost::system::system_error& problem) {
-    throw StartError(name_ + ": cannot join the group: " + problem.code().message());
-  }
-  sender_port_ = sender_.local_endpoint().port();
-  if (accepts_remote_) {
-    spdlog::warn("{}: anyone on a network of this machine can command these drives", name_);
-  }
-  socket_.non_blocking(true);
-  descriptor_ = socket_.native_handle();
-  wait_readable();
-}
-
-void MulticastPort::join(const ip::address& group) {
-  socket_.open(group_.protocol());
-  socket_.set_option(udp::socket::reuse_address(true));  // other hosts bind it too
-  if (!accepts_remote_ && !strip_datagrams_of_others(socket_.native_handle())) {
-    spdlog::warn("{}: no socket filter here: other machines can forge frames of this one", name_);
-  }
-  socket_.bind(group_);  // not any address: other groups of this port are other buses
-  socket_.set_option(ip::multicast::join_group(group));
-}
-
-void MulticastPort::wait_readable() {
-  socket_.async_wait(udp::socket::wait_read, [this](const boost::system::error_code& error) {
-    if (error) return;
-    on_frames_();
-    wait_readable();
-  });
-}
-
-Port::Batch MulticastPort::next_batch(Wait /*wait*/) {
-  received_.clear();
-  for (std::size_t n = 0; n < kMaxDatagrams; ++n) {
-    Endpoint from;
-    boost::system::error_code error;
-    const std::size_t size = socket_.receive_from(boost::asio::buffer(bytes_), from, 0, error);
-    if (error) return {received_, false, 0};
-    take({bytes_.data(), size}, from);
-  }
-  return {received_, true, 0};
-}
-
-void MulticastPort::check_link() { own_addresses_ = addresses_of_this_machine(); }
-
-bool MulticastPort::accepts(const udp::endpoint& sender) {
-  const bool near = own_addresses_.contains(without_scope(sender.address()));
-  if (near) return sender.port() != sender_port_;
-  if (!accepts_remote_ && stats_.foreign++ == 0) {
-    spdlog::warn("{}: {} is another machine: its frames are dropped (?ttl=1 lets it in)", name_,
-                 sender.address().to_string());
-  }
-  return accepts_remote_;
-}
-
-void MulticastPort::take(std::span<const std::uint8_t> datagram, const Endpoint& from) {
-  if (!accepts(from)) return;
-  if (const auto frame = parse_can_msgpack(datagram)) {
-    received_.push_back({wall_now(), *frame});
-  } else {
-    ++stats_.malformed;
-  }
-}
-
-void MulticastPort::send(std::span<const protocol::Frame> frames) {
-  for (const protocol::Frame& frame : frames) {
-    boost::system::error_code error;
-    sender_.send_to(boost::asio::buffer(can_msgpack(frame, wall_now())), group_, 0, error);
-    ++(error ? stats_.lost_queue_full : stats_.sent);
-  }
+std::unique_ptr<Port> make_multicast_port(boost::asio::io_context& loop, const std::string& name,
+                                          const BusName& group, std::function<void()> on_frames) {
+  return std::make_unique<MulticastPort>(loop, name, group, std::move(on_frames));
 }
 
 }  // namespace lk::emulator

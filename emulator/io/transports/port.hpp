@@ -1,12 +1,33 @@
 #pragma once
 
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <chrono>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <span>
+#include <string>
+#include <utility>
 
+#include "emulator/core/bus_config.hpp"
 #include "emulator/core/terminal_flag.hpp"
-#include "emulator/io/transports/socketcan.hpp"
+#include "emulator/io/transports/netlink.hpp"
+#include "protocol/frame.hpp"
 
 namespace lk::emulator {
+
+/// Time stamp of frames that came by no CAN socket.
+inline std::chrono::nanoseconds wall_now() {
+  return std::chrono::system_clock::now().time_since_epoch();
+}
+
+/// A received frame, and the kernel's receive time by the wall clock (StampClock).
+struct ReceivedFrame {
+  std::chrono::nanoseconds stamp{0};
+  protocol::Frame frame;
+  std::uint32_t sender = 0;  // as in TimedFrame
+};
 
 /// Counters of a port; the bus counts frames by cause.
 struct PortStats {
@@ -32,8 +53,14 @@ class Port {
   Port& operator=(const Port&) = delete;
   virtual ~Port() = default;
 
-  using Wait = CanSocket::Wait;
-  using Batch = CanSocket::Batch;
+  struct Batch {
+    std::span<const ReceivedFrame> frames;  // valid until the next batch
+    bool more = false;                      // the port may hold further frames
+    int error = 0;                          // errno of the link: ENETDOWN, ENODEV, …
+  };
+  enum class Wait : std::uint8_t { kNot, kForOne };
+  /// Longest wait of `kForOne`. A CAN socket rounds it up to the kernel's tick of 1 to 10 ms.
+  static constexpr std::chrono::microseconds kReceiveTimeout{1000};
 
   /// Checks the interface and follows its state. Call at the start, when the kernel reports a
   /// change, and regularly: an open that failed is tried again.
@@ -77,7 +104,63 @@ class Port {
   inline static const TerminalFlags kRaw;
 
   virtual Batch next_batch(Wait wait) = 0;
-  virtual void note_error(int error) = 0;
+  virtual void note_error(int /*error*/) {}
 };
+
+/// Calls back whenever a descriptor is readable. Its owner closes it, after `release`.
+class Readiness {
+ public:
+  Readiness(boost::asio::io_context& loop, std::function<void()> on_readable)
+      : descriptor_(loop), on_readable_(std::move(on_readable)) {}
+  Readiness(const Readiness&) = delete;
+  Readiness& operator=(const Readiness&) = delete;
+  ~Readiness() { release(); }
+
+  /// Returns the error if `fd` cannot be watched.
+  boost::system::error_code watch(int fd) {
+    boost::system::error_code error;
+    descriptor_.assign(fd, error);
+    if (!error) wait();
+    return error;
+  }
+  void release() {
+    ++generation_;
+    if (descriptor_.is_open()) descriptor_.release();
+  }
+  /// Calls back once when the descriptor is writable; never after `release`.
+  void when_writable(std::function<void()> on_writable) {
+    using boost::asio::posix::stream_descriptor;
+    descriptor_.async_wait(stream_descriptor::wait_write,
+                           [this, mine = generation_, on_writable = std::move(on_writable)](
+                               const boost::system::error_code& error) {
+                             if (!error && mine == generation_) on_writable();
+                           });
+  }
+
+ private:
+  void wait() {
+    using boost::asio::posix::stream_descriptor;
+    descriptor_.async_wait(stream_descriptor::wait_read,
+                           [this, mine = generation_](const boost::system::error_code& error) {
+                             if (error || mine != generation_) return;
+                             on_readable_();
+                             if (mine == generation_) wait();
+                           });
+  }
+
+  boost::asio::posix::stream_descriptor descriptor_;
+  std::function<void()> on_readable_;
+  unsigned generation_ = 0;  // of the descriptor: callbacks of earlier ones are ignored
+};
+
+/// Creates the port that the name of the bus selects. `on_frames` is called when there may be
+/// something to `receive`. Throws StartError.
+std::unique_ptr<Port> make_port(boost::asio::io_context& loop, const BusConfig& bus,
+                                Interfaces allowed, std::function<void()> on_frames);
+
+/// Checks that a bus with a path can be created there; ignores other buses. Throws StartError.
+void check_place(const std::string& bus);
+/// Returns one name for each place, for locks: two names of one place give the same result.
+std::string place_of(const std::string& bus);
 
 }  // namespace lk::emulator

@@ -1,25 +1,16 @@
 // Replaces socketcan.cpp on systems without CAN headers.
 
-#include <cerrno>
-#include <system_error>
-
+#include "emulator/core/start_error.hpp"
 #include "emulator/io/transports/socketcan.hpp"
 
 namespace lk::emulator {
 
-struct CanSocket::Buffers {};
-struct CanSocket::Outgoing {};
-
 std::string can_problem() { return "this lk-emu is built without SocketCAN"; }
 
-CanSocket::CanSocket(int /*interface_index*/, Reception /*reception*/) : fd_(-1) {
-  throw std::system_error(EAFNOSUPPORT, std::generic_category(), "SocketCAN");
-}
-CanSocket::~CanSocket() = default;
-CanSocket::Batch CanSocket::receive(Wait /*wait*/) { return {}; }
-void CanSocket::set_blocking() {}
-CanSocket::Sent CanSocket::send(std::span<const protocol::Frame> /*frames*/) {
-  return {0, SendResult::kLinkDown};
+std::unique_ptr<Port> make_socketcan_port(boost::asio::io_context& /*loop*/,
+                                          const BusConfig& /*bus*/, Interfaces /*allowed*/,
+                                          std::function<void()> /*on_frames*/) {
+  throw StartError(can_problem());
 }
 
 }  // namespace lk::emulator

@@ -1,11 +1,12 @@
 #pragma once
 
-/// Terminal settings with any bit rate: Linux's termios2, whose header conflicts with the C
-/// library's.
-
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
 #include <cstdint>
+#include <string>
 
 #include "emulator/core/terminal_flag.hpp"
+#include "emulator/files/durable_file.hpp"
 
 namespace lk::emulator {
 
@@ -23,5 +24,40 @@ TerminalFlags flags_of(int fd);
 /// Sets raw mode: bytes unchanged, no flow control, 8 bits, no parity, 1 stop bit. Rate 0 keeps the
 /// current rate. Throws std::system_error.
 void make_raw(int fd, std::int64_t rate);
+
+/// Checks that a bus can use `path`: it is free, a dead link of lk-emu, or a serial port. `name` is
+/// the bus's. Throws StartError.
+void check_terminal_path(const std::string& name, const std::string& path);
+/// Returns true for a character device that is no link to a pseudo-terminal.
+bool is_serial_device(const std::string& path);
+
+/// A pseudo-terminal, and a link to it at a path for hosts; the destructor removes the link. Bytes
+/// that a host has not read when it closes the terminal are discarded, as by a serial driver.
+class PtyLink {
+ public:
+  /// `raw`: raw mode; otherwise the defaults of a serial port. Throws StartError.
+  PtyLink(boost::asio::io_context& loop, const std::string& name, std::string path, bool raw);
+  PtyLink(const PtyLink&) = delete;
+  PtyLink& operator=(const PtyLink&) = delete;
+  ~PtyLink();
+
+  /// Master side, non-blocking.
+  int descriptor() const { return master_.get(); }
+  /// Discards unread bytes if a first host has opened the terminal or the last one has closed it.
+  /// Call it after reading and before replying: replies to a host that was just read then stay.
+  void handle_host_events();
+
+ private:
+  void wait_for_hosts();
+  bool watch(std::uint32_t events);
+  bool host_has_it_open();
+
+  std::string path_;
+  std::string terminal_name_;
+  Descriptor master_;
+  Descriptor terminal_;                           // kept open, so that hosts may come and go
+  boost::asio::posix::stream_descriptor events_;  // inotify: opens and closes by hosts
+  bool has_host_ = false;                         // a host had it open after the last event
+};
 
 }  // namespace lk::emulator

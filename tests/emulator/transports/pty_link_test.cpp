@@ -1,7 +1,5 @@
 // Hosts that share a pseudo-terminal or use it one after another.
 
-#include "emulator/io/transports/pty_link.hpp"
-
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -11,6 +9,7 @@
 #include <string_view>
 
 #include "emulator/files/durable_file.hpp"
+#include "emulator/io/transports/terminal.hpp"
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {

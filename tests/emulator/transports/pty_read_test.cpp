@@ -15,9 +15,9 @@
 #include <utility>
 #include <vector>
 
-#include "emulator/io/transports/serial_port.hpp"
-#include "emulator/io/transports/slcan.hpp"
-#include "emulator/io/transports/stream_port.hpp"
+#include "emulator/files/durable_file.hpp"
+#include "emulator/io/transports/port.hpp"
+#include "protocol/serial_framing.hpp"
 #include "tests/support/serial.hpp"
 #include "tests/support/temp_directory.hpp"
 
@@ -40,7 +40,9 @@ namespace pty_read_test {
 /// A port with a pseudo-terminal, and a host that opens it and writes just before the port reads.
 class HostBeforeRead : public testing::Test {
  protected:
-  void expect_reply(Port& port, std::string_view query, const std::function<void()>& reply) {
+  void expect_reply(const BusConfig& bus, std::string_view query,
+                    const std::function<void(Port&)>& reply) {
+    const auto port = make_port(loop_, bus, Interfaces::kVirtualOnly, [] {});
     Descriptor host;
     before_next_terminal_read = [&] {
       host = Descriptor(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
@@ -48,10 +50,10 @@ class HostBeforeRead : public testing::Test {
                 static_cast<ssize_t>(query.size()));
     };
     const auto ignore = [](std::span<const ReceivedFrame>) {};
-    port.receive(ignore);
+    port->receive(ignore);
     ASSERT_TRUE(host);
-    reply();
-    port.receive(ignore);  // the port sees the open event here at the latest
+    reply(*port);
+    port->receive(ignore);  // the port sees the open event here at the latest
     pollfd readable{.fd = host.get(), .events = POLLIN, .revents = 0};
     EXPECT_EQ(::poll(&readable, 1, 0), 1) << "the reply was discarded";
   }
@@ -62,21 +64,18 @@ class HostBeforeRead : public testing::Test {
 };
 
 TEST_F(HostBeforeRead, GetsTheReplyOfADriveOnRs485) {
-  SerialPort port(loop_, "rs485:" + path_, path_, {.as_tty = false}, [] {});
+  BusConfig bus = {.bitrate = 0};
+  bus.interface = "rs485:" + path_;
+  bus.serial = {.as_tty = false};
   std::vector<protocol::Frame> frames;
   protocol::append_frames(test::bytes("3E 9A 01 00 D9"), frames);
-  expect_reply(port, "\x3E\x9A\x01", [&] { port.send(frames); });
+  expect_reply(bus, "\x3E\x9A\x01", [&](Port& port) { port.send(frames); });
 }
 
 TEST_F(HostBeforeRead, GetsTheReplyOfAnSlcanAdapter) {
-  const std::string name = "slcan-pty:" + path_;
-  StreamPort port(loop_, name,
-                  {.place = bus_name(name),
-                   .most_clients = 1,
-                   .refusal = "",
-                   .make_protocol = [] { return std::make_unique<Slcan>(0); }},
-                  [] {});
-  expect_reply(port, "V\r", [&] { port.end_turn(); });
+  BusConfig bus = {.bitrate = 0};
+  bus.interface = "slcan-pty:" + path_;
+  expect_reply(bus, "V\r", [](Port& port) { port.end_turn(); });
 }
 
 }  // namespace pty_read_test

@@ -1,5 +1,3 @@
-#include "emulator/io/transports/socketcan_port.hpp"
-
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <spdlog/sinks/ostream_sink.h>
@@ -13,6 +11,7 @@
 #include <system_error>
 
 #include "emulator/files/durable_file.hpp"
+#include "emulator/io/transports/socketcan.hpp"
 
 namespace lk::emulator {
 namespace socketcan_port_test {
@@ -48,13 +47,17 @@ TEST(SocketCanPort, DescriptorShortageIsNotAMissingInterface) {
   mine->set_pattern("%v");
   spdlog::set_default_logger(mine);
   boost::asio::io_context loop;
-  SocketCanPort missing(loop, "none", Interfaces::kVirtualOnly, Reception::kEverything, [] {});
-  missing.check_link();
-  SocketCanPort there(loop, "lo", Interfaces::kVirtualOnly, Reception::kEverything, [] {});
+  const auto port = [&loop](const char* interface) {
+    BusConfig bus;
+    bus.interface = interface;
+    return make_socketcan_port(loop, bus, Interfaces::kVirtualOnly, [] {});
+  };
+  port("none")->check_link();
+  const auto there = port("lo");
   {
     const NoDescriptors none;
-    there.check_link();
-    there.check_link();
+    there->check_link();
+    there->check_link();
   }
   spdlog::set_default_logger(before);
   EXPECT_EQ(log.str(),
