@@ -260,15 +260,6 @@ void RomStore::take_directories(const RomOptions& options, const std::vector<Bus
   }
 }
 
-namespace {
-
-/// Identifiers of drives' replies are a multiple of 64 plus the ID.
-int drive_of(const TimedFrame& reply) {
-  return reply.drive_id != 0 ? reply.drive_id : static_cast<int>(reply.frame.id & 0x3FU);
-}
-
-}  // namespace
-
 RomGate::RomGate(const BusConfig& bus) {
   for (const ServoConfig& servo : bus.servos) drives_[servo.id].kept = {servo.rom, servo.wear};
 }

@@ -122,6 +122,11 @@ void load_rom_read_only(const RomOptions& options, std::vector<BusConfig>& buses
 /// Specification.
 std::filesystem::path state_directory(const char* xdg_state_home, const char* home);
 
+/// Identifiers of drives' replies are a multiple of 64 plus the ID.
+inline int drive_of(const TimedFrame& reply) {
+  return reply.drive_id != 0 ? reply.drive_id : static_cast<int>(reply.frame.id & 0x3FU);
+}
+
 /// Holds replies of a bus for the disk. A reply that acknowledges a ROM write leaves when the write
 /// is durable. Later replies of the same drive wait behind it; other drives do not wait. Content
 /// and time of a reply are decided before.

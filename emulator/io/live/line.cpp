@@ -189,7 +189,8 @@ Line::Progress Line::advance_to(SimTime until, MonoTime deadline, WaitPolicy pol
     const bool more_is_due =
         !backlog_.empty() && !backlog_waits() && backlog_.front().at <= bus_.time();
     if (bus_.time() >= until && !more_is_due) return Progress::kReached;
-    if (policy == WaitPolicy::kForReplies && has_long_queue()) return Progress::kBlocked;
+    const bool has_long_queue = port_ && port_->pending() > kMaxLeaving;
+    if (policy == WaitPolicy::kForReplies && has_long_queue) return Progress::kBlocked;
     if (monotonic_now() >= deadline) return Progress::kOutOfTime;
   }
 }
@@ -216,16 +217,14 @@ void Line::send_replies() {
   keep_rom();
   replies_.clear();
   bus_.take_replies(replies_);
-  leaving_.clear();
   const bool up = is_up();
   for (const TimedFrame& reply : replies_) {
     if (reply.sender != 0) {
-      send(leaving_);
-      leaving_.clear();
+      send_leaving();
       if (port_) port_->pass_on(reply.frame, reply.sender);
       continue;
     }
-    const int id = reply.drive_id != 0 ? reply.drive_id : static_cast<int>(reply.frame.id & 0x3FU);
+    const int id = drive_of(reply);
     if (!reply.echo) {
       if (up) ++sent_[static_cast<std::size_t>(id)];
       adviser_.on_reply(reply.frame);
@@ -235,12 +234,13 @@ void Line::send_replies() {
     }
     gate_.pass(reply, leaving_);
   }
-  send(leaving_);
+  send_leaving();
   if (port_ && !replies_.empty()) port_->end_turn();
 }
 
-void Line::send(const std::vector<protocol::Frame>& frames) {
-  if (port_ && !frames.empty()) port_->send(frames);
+void Line::send_leaving() {
+  if (port_ && !leaving_.empty()) port_->send(leaving_);
+  leaving_.clear();
 }
 
 void Line::keep_rom() {
@@ -256,34 +256,26 @@ void Line::keep_rom() {
   }
 }
 
-/// Logs only the first refused write and the recovery: hosts may write hundreds of times a second.
-void Line::log_rom_result(int id, int error) {
-  std::uint64_t& refused = refused_[id];
-  if (error != 0) {
-    if (refused++ > 0) return;
-    spdlog::error("{}:{}: ROM not written: {}; the drive continues with RAM", name(), id,
+void Line::settle_rom(const RomWrite& write, int error) {
+  // Only the first refusal and the recovery: hosts may write hundreds of times a second.
+  std::uint64_t& refused = refused_[write.id];
+  if (error != 0 && refused++ == 0) {
+    spdlog::error("{}:{}: ROM not written: {}; the drive continues with RAM", name(), write.id,
                   std::generic_category().message(error));
-  } else if (refused > 0) {
-    spdlog::info("{}:{}: ROM is written again; {} writes were refused", name(), id,
+  } else if (error == 0 && refused > 0) {
+    spdlog::info("{}:{}: ROM is written again; {} writes were refused", name(), write.id,
                  std::exchange(refused, 0));
   }
-}
-
-void Line::settle_rom(const RomWrite& write, int error) {
-  log_rom_result(write.id, error);
-  leaving_.clear();
   if (const auto* kept = gate_.settle(write, error == 0, leaving_)) {
     bus_.restore_rom(write.id, kept->rom, kept->wear);
     for (const Listener& listener : listeners_) {
       if (listener.restored_rom) listener.restored_rom(bus_.time(), write.id, *kept);
     }
   }
-  send(leaving_);
+  send_leaving();
   if (port_) port_->end_turn();
 }
 
 bool Line::replies_have_left() const { return gate_.idle() && (!port_ || port_->pending() == 0); }
-
-bool Line::has_long_queue() const { return port_ && port_->pending() > kMaxLeaving; }
 
 }  // namespace lk::emulator

@@ -49,9 +49,6 @@ class Line {
   static constexpr std::size_t kMaxBacklog = 1'000'000;
 
   explicit Line(const BusConfig& config);
-  Line(const Line&) = delete;
-  Line& operator=(const Line&) = delete;
-  ~Line() = default;
 
   /// Creates the port. Throws StartError.
   void connect(boost::asio::io_context& loop, Interfaces allowed, std::function<void()> on_frames);
@@ -60,8 +57,7 @@ class Line {
   const std::string& name() const { return config_.interface; }
   const std::string& ids() const { return ids_; }  // "1-4,7"
   const Bus& bus() const { return bus_; }
-  Port* port() { return port_.get(); }
-  const Port* port() const { return port_.get(); }
+  Port* port() const { return port_.get(); }
   const RomGate& gate() const { return gate_; }
   bool is_up() const { return !port_ || port_->is_up(); }
 
@@ -135,11 +131,9 @@ class Line {
   /// Advances to `until`, calls watchers, and sends replies that are due.
   void advance_watched(SimTime until);
   void keep_rom();
-  void log_rom_result(int id, int error);
   void update_advice();
   void send_replies();
-  void send(const std::vector<protocol::Frame>& frames);
-  bool has_long_queue() const;
+  void send_leaving();
 
   BusConfig config_;
   std::string ids_;

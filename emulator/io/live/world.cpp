@@ -37,6 +37,12 @@ bool wait_for_frames(std::span<pollfd> sockets, std::chrono::nanoseconds timeout
   return ::ppoll(sockets.data(), sockets.size(), &interval, nullptr) > 0;
 }
 
+SimTime latest(const std::vector<std::unique_ptr<Line>>& lines) {
+  SimTime time{0};
+  for (const auto& line : lines) time = std::max(time, line->bus().time());
+  return time;
+}
+
 }  // namespace
 
 World::World(boost::asio::io_context& loop, ClockMode mode)
@@ -44,7 +50,7 @@ World::World(boost::asio::io_context& loop, ClockMode mode)
       seen_(monotonic_now()),
       last_frame_(seen_ - kTrafficEnds),
       clock_(seen_, mode),
-      timer_(loop, [this] { wake(); }),
+      timer_(loop, [this] { serve_all(Sockets::kOfBusyLines); }),
       reply_timer_(loop) {}
 
 Line& World::add(const BusConfig& bus) {
@@ -68,18 +74,14 @@ SimTime World::time() const {
 void World::start() {
   // By default the kernel ends sleeps up to 50 µs late, to save wake-ups.
   ::prctl(PR_SET_TIMERSLACK, 1);
-  couple();
-  clock_ = SimClock(monotonic_now(), clock_.mode());
-  serve_all();
-}
-
-void World::couple() {
   std::vector<BusConfig> robot;
   for (const auto& line : lines_) {
     robot.push_back(line->config());
     buses_.push_back(&line->bus_on_body());
   }
   if (Coupling::needed(robot)) coupling_.emplace(robot, buses_);
+  clock_ = SimClock(monotonic_now(), clock_.mode());
+  serve_all();
 }
 
 void World::stop() {
@@ -98,23 +100,12 @@ void World::serve(std::size_t index) {
   arm_timer();
 }
 
-void World::serve_all() {
+void World::serve_all(Sockets sockets) {
   if (stopped_) return;
   seen_ = monotonic_now();
   for (const auto& line : lines_) {
-    take_in(*line);
-    advance_to_now(*line);
-  }
-  slip_reporter_.check(seen_);
-  arm_timer();
-}
-
-/// Timer callback.
-void World::wake() {
-  if (stopped_) return;
-  seen_ = monotonic_now();
-  for (const auto& line : lines_) {
-    if (busy()) take_in(*line);  // frames that came while the machine was busy are earlier than now
+    // Frames that came while the machine was busy are earlier than now.
+    if (sockets == Sockets::kAll || busy()) take_in(*line);
     advance_to_now(*line);
   }
   slip_reporter_.check(seen_);
@@ -197,18 +188,16 @@ SimTime World::follow_clock(Line& line) {
 }
 
 void World::advance_to_now(Line& line) {
-  if (!clock_.mode().stepped) advance_to_clock(line);
-  if (line.port() != nullptr) line.port()->end_turn();
-}
-
-void World::advance_to_clock(Line& line) {
-  const SimTime now = std::max(follow_clock(line), line.bus().time());
-  // A fast clock may ask for more than fits into a slice: the rest waits, or slips.
-  if (coupling_) {
-    advance_all_to(now, seen_ + kSlice, Line::WaitPolicy::kNone);
-  } else {
-    line.advance_to(now, seen_ + kSlice, Line::WaitPolicy::kNone);
+  if (!clock_.mode().stepped) {
+    const SimTime now = std::max(follow_clock(line), line.bus().time());
+    // A fast clock may ask for more than fits into a slice: the rest waits, or slips.
+    if (coupling_) {
+      advance_all_to(now, seen_ + kSlice, Line::WaitPolicy::kNone);
+    } else {
+      line.advance_to(now, seen_ + kSlice, Line::WaitPolicy::kNone);
+    }
   }
+  if (line.port() != nullptr) line.port()->end_turn();
 }
 
 Line::Progress World::advance_all_to(SimTime until, MonoTime deadline, Line::WaitPolicy policy) {
@@ -242,8 +231,7 @@ bool World::exchange() {
 }
 
 void World::couple(std::unique_ptr<Mechanism> body, std::span<const CoupledDrive> drives) {
-  SimTime now{0};
-  for (const auto& line : lines_) now = std::max(now, line->bus().time());
+  const SimTime now = latest(lines_);
   const SimTime step = body->step();
   coupling_.emplace(std::move(body), drives, (now + step - SimTime{1}) / step * step);
   body_is_ready_ = true;
@@ -290,8 +278,7 @@ void World::set_clock(ClockMode mode) {
   if (stopped_) return;
   serve_all();
   end_advance(Advanced::kCancelled);
-  SimTime now{0};
-  for (const auto& line : lines_) now = std::max(now, line->bus().time());
+  const SimTime now = latest(lines_);
   clock_.switch_to(mode, monotonic_now(), now);
   serve_all();
 }
@@ -300,15 +287,9 @@ void World::set_clock(ClockMode mode) {
 
 void World::advance(SimTime to, OnAdvanced done) {
   advance_ = Advance{to, std::move(done), ++advances_, std::nullopt, 0};
-  take_in_all();
-  post_continue_advance();
-}
-
-/// Frames that hosts sent before the advance are in the sockets by now. A CAN socket delivers to
-/// all others of this machine; TCP hosts that wait for an acknowledgement get it from `end_turn`.
-/// Bounded, as a host may keep sending.
-void World::take_in_all() {
-  constexpr int kMaxRounds = 100;
+  // Frames that hosts sent before the advance are in the sockets by now. A CAN socket delivers to
+  // all others of this machine; TCP hosts that wait for an acknowledgement get it from `end_turn`.
+  constexpr int kMaxRounds = 100;  // as a host may keep sending
   for (const auto& line : lines_) {
     for (int n = 0; n < kMaxRounds; ++n) {
       const Taken taken = take_in(*line);
@@ -316,6 +297,7 @@ void World::take_in_all() {
       if (!taken.any && !taken.more) break;
     }
   }
+  post_continue_advance();
 }
 
 void World::post_continue_advance() {
@@ -351,15 +333,10 @@ Line::Progress World::advance_slice(MonoTime deadline) {
   }
 }
 
-std::uint64_t World::replies_sent() const {
-  std::uint64_t sent = 0;
-  for (const auto& line : lines_) sent += line->port() != nullptr ? line->port()->stats().sent : 0;
-  return sent;
-}
-
 void World::wait_for_replies() {
   const MonoTime now = monotonic_now();
-  const std::uint64_t sent = replies_sent();
+  std::uint64_t sent = 0;
+  for (const auto& line : lines_) sent += line->port() != nullptr ? line->port()->stats().sent : 0;
   if (!advance_->deadline || sent != advance_->sent) advance_->deadline = now + kReplyTimeout;
   advance_->sent = sent;
   if (now >= *advance_->deadline) {
@@ -376,8 +353,7 @@ void World::end_advance(Advanced how) {
   if (!advance_) return;
   const OnAdvanced done = std::move(advance_->done);
   advance_.reset();
-  SimTime now{0};
-  for (const auto& line : lines_) now = std::max(now, line->bus().time());
+  const SimTime now = latest(lines_);
   clock_.step_to(now);
   done(how);
 }

@@ -42,7 +42,7 @@ class World {
   /// Processes frames of a line, sends replies, and waits briefly for more frames.
   void serve(std::size_t index);
   /// Brings all lines to now, with all frames that have arrived.
-  void serve_all();
+  void serve_all() { serve_all(Sockets::kAll); }
 
   /// Changes the clock at the present instant. Cancels an advance.
   void set_clock(ClockMode mode);
@@ -83,7 +83,9 @@ class World {
     std::uint64_t sent;                // replies sent before the last wait
   };
 
-  void wake();
+  /// Which sockets to look into: without traffic the timer need not.
+  enum class Sockets : std::uint8_t { kAll, kOfBusyLines };
+  void serve_all(Sockets sockets);
   void poll_sockets();
   bool only_frames_are_waited_for() const;
   MonoTime next_due() const;
@@ -94,20 +96,16 @@ class World {
   Taken take_in(Line& line, Port::Wait wait = Port::Wait::kNot);
   SimTime follow_clock(Line& line);
   void advance_to_now(Line& line);
-  void advance_to_clock(Line& line);
   /// Advances all lines and the body of their drives. kBlocked: the body has not done its step, or
   /// as for a line.
   Line::Progress advance_all_to(SimTime until, MonoTime deadline, Line::WaitPolicy policy);
-  void couple();
   /// Exchanges values at the end of a step. Returns false if the body has not done it yet.
   bool exchange();
   bool waits_for_body() const { return coupling_ && !coupling_->under_way() && !body_is_ready_; }
-  void take_in_all();
   void continue_advance();
   void post_continue_advance();
   /// Does one slice of an advance.
   Line::Progress advance_slice(MonoTime deadline);
-  std::uint64_t replies_sent() const;
   void wait_for_replies();
   void end_advance(Advanced how);
   bool busy() const;

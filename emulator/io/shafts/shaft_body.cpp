@@ -4,24 +4,17 @@
 
 #include <algorithm>
 #include <cassert>
-#include <charconv>
 #include <cmath>
 #include <utility>
 
 #include "emulator/config/ip_address.hpp"
 #include "emulator/core/coupling/coupling.hpp"
+#include "emulator/core/text.hpp"
 
 namespace lk::emulator {
 namespace {
 
 constexpr const char* kExamples = "unix:/tmp/shafts or tcp:29600";
-
-std::optional<std::uint16_t> port_in(std::string_view text) {
-  std::uint16_t port = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
-  if (text.empty() || error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return port;
-}
 
 }  // namespace
 
@@ -44,9 +37,10 @@ std::variant<ShaftOptions, std::string> parse_shafts_place(const std::string& te
     if (!address) return "\"" + host + "\" is not an IP address or localhost";
     place.address = *address;
   }
-  const auto port = port_in(colon == std::string::npos ? rest : rest.substr(colon + 1));
+  const auto port =
+      number_of(colon == std::string::npos ? rest : rest.substr(colon + 1), 10, UINT16_MAX);
   if (!port) return "\"" + text + "\" needs a port from 0 to 65535, like tcp:29600";
-  place.port = *port;
+  place.port = static_cast<std::uint16_t>(*port);
   return place;
 }
 
