@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "emulator/core/coupling/mechanism.hpp"
 #include "emulator/files/output_file.hpp"
 #include "tests/support/temp_directory.hpp"
 
@@ -69,6 +70,14 @@ TEST(FindMotorFile, ReportsUnreadablePaths) {
             "\"./a?.toml\" is not UTF-8 without control characters; give such a path");
 }
 
+std::string reason(const std::string& motor) {
+  try {
+    return "found " + load_profile(motor).name;
+  } catch (const ConfigError& problem) {
+    return problem.reason;
+  }
+}
+
 /// ".." follows the kernel, not the text of the path.
 TEST(FindMotorFile, FollowsSymbolicLinks) {
   const test::TempDirectory directory;
@@ -77,25 +86,36 @@ TEST(FindMotorFile, FollowsSymbolicLinks) {
   directory.put("base.toml", "motor.pole_pairs = 65\n");
   directory.put("real/base.toml", "motor.pole_pairs = 0\n");
   directory.put("real/sub/x.toml", "extends = \"../base.toml\"\n");
-  try {
-    load_profile(directory.path("s/x.toml"));
-    ADD_FAILURE() << "accepted";
-  } catch (const ConfigError& problem) {
-    EXPECT_EQ(problem.reason, "0 is out of range (1 to 64)") << problem.what();
-  }
+  EXPECT_EQ(reason(directory.path("s/x.toml")), "0 is out of range (1 to 64)");
 }
 
 TEST(FindMotorFile, RejectsCircularExtension) {
   const test::TempDirectory directory;
   std::filesystem::create_directory(directory.path("a"));
   const std::string file = directory.put("a/my.toml", "extends = \"../a/my.toml\"\n");
+  EXPECT_EQ(reason(file), "more than 8 motor files, each extending the next, or a loop of them")
+      << "by another path each time";
+}
+
+// --- the model of a robot's body
+
+std::shared_ptr<const Mechanism> no_body(const std::filesystem::path& /*model*/, SimTime /*step*/) {
+  return nullptr;
+}
+
+TEST(BodyFiles, MissingModelIsAOneLineError) {
+  const test::TempDirectory scratch;
+  const std::string robot = (scratch.path() / "robot.toml").string();
+  use_bodies(no_body);
+  const LoadBody load = body_loader();
   try {
-    load_profile(file);
-    ADD_FAILURE() << "accepted";
-  } catch (const ConfigError& problem) {
-    EXPECT_EQ(problem.reason, "more than 8 motor files, each extending the next, or a loop of them")
-        << "by another path each time";
+    load(robot, "gone.xml", SimTime{1});
+    FAIL() << "taken";
+  } catch (const std::invalid_argument& problem) {
+    EXPECT_EQ(problem.what(), (scratch.path() / "gone.xml").string() +
+                                  ": no such file (a path from the robot file's)");
   }
+  use_bodies(nullptr);
 }
 
 }  // namespace profile_files_test

@@ -3,42 +3,18 @@
 #include "emulator/io/live/line.hpp"
 
 #include <gtest/gtest.h>
-#include <spdlog/sinks/ostream_sink.h>
-#include <spdlog/spdlog.h>
 
-#include <memory>
-#include <sstream>
-#include <string>
 #include <vector>
 
+#include "tests/support/log.hpp"
 #include "tests/support/serial_bus.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
 namespace line_test {
 
-/// Captures the log while it exists.
-class Log {
- public:
-  Log() {
-    const auto mine = std::make_shared<spdlog::logger>(
-        "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text_));
-    mine->set_pattern("%v");
-    spdlog::set_default_logger(mine);
-  }
-  Log(const Log&) = delete;
-  Log& operator=(const Log&) = delete;
-  ~Log() { spdlog::set_default_logger(before_); }
-
-  std::string text() const { return text_.str(); }
-
- private:
-  std::ostringstream text_;
-  std::shared_ptr<spdlog::logger> before_ = spdlog::default_logger();
-};
-
 TEST(Line, LimitsBacklogAndCountsDroppedFrames) {
-  const Log log;
+  const test::Log log;
   Line line(test::bus_config({1, 2, 3}));
   TimedFrame filler;  // which all drives ignore
   filler.frame.kind = protocol::FrameKind::kError;

@@ -3,17 +3,11 @@
 #include "emulator/io/program/answered_ids.hpp"
 
 #include <gtest/gtest.h>
-#include <spdlog/sinks/ostream_sink.h>
-#include <spdlog/spdlog.h>
-#include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
-#include <cstring>
-#include <memory>
-#include <sstream>
-
 #include "emulator/core/start_error.hpp"
+#include "tests/support/id_lock.hpp"
+#include "tests/support/log.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -21,26 +15,6 @@ namespace answered_ids_test {
 
 /// A name unique to this process, because the network namespace is shared.
 std::string name() { return "a" + std::to_string(::getpid()); }
-
-/// Another program that owns an ID of this bus: it holds the name of the lock.
-class Other {
- public:
-  explicit Other(int id) : fd_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    const std::string lock = "lk-emu/" + name() + "/" + std::to_string(id);
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    std::memcpy(address.sun_path + 1, lock.data(), lock.size());
-    EXPECT_EQ(::bind(fd_, reinterpret_cast<const sockaddr*>(&address),
-                     static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + lock.size())),
-              0);
-  }
-  Other(const Other&) = delete;
-  Other& operator=(const Other&) = delete;
-  ~Other() { ::close(fd_); }
-
- private:
-  int fd_;
-};
 
 BusConfig one_drive(int id, std::uint8_t in_rom) {
   BusConfig config = test::bus_config({});
@@ -62,7 +36,7 @@ std::string problem_at_start(const BusConfig& config) {
 }
 
 TEST(AnsweredIds, SuggestWipingRomForAConflictingId) {
-  const Other other(9);
+  const Descriptor other = test::id_lock(name(), 9);
   EXPECT_TRUE(problem_at_start(one_drive(9, 9)).ends_with("; stop it, or give other --ids"))
       << problem_at_start(one_drive(9, 9));
   EXPECT_TRUE(
@@ -73,19 +47,16 @@ TEST(AnsweredIds, SuggestWipingRomForAConflictingId) {
 }
 
 TEST(AnsweredIds, LogEachConflictOnce) {
-  std::ostringstream log;
-  const auto before = spdlog::default_logger();
-  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
-      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+  const test::Log log;
   const auto times = [&] {
     std::size_t found = 0;
     for (std::size_t at = 0;
-         (at = log.str().find("until then both answer", at)) != std::string::npos; ++at) {
+         (at = log.text().find("until then both answer", at)) != std::string::npos; ++at) {
       ++found;
     }
     return found;
   };
-  const Other other(9);
+  const Descriptor other = test::id_lock(name(), 9);
   const BusConfig config = one_drive(3, 3);
   Line line(config);
   AnsweredIds ids;
@@ -103,7 +74,7 @@ TEST(AnsweredIds, LogEachConflictOnce) {
     move_to(query);
   }
   EXPECT_EQ(line.bus().bus_address(3).id, 9);
-  EXPECT_EQ(times(), 1U) << log.str();
+  EXPECT_EQ(times(), 1U) << log.text();
   ids.update(line);
   EXPECT_EQ(times(), 1U) << "said already";
   for (const char* query :
@@ -112,8 +83,7 @@ TEST(AnsweredIds, LogEachConflictOnce) {
     move_to(query);
   }
   EXPECT_EQ(line.bus().bus_address(3).id, 9);
-  EXPECT_EQ(times(), 2U) << log.str();
-  spdlog::set_default_logger(before);
+  EXPECT_EQ(times(), 2U) << log.text();
 }
 
 }  // namespace answered_ids_test

@@ -1,18 +1,16 @@
 #include <gtest/gtest.h>
-#include <spdlog/sinks/ostream_sink.h>
-#include <spdlog/spdlog.h>
 
 #include <atomic>
 #include <cerrno>
 #include <condition_variable>
 #include <mutex>
 #include <semaphore>
-#include <sstream>
 
 #include "emulator/files/rom_store.hpp"
 #include "emulator/io/live/line.hpp"
 #include "protocol/commands.hpp"
 #include "tests/emulator/rom/rom_support.hpp"
+#include "tests/support/log.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -369,12 +367,7 @@ TEST_F(LaterWrite, IsKeptBeforeItIsCollected) {
 // --- messages
 
 TEST(RefusedRom, IsLoggedOncePerDriveUntilTheNextSuccess) {
-  std::ostringstream log;
-  const auto before = spdlog::default_logger();
-  const auto mine = std::make_shared<spdlog::logger>(
-      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log));
-  mine->set_pattern("%v");
-  spdlog::set_default_logger(mine);
+  const test::Log log;
   BusConfig bus = test::bus_config({1, 2});
   bus.interface = "vcan0";
   Line line(bus);
@@ -384,9 +377,8 @@ TEST(RefusedRom, IsLoggedOncePerDriveUntilTheNextSuccess) {
   }
   line.settle_rom(rom_write(1, 501), 0);
   line.settle_rom(rom_write(1, 502), EIO);
-  spdlog::set_default_logger(before);
   EXPECT_EQ(line.gate().failed_writes(), 503U) << "all are counted";
-  EXPECT_EQ(log.str(),
+  EXPECT_EQ(log.text(),
             "vcan0:1: ROM not written: No space left on device; the drive continues with RAM\n"
             "vcan0:2: ROM not written: Permission denied; the drive continues with RAM\n"
             "vcan0:2: ROM is written again; 2 writes were refused\n"

@@ -63,15 +63,6 @@ TEST(WriteDurably, ReadersSeeCompleteFiles) {
   writer.join();
 }
 
-TEST(WriteDurably, ReplacesUnfinishedFiles) {
-  const test::TempDirectory directory;
-  const Descriptor fd(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
-  directory.put(unfinished("a"), "a much longer text than the one that follows");
-  ASSERT_EQ(write_durably(fd.get(), "a", "short"), 0);
-  EXPECT_EQ(directory.text_of("a"), "short");
-  EXPECT_EQ(directory.names(), std::set<std::string>{"a"});
-}
-
 /// An attacker with files next to it must neither choose the overwritten file nor block the writer.
 TEST(WriteDurably, DoesNotWriteToForeignFiles) {
   const test::TempDirectory directory;

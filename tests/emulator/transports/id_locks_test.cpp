@@ -3,17 +3,15 @@
 #include <gtest/gtest.h>
 #include <net/if.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <csignal>
-#include <cstddef>
-#include <cstring>
 #include <functional>
 
 #include "emulator/core/start_error.hpp"
+#include "tests/support/id_lock.hpp"
 
 namespace lk::emulator {
 namespace id_locks_test {
@@ -63,19 +61,6 @@ class Other {
  private:
   pid_t pid_ = 0;
 };
-
-/// Makes a lock's socket by hand. Pre: the lock's type, since each type has its own names.
-int named_socket(const std::string& interface, int id) {
-  const std::string name = "lk-emu/" + interface + "/" + std::to_string(id);
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  std::memcpy(address.sun_path + 1, name.data(), name.size());
-  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  EXPECT_EQ(::bind(fd, reinterpret_cast<const sockaddr*>(&address),
-                   static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size())),
-            0);
-  return fd;
-}
 
 TEST(IdLocks, NameTheHolderUntilItIsKilled) {
   const std::string here = bus();
@@ -137,17 +122,17 @@ TEST(IdLocks, DoNotWaitForAForeignHolder) {
                               ": ID 3 is already in use by another program (perhaps in another "
                               "container); stop it, or give other --ids";
   IdLocks locks;
-  const int stranger = named_socket(bus(), 3);
+  Descriptor stranger = test::id_lock(bus(), 3);
   EXPECT_EQ(taken(locks, bus(), 3), refusal) << "it does not listen";
-  ::close(stranger);
-  const int deaf = named_socket(bus(), 3);
-  ASSERT_EQ(::listen(deaf, 0), 0);
+  stranger = Descriptor();
+  stranger = test::id_lock(bus(), 3);
+  ASSERT_EQ(::listen(stranger.get(), 0), 0);
   for (int n = 0; n < 10; ++n) EXPECT_NE(taken(locks, bus(), 3), "") << "it never accepts";
   EXPECT_EQ(taken(locks, bus(), 3),
             bus() + ": ID 3 is held by a program that does not respond; ss -xlp | grep lk-emu/" +
                 bus() + "/3 shows it: stop it, or give other --ids")
       << "no more places in its queue";
-  ::close(deaf);
+  stranger = Descriptor();
   EXPECT_EQ(taken(locks, bus(), 3), "");
 }
 

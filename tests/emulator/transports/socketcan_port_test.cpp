@@ -1,17 +1,14 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <spdlog/sinks/ostream_sink.h>
-#include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
 #include <cerrno>
-#include <memory>
-#include <sstream>
 #include <string>
 #include <system_error>
 
 #include "emulator/files/durable_file.hpp"
 #include "emulator/io/transports/socketcan.hpp"
+#include "tests/support/log.hpp"
 
 namespace lk::emulator {
 namespace socketcan_port_test {
@@ -40,12 +37,7 @@ class NoDescriptors {
 };
 
 TEST(SocketCanPort, DescriptorShortageIsNotAMissingInterface) {
-  std::ostringstream log;
-  const auto before = spdlog::default_logger();
-  const auto mine = std::make_shared<spdlog::logger>(
-      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log));
-  mine->set_pattern("%v");
-  spdlog::set_default_logger(mine);
+  const test::Log log;
   boost::asio::io_context loop;
   const auto port = [&loop](const char* interface) {
     BusConfig bus;
@@ -59,8 +51,7 @@ TEST(SocketCanPort, DescriptorShortageIsNotAMissingInterface) {
     there->check_link();
     there->check_link();
   }
-  spdlog::set_default_logger(before);
-  EXPECT_EQ(log.str(),
+  EXPECT_EQ(log.text(),
             "none is gone: waiting until it is created again\nlo: cannot open: socket: Too many "
             "open files\n");
 }
