@@ -19,18 +19,22 @@ namespace scenario_activity_test {
 
 using namespace std::chrono_literals;
 
+/// A test world whose clients can start scenarios.
+struct ScenarioWorld : TestWorld {
+  ScenarioActivity activity{loop, world};
+  ScenarioWorld() { api.scenario = activity.for_clients(); }
+};
+
+/// A run of this many seconds whose drive has to stay on.
+std::string running_for(const char* seconds) {
+  return std::string("duration_s = ") + seconds + "\n[[expect]]\nid = 1\nstate = \"running\"\n";
+}
+
 /// Reading a long one would block the drives.
 TEST(ScenarioActivity, LimitsScenariosOfClients) {
-  TestWorld t;
-  ScenarioActivity scenario(t.loop, t.world);
-  t.api.scenario = scenario.for_clients();
+  ScenarioWorld t;
   const test::TempDirectory own;
-  const std::string text = R"(robot = "x"
-duration_s = 1
-[[expect]]
-id = 1
-state = "running"
-)";
+  const std::string text = "robot = \"x\"\n" + running_for("1");
   const auto post = [&](std::size_t size) {
     const std::string file = own.put("long.toml", text + std::string(size - text.size(), '\n'));
     return t.post("/scenario", Json{{"file", file}}.dump());
@@ -41,15 +45,9 @@ state = "running"
 
 /// Each line of a scenario may name a log, which is read again each time.
 TEST(ScenarioActivity, LimitsTotalLogSizeOfClients) {
-  TestWorld t;
-  ScenarioActivity scenario(t.loop, t.world);
-  t.api.scenario = scenario.for_clients();
+  ScenarioWorld t;
   const test::TempDirectory own;
-  std::string text = R"(duration_s = 1
-[[expect]]
-id = 1
-state = "running"
-)";
+  std::string text = running_for("1");
   // A third of the limit, most of it empty lines.
   const std::string line = "(1.0) vcan0 141#9C00000000000000\n";
   const std::size_t third = ScenarioActivity::kLongestFile / 3;
@@ -68,19 +66,12 @@ state = "running"
 }
 
 TEST(ScenarioActivity, ReportsTheIntendedRobot) {
-  TestWorld t;
-  ScenarioActivity scenario(t.loop, t.world);
-  t.api.scenario = scenario.for_clients();
+  ScenarioWorld t;
   const test::TempDirectory own;
   own.put("arm.toml",
           "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\nmotor = \"" LKEMU_SOURCE_DIR
           "/configs/motors/mg8016.toml\"\n");
-  const std::string file = own.put("lift.toml", R"(robot = "./arm.toml"
-duration_s = 1
-[[expect]]
-id = 1
-state = "running"
-)");
+  const std::string file = own.put("lift.toml", "robot = \"./arm.toml\"\n" + running_for("1"));
   ASSERT_EQ(t.post("/scenario", Json{{"file", file}}.dump()).status, 200);
   const Json report = t.get("/scenario").body;
   EXPECT_EQ(report["robot"], "./arm.toml");
@@ -92,9 +83,7 @@ state = "running"
 
 /// A client of the TCP port need not be the owner of these files.
 TEST(ScenarioActivity, HidesFilesFromTcpClientsExceptShippedOnes) {
-  TestWorld t;
-  ScenarioActivity scenario(t.loop, t.world);
-  t.api.scenario = scenario.for_clients();
+  ScenarioWorld t;
   const test::TempDirectory own;
   const std::string there = own.put("secret", "\x1bsecret");
   const auto over_tcp = [&](const Json& body) {
@@ -112,7 +101,7 @@ TEST(ScenarioActivity, HidesFilesFromTcpClientsExceptShippedOnes) {
   const auto asked_for = [&](const std::string& file) { return over_tcp(Json{{"file", file}}); };
   EXPECT_EQ(asked_for(there).status, 403);
   EXPECT_EQ(said(asked_for(there), there), said(asked_for(missing), missing));
-  const std::string checks = "duration_s = 1\n[[expect]]\nid = 1\nstate = \"running\"\n";
+  const std::string checks = running_for("1");
   const auto playing = [&](const std::string& file) {
     return said(over_tcp(Json{{"toml", checks + "[[send]]\nplay = \"" + file + "\"\n"}}), file);
   };
@@ -142,13 +131,10 @@ class Bursting : public test::HandBody {
 
 /// All expectations hold, because the drive notices nothing.
 TEST(ScenarioActivity, BodyFailureMakesTheVerdictInvalid) {
-  TestWorld t;
-  ScenarioActivity scenario(t.loop, t.world);
-  t.api.scenario = scenario.for_clients();
+  ScenarioWorld t;
   t.world.couple(std::make_unique<Bursting>(), {});
-  const char* const text = "duration_s = 0.2\n[[expect]]\nid = 1\nstate = \"running\"\n";
   const auto run = [&] {
-    EXPECT_EQ(t.post("/scenario", Json{{"toml", text}}.dump()).status, 200);
+    EXPECT_EQ(t.post("/scenario", Json{{"toml", running_for("0.2")}}.dump()).status, 200);
     EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 0.2})").status, 200);
     t.loop.restart();
     t.loop.poll();
@@ -161,15 +147,9 @@ TEST(ScenarioActivity, BodyFailureMakesTheVerdictInvalid) {
 }
 
 TEST(ScenarioActivity, RejectedScenarioKeepsTheLastVerdict) {
-  TestWorld t;
-  ScenarioActivity scenario(t.loop, t.world);
-  t.api.scenario = scenario.for_clients();
+  ScenarioWorld t;
   const auto with = [](int faults) {
-    std::string text = R"(duration_s = 1
-[[expect]]
-id = 1
-state = "running"
-)";
+    std::string text = running_for("1");
     for (int n = 0; n < faults; ++n) text += "[[event]]\nat_s=1\nid=1\nfault=\"hang\"\n";
     return Json{{"toml", text}}.dump();
   };

@@ -113,75 +113,73 @@ struct Done {
   friend bool operator==(const Done&, const Done&) = default;
 };
 
-TEST(RomWriter, MergesQueuedWritesIntoTheLast) {
-  const RomFile one{-1, "one", 0, {"vcan0", 1, "m"}};
-  const RomFile two{-1, "two", 0, {"vcan0", 2, "m"}};
-  SlowDisk disk;
+/// Reports of a writer, in order.
+struct Reports {
   std::vector<Done> done;
-  {
-    std::counting_semaphore<> reported{0};
-    RomWriter writer(
-        [&](const RomFile& place, const RomWrite& write, int error) {
-          done.push_back({place.owner.id, write.number, error});
-          reported.release();
-        },
-        disk.write());
-    writer.write(one, rom_write(1, 1));
-    disk.started.acquire();  // in progress: later writes must wait
-    writer.write(two, rom_write(2, 1));
-    writer.write(one, rom_write(1, 2));
-    writer.write(two, rom_write(2, 2));
-    writer.write(one, rom_write(1, 3));
-    disk.may_go_on.release(3);
-    for (int i = 0; i < 3; ++i) reported.acquire();
+  std::counting_semaphore<> reported{0};
+
+  RomWriter::OnWritten add() {
+    return [this](const RomFile& place, const RomWrite& write, int error) {
+      done.push_back({place.owner.id, write.number, error});
+      reported.release();
+    };
   }
-  EXPECT_EQ(done, (std::vector<Done>{{1, 1, 0}, {2, 2, 0}, {1, 3, 0}}));
+  void await(int count) {
+    for (int n = 0; n < count; ++n) reported.acquire();
+  }
+};
+
+const RomFile kOne{-1, "one", 0, {"vcan0", 1, "m"}};
+const RomFile kTwo{-1, "two", 0, {"vcan0", 2, "m"}};
+
+TEST(RomWriter, MergesQueuedWritesIntoTheLast) {
+  SlowDisk disk;
+  Reports reports;
+  {
+    RomWriter writer(reports.add(), disk.write());
+    writer.write(kOne, rom_write(1, 1));
+    disk.started.acquire();  // in progress: later writes must wait
+    writer.write(kTwo, rom_write(2, 1));
+    writer.write(kOne, rom_write(1, 2));
+    writer.write(kTwo, rom_write(2, 2));
+    writer.write(kOne, rom_write(1, 3));
+    disk.may_go_on.release(3);
+    reports.await(3);
+  }
+  EXPECT_EQ(reports.done, (std::vector<Done>{{1, 1, 0}, {2, 2, 0}, {1, 3, 0}}));
   ASSERT_EQ(disk.texts.size(), 3U);
   EXPECT_NE(disk.texts[2].find("encoder_offset = 3\n"), std::string::npos) << disk.texts[2];
 }
 
 TEST(RomWriter, FinishesTheCurrentWriteBeforeItEnds) {
-  const RomFile one{-1, "one", 0, {"vcan0", 1, "m"}};
-  const RomFile two{-1, "two", 0, {"vcan0", 2, "m"}};
   SlowDisk disk;
   disk.error = ENOSPC;
-  std::vector<Done> done;
+  Reports reports;
   {
-    RomWriter writer(
-        [&](const RomFile& place, const RomWrite& write, int error) {
-          done.push_back({place.owner.id, write.number, error});
-        },
-        disk.write());
-    writer.write(one, rom_write(1, 1));
+    RomWriter writer(reports.add(), disk.write());
+    writer.write(kOne, rom_write(1, 1));
     disk.started.acquire();
-    writer.write(two, rom_write(2, 1));
+    writer.write(kTwo, rom_write(2, 1));
     disk.may_go_on.release(2);
   }
-  ASSERT_FALSE(done.empty());
-  EXPECT_EQ(done.front(), (Done{1, 1, ENOSPC}));
+  ASSERT_FALSE(reports.done.empty());
+  EXPECT_EQ(reports.done.front(), (Done{1, 1, ENOSPC}));
 }
 
 TEST(RomWriter, FailsWritesUntilAThreadStarts) {
-  const RomFile one{-1, "one", 0, {"vcan0", 1, "m"}};
-  std::vector<Done> done;
+  Reports reports;
   {
-    std::counting_semaphore<> reported{0};
-    RomWriter writer(
-        [&](const RomFile& place, const RomWrite& write, int error) {
-          done.push_back({place.owner.id, write.number, error});
-          reported.release();
-        },
-        [](int, const std::string&, const std::string&) { return 0; });
+    RomWriter writer(reports.add(), [](int, const std::string&, const std::string&) { return 0; });
     {
       const test::NoThreads none;
-      writer.write(one, rom_write(1, 1));
-      writer.write(one, rom_write(1, 2));
+      writer.write(kOne, rom_write(1, 1));
+      writer.write(kOne, rom_write(1, 2));
     }
-    writer.write(one, rom_write(1, 3));
-    for (int i = 0; i < 3; ++i) reported.acquire();
+    writer.write(kOne, rom_write(1, 3));
+    reports.await(3);
   }
   // pthread_create(3) fails with EAGAIN in this case.
-  EXPECT_EQ(done, (std::vector<Done>{{1, 1, EAGAIN}, {1, 2, EAGAIN}, {1, 3, 0}}));
+  EXPECT_EQ(reports.done, (std::vector<Done>{{1, 1, EAGAIN}, {1, 2, EAGAIN}, {1, 3, 0}}));
 }
 
 TEST(RomWriter, StoresManyWritesOfManyDrives) {

@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "emulator/core/coupling/coupling.hpp"
@@ -35,21 +36,33 @@ BusConfig one_drive(double B) {
 
 using Simulator = std::function<lk_shafts_state(const lk_shafts_torque&)>;
 
+/// A drive whose shaft a simulator has, and when it sends what.
+struct Setting {
+  BusConfig config;
+  lk_shafts_accept terms;
+  lk_shafts_state first;
+  double armature = Bus(config).state().mounted_shaft(1).armature;
+  bool one_shaft = false;
+  SimTime step = kStep;
+  std::optional<protocol::Frame> query = {};  // to the drive, at the start
+};
+
 /// Returns the joint's speed after each step; empty if it diverged.
-std::vector<double> run(double B, const lk_shafts_accept& terms, double speed_rad_s,
-                        const lk_shafts_state& first, const Simulator& simulator, int steps) {
-  Bus bus(one_drive(B));
+std::vector<double> run(const Setting& setting, const Simulator& simulator, std::int64_t steps) {
+  Bus bus(setting.config);
   Bus* const buses[] = {&bus};
-  const double armature = bus.state().mounted_shaft(1).armature;
   auto made = std::make_unique<ShaftBody>(
-      std::vector<ShaftJoint>{{"test:1", terms, 0, speed_rad_s, armature}}, kStep);
+      std::vector<ShaftJoint>{
+          {"test:1", setting.terms, 0, setting.first.speed_rad_s, setting.armature}},
+      setting.step);
   ShaftBody& body = *made;
-  body.take({&first, 1});
-  const CoupledDrive drive{0, 1, {}};
+  body.take({&setting.first, 1});
+  const CoupledDrive drive{0, 1, {}, setting.one_shaft};
   Coupling coupling(std::move(made), {&drive, 1}, SimTime{0});
   coupling.begin(buses);
+  if (setting.query) bus.receive({bus.time(), *setting.query});
   std::vector<double> speeds;
-  for (int n = 0; n < steps; ++n) {
+  for (std::int64_t n = 0; n < steps; ++n) {
     bus.reach(coupling.next_due());
     coupling.finish(buses);
     const lk_shafts_state now = simulator(body.torques()[0]);
@@ -85,7 +98,8 @@ double growth_of_braked(double I, double told, std::uint32_t flags) {
     speed += kStep_s * drive.torque_Nm / I;
     return lk_shafts_state{angle, speed, told, 0};
   };
-  return growth(run(B, {LK_SHAFTS_SIMULATOR, flags}, speed, {0, speed, told, 0}, simulator, 100));
+  return growth(
+      run({one_drive(B), {LK_SHAFTS_SIMULATOR, flags}, {0, speed, told, 0}}, simulator, 100));
 }
 
 /// Each step multiplies the speed by (1 − told/I).
@@ -115,40 +129,27 @@ TEST(ShaftStability, DefaultInertiaIsStableForAnyJoint) {
 /// The simulator sends no inertia or torque for a free joint of `I_own` plus the armature. The
 /// drive has a constant torque current. Returns the largest torque on the joint.
 double most_torque_Nm(const model::DriveParams& drive, SimTime step, double I_own) {
-  ServoConfig servo = test::servo_config(1);
-  servo.profile.drive = drive;
-  servo.boot_angle_deg = 0;
-  BusConfig config = test::bus_config({});
-  config.servos = {servo};
-  Bus bus(config);
-  Bus* const buses[] = {&bus};
+  BusConfig config = test::bus_config({1});
+  config.servos[0].profile.drive = drive;
+  config.servos[0].boot_angle_deg = 0;
   const model::MechanicsParams& gear = drive.mechanics;
   const bool one = is_one_shaft(gear, step);
   const double armature = gear.J_out + (one ? gear.J * gear.gear_ratio * gear.gear_ratio : 0.0);
-  auto made = std::make_unique<ShaftBody>(
-      std::vector<ShaftJoint>{{"test:1", {LK_SHAFTS_SIMULATOR, 0}, 0, 0, armature}}, step);
-  ShaftBody& body = *made;
-  lk_shafts_state now{0, 0, 0, 0};
-  body.take({&now, 1});
-  const CoupledDrive drives{0, 1, {}, one};
-  Coupling coupling(std::move(made), {&drives, 1}, SimTime{0});
-  coupling.begin(buses);
   const double h = static_cast<double>(step.count()) * 1e-9;
-  bus.receive({bus.time(), test::frame("141#A100000079000000")});  // 121 of 2000: 2 A of 33 A
+  lk_shafts_state now{0, 0, 0, 0};
   double most = 0;
-  while (coupling.next_due() < std::chrono::milliseconds(300)) {
-    bus.reach(coupling.next_due());
-    coupling.finish(buses);
-    const lk_shafts_torque given = body.torques()[0];
+  const auto simulator = [&](const lk_shafts_torque& given) {
     most = std::max(most, std::abs(given.torque_Nm));
     const double acceleration = given.torque_Nm / (I_own + given.armature_kg_m2);
     now.angle_rad += h * (now.speed_rad_s + 0.5 * h * acceleration);
     now.speed_rad_s += h * acceleration;
-    if (body.problem_of({&now, 1})) return std::numeric_limits<double>::infinity();
-    body.take({&now, 1});
-    coupling.begin(buses);
-  }
-  return most;
+    return now;
+  };
+  const auto query = test::frame("141#A100000079000000");  // 121 of 2000: 2 A of 33 A
+  const bool ends = !run({config, {LK_SHAFTS_SIMULATOR, 0}, now, armature, one, step, query},
+                         simulator, (std::chrono::milliseconds(300) - SimTime{1}) / step)
+                         .empty();
+  return ends ? most : std::numeric_limits<double>::infinity();
 }
 
 /// At 2 A a lossless gear gives N·k_t·2 A. A start with backlash gives at most twice that (a
@@ -201,7 +202,7 @@ double growth_on_spring(double J, double k, double c) {
   const auto simulator = [&](const lk_shafts_torque& drive) {
     return lk_shafts_state{0, 0, J, -k * drive.angle_rad - c * drive.speed_rad_s};
   };
-  return growth(run(0, {LK_SHAFTS_DRIVE, 0}, 0, {0, 0, J, 0.1}, simulator, 600));
+  return growth(run({one_drive(0), {LK_SHAFTS_DRIVE, 0}, {0, 0, J, 0.1}}, simulator, 600));
 }
 
 /// [1 − h²k/2J, h − h²c/2J; −hk/J, 1 − hc/J] has a determinant of 1 − hc/J + h²k/2J, and −1 as an
@@ -232,9 +233,9 @@ TEST(ShaftStability, ArmatureCountsOnce) {
     return lk_shafts_state{0, 0, I, 0.3};
   };
   const double expected = 0.3 * 50 * kStep_s / (6 * armature());
-  const auto simulators =
-      run(0, {LK_SHAFTS_SIMULATOR, 0}, 0, {0, 0, 6 * armature(), 0.3}, owned_by_simulator, 50);
-  const auto drives = run(0, {LK_SHAFTS_DRIVE, 0}, 0, {0, 0, I, 0.3}, owned_by_drive, 50);
+  const auto simulators = run({one_drive(0), {LK_SHAFTS_SIMULATOR, 0}, {0, 0, 6 * armature(), 0.3}},
+                              owned_by_simulator, 50);
+  const auto drives = run({one_drive(0), {LK_SHAFTS_DRIVE, 0}, {0, 0, I, 0.3}}, owned_by_drive, 50);
   EXPECT_NEAR(simulators.back(), expected, 1e-3 * expected);
   EXPECT_NEAR(drives.back(), expected, 1e-3 * expected);
 }
