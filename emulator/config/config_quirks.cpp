@@ -1,12 +1,11 @@
 #include "emulator/config/config_quirks.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cstddef>
-#include <iterator>
+#include <functional>
 #include <optional>
-#include <string_view>
-#include <system_error>
+#include <type_traits>
+#include <utility>
 
 #include "emulator/core/generation.hpp"
 #include "emulator/core/text.hpp"
@@ -17,16 +16,69 @@ namespace {
 
 using protocol::Dialect;
 
-// One row per line.
-// clang-format off
-const Field<Quirks> kQuirkSwitches[] = {
-    {"manual_reply_bytes", &Quirks::manual_reply_bytes},
-    {"offset_write_takes_effect", &Quirks::offset_write_takes_effect},
-    {"run_resumes", &Quirks::run_resumes},
-    {"off_needs_run", &Quirks::off_needs_run},
-    {"stop_holds", &Quirks::stop_holds},
+using protocol::Dialect;
+using Choices = std::vector<std::string>;
+constexpr const char* kSeen = "seen";
+
+/// A switch: its key, and its values as a file has them. A number is stored as such, except in a
+/// bool; everything else as its place among the choices. Without choices it is any byte.
+class Switch {
+ public:
+  enum class Wire : std::uint8_t { kAny, kSerial };
+
+  template <typename Section, typename Value>
+  Switch(const char* name, Value Section::*member, Choices all = {"false", "true"},
+         Wire on = Wire::kAny)
+      : key(name), choices(std::move(all)), wire(on) {
+    store_ = [member](Quirks& quirks, std::size_t n, std::size_t number) {
+      constexpr bool kIsNumber = std::is_integral_v<Value> && !std::is_same_v<Value, bool>;
+      const auto value = static_cast<Value>(kIsNumber ? number : n);
+      if constexpr (std::is_same_v<Section, Quirks>) {
+        quirks.*member = value;
+      } else {
+        quirks.dialect.*member = value;
+      }
+    };
+  }
+  Switch(const char* name, std::optional<EncoderSpan> Quirks::*member, Choices all)
+      : key(name), choices(std::move(all)) {
+    store_ = [member](Quirks& quirks, std::size_t n, std::size_t /*number*/) {
+      quirks.*member = static_cast<EncoderSpan>(n);
+    };
+  }
+  bool is_flag() const { return !choices.empty() && choices.front() == "false"; }
+  bool is_word() const { return !is_number() && !is_flag(); }
+  bool is_number() const { return choices.empty() || choices.front().front() <= '9'; }
+  std::size_t count() const { return choices.empty() ? 256 : choices.size(); }
+  /// The choice `n` as a number. Pre: is_number().
+  std::size_t number(std::size_t n) const {
+    return choices.empty() ? n : std::stoul(choices[n], nullptr, 0);
+  }
+  void set(Quirks& quirks, std::size_t n) const { store_(quirks, n, is_number() ? number(n) : n); }
+  bool is_on_wire_of(const Quirks& quirks) const {
+    return wire == Wire::kAny || quirks.dialect.framing == protocol::Framing::kSerial;
+  }
+
+  const char* key;
+  Choices choices;
+  Wire wire = Wire::kAny;
+
+ private:
+  std::function<void(Quirks&, std::size_t, std::size_t)> store_;
 };
-const Field<Dialect> kDialectSwitches[] = {
+
+const Choices kFlag{"false", "true"};
+const Choices kBits{"16", "32"};
+const Choices kScales{"manual", "series"};
+constexpr auto kSerial = Switch::Wire::kSerial;
+
+/// In the order of listings. Words are in the order of their enumeration.
+// clang-format off
+const std::vector<Switch> kSwitches = {
+    {"state_1", &Dialect::state_1, {"decivolt", "centivolt", "centivolt_and_bus_current"}},
+    {"single_turn_bits", &Dialect::wide_single_turn, kBits},
+    {"single_turn_target_bits", &Dialect::wide_single_turn_target, kBits},
+    {"zero_reply_bits", &Dialect::wide_zero_reply, kBits},
     {"pid_commands", &Dialect::pid_commands},
     {"offset_command", &Dialect::offset_command},
     {"open_loop_command", &Dialect::open_loop_command},
@@ -41,179 +93,92 @@ const Field<Dialect> kDialectSwitches[] = {
     {"calibrate_command", &Dialect::calibrate_command},
     {"parameter_ranges", &Dialect::parameter_ranges},
     {"zero_stops", &Dialect::zero_stops},
-};
-const Field<Dialect> kSerialSwitches[] = {
-    {"clear_turns_command", &Dialect::clear_turns_command},
-    {"zero_ram_command", &Dialect::zero_ram_command},
-    {"typed_encoder", &Dialect::typed_encoder},
-    {"zero_answered", &Dialect::zero_answered},
-    {"tool_commands", &Dialect::tool_commands},
-    {"restore_command", &Dialect::restore_command},
+    {"clear_angle", &Dialect::clear_angle, {"ignored", "implemented", "sets_angle", "zero"}},
+    {"iq_command_limit_lsb", &Dialect::iq_command_limit_lsb, {"2000", "2048"}},
+    {"iq_scale", &Dialect::iq_scale, kScales},
+    {"phase_current_scale", &Dialect::phase_current_scale, kScales},
+    {"reply_id_base", &Dialect::reply_id_base, {"0x140", "0x180"}},
+    {"state_on_byte", &Dialect::state_on_byte, {}},
+    {"manual_reply_bytes", &Quirks::manual_reply_bytes},
+    {"offset_write_takes_effect", &Quirks::offset_write_takes_effect},
+    {"run_resumes", &Quirks::run_resumes},
+    {"off_needs_run", &Quirks::off_needs_run},
+    {"stop_holds", &Quirks::stop_holds},
+    {"boot_wrap", &Quirks::boot_wrap, {"half_circle", "half_turn"}},
+    {"boot_multi_turn", &Quirks::boot_multi_turn, {"single_turn", "zero"}},
+    {"off_multi_turn", &Quirks::off_multi_turn, {"as_boot", "single_turn"}},
+    {"clear_reply", &Quirks::clear_reply, {"after", "before"}},
+    {"id_change", &Quirks::id_change, {"restart", "save", "write"}},
+    {"id_change_reply", &Quirks::id_change_reply, {"old", "new"}},
+    {"setting_read", &Quirks::setting_read, {"pending", "active"}},
+    {"calibrate_busy", &Quirks::calibrate_busy, {"silent", "answers"}},
+    {"off_hangs", &Quirks::off_hangs, {"no", "drive", "bus"}},
+    {"encoder_span", &Quirks::encoder_span, {"rotor_turn", "output_turn"}},
+    {"clear_turns_command", &Dialect::clear_turns_command, kFlag, kSerial},
+    {"zero_ram_command", &Dialect::zero_ram_command, kFlag, kSerial},
+    {"typed_encoder", &Dialect::typed_encoder, kFlag, kSerial},
+    {"zero_answered", &Dialect::zero_answered, kFlag, kSerial},
+    {"tool_commands", &Dialect::tool_commands, kFlag, kSerial},
+    {"restore_command", &Dialect::restore_command, kFlag, kSerial},
+    {"zero_ram_len", &Dialect::zero_ram_len, {"0", "7"}, kSerial},
+    {"open_loop_limit_permille", &Dialect::open_loop_limit_permille, {"850", "1000"}, kSerial},
+    {"product_info_bytes", &Dialect::product_info_bytes, {"0", "42", "58"}, kSerial},
+    {"wrong_len", &Dialect::lax_length, {"silent", "lax"}, kSerial},
 };
 // clang-format on
-using Choices = std::vector<std::string>;
-const Choices kState1{"decivolt", "centivolt", "centivolt_and_bus_current"};
-const Choices kClearAngle{"ignored", "implemented", "sets_angle", "zero"};
-const Choices kScales{"manual", "series"};
-const Choices kBootWraps{"half_circle", "half_turn"};
-const Choices kBootMultiTurns{"single_turn", "zero"};
-const Choices kOffMultiTurns{"as_boot", "single_turn"};
-const Choices kClearReplies{"after", "before"};
-const Choices kIdChanges{"restart", "save", "write"};
-const Choices kIdChangeReplies{"old", "new"};
-const Choices kSettingReads{"pending", "active"};
-const Choices kCalibrateBusy{"silent", "answers"};
-const Choices kOffHangs{"no", "drive", "bus"};
-const Choices kWrongLengths{"silent", "lax"};
-const Choices kSpans{"rotor_turn", "output_turn"};
-/// Switches with one of these words as value.
-constexpr std::string_view kWordKeys[] = {
-    "state_1",         "clear_angle",     "iq_scale",       "phase_current_scale",
-    "boot_wrap",       "boot_multi_turn", "off_multi_turn", "clear_reply",
-    "off_hangs",       "encoder_span",    "wrong_len",      "id_change",
-    "id_change_reply", "setting_read",    "calibrate_busy"};
-constexpr const char* kSeen = "seen";
 
-/// Reads an enumeration; `words` are in the order of its values.
-template <typename Enum>
-void read_word(TableReader& reader, const char* key, const Choices& words, Enum& value) {
-  if (const auto word = reader.choice(key, words)) value = static_cast<Enum>(*word);
+std::optional<std::size_t> read_choice(TableReader& reader, const Switch& one) {
+  if (one.is_word()) return reader.choice(one.key, one.choices);
+  if (one.is_flag()) {
+    const auto flag = reader.boolean(one.key);
+    return flag ? std::optional<std::size_t>(*flag) : std::nullopt;
+  }
+  if (one.choices.empty()) {
+    const auto byte = reader.integer(one.key, 0, 255);
+    return byte ? std::optional(static_cast<std::size_t>(*byte)) : std::nullopt;
+  }
+  // "must be 0, 42 or 58"
+  const std::string reason = "must be " + comma_list({one.choices.begin(), one.choices.end() - 1}) +
+                             " or " + one.choices.back();
+  if (reader.has(one.key) && !reader.is_integer(one.key)) reader.fail(one.key, reason);
+  const auto number = reader.integer(one.key, INT64_MIN, INT64_MAX);
+  if (!number) return std::nullopt;
+  for (std::size_t n = 0; n < one.count(); ++n) {
+    if (std::cmp_equal(one.number(n), *number)) return n;
+  }
+  reader.fail(one.key, reason);
 }
 
-/// Reads a number with two allowed values; `words` names them in messages.
-std::optional<std::int64_t> read_either(TableReader& reader, const char* key, std::int64_t one,
-                                        std::int64_t other, const char* words) {
-  const std::string reason = std::string("must be ") + words;
-  if (reader.has(key) && !reader.is_integer(key)) reader.fail(key, reason);
-  const auto value = reader.integer(key, INT64_MIN, INT64_MAX);
-  if (value && *value != one && *value != other) reader.fail(key, reason);
-  return value;
+/// Prints a switch in the form of a configuration file.
+std::string printed(const Switch& one, const Quirks& quirks) {
+  std::string value = "the motor's";
+  for (std::size_t n = 0; n < one.count(); ++n) {
+    Quirks set = quirks;
+    one.set(set, n);
+    if (!(set == quirks)) continue;
+    value = one.choices.empty() ? std::to_string(n) : one.choices[n];
+    if (one.is_word()) value = '"' + value + '"';
+  }
+  return std::string(one.key) + " = " + value;
 }
-
-/// Reads switches that only RS-485 drives have.
-void read_serial_dialect(TableReader& reader, Dialect& dialect) {
-  read_fields<Dialect>(reader, kSerialSwitches, Presence::kOptional, dialect);
-  if (const auto len = read_either(reader, "zero_ram_len", 0, 7, "0 or 7")) {
-    dialect.zero_ram_len = static_cast<std::uint8_t>(*len);
-  }
-  if (const auto limit =
-          read_either(reader, "open_loop_limit_permille", 850, 1000, "850 or 1000")) {
-    dialect.open_loop_limit_permille = static_cast<std::int16_t>(*limit);
-  }
-  if (const auto bytes = reader.integer("product_info_bytes", 0, 58)) {
-    if (*bytes != 0 && *bytes != 42 && *bytes != 58) {
-      reader.fail("product_info_bytes", "must be 0, 42 or 58");
-    }
-    dialect.product_info_bytes = static_cast<std::uint8_t>(*bytes);
-  }
-  if (const auto word = reader.choice("wrong_len", kWrongLengths)) dialect.lax_length = *word == 1;
-  if (dialect.reply_id_base != protocol::kSingleDriveId) {
-    reader.fail("reply_id_base", "belongs to CAN");
-  }
-}
-
-void read_dialect(TableReader& reader, Dialect& dialect) {
-  read_fields<Dialect>(reader, kDialectSwitches, Presence::kOptional, dialect);
-  read_word(reader, "state_1", kState1, dialect.state_1);
-  read_word(reader, "clear_angle", kClearAngle, dialect.clear_angle);
-  read_word(reader, "iq_scale", kScales, dialect.iq_scale);
-  read_word(reader, "phase_current_scale", kScales, dialect.phase_current_scale);
-  if (const auto bits = read_either(reader, "single_turn_bits", 16, 32, "16 or 32")) {
-    dialect.wide_single_turn = *bits == 32;
-  }
-  if (const auto bits = read_either(reader, "single_turn_target_bits", 16, 32, "16 or 32")) {
-    dialect.wide_single_turn_target = *bits == 32;
-  }
-  if (const auto bits = read_either(reader, "zero_reply_bits", 16, 32, "16 or 32")) {
-    dialect.wide_zero_reply = *bits == 32;
-  }
-  if (const auto limit = read_either(reader, "iq_command_limit_lsb", 2000, 2048, "2000 or 2048")) {
-    dialect.iq_command_limit_lsb = static_cast<std::int16_t>(*limit);
-  }
-  if (const auto base = read_either(reader, "reply_id_base", 0x140, 0x180, "0x140 or 0x180")) {
-    dialect.reply_id_base = static_cast<std::uint32_t>(*base);
-  }
-  if (const auto byte = reader.integer("state_on_byte", 0, 255)) {
-    if (*byte == protocol::kBridgeOff)
-      reader.fail("state_on_byte", "must not be 0x10, which means off");
-    dialect.state_on_byte = static_cast<std::uint8_t>(*byte);
-  }
-  if (dialect.framing == protocol::Framing::kSerial) read_serial_dialect(reader, dialect);
-}
-
-/// Prints all switches in the form of a configuration file, in a fixed order.
-class Printer {
- public:
-  explicit Printer(const Quirks& quirks) {
-    const Dialect& dialect = quirks.dialect;
-    word("state_1", kState1, dialect.state_1);
-    add("single_turn_bits", dialect.wide_single_turn ? "32" : "16");
-    add("single_turn_target_bits", dialect.wide_single_turn_target ? "32" : "16");
-    add("zero_reply_bits", dialect.wide_zero_reply ? "32" : "16");
-    for (const auto& field : kDialectSwitches) flag(field, dialect);
-    word("clear_angle", kClearAngle, dialect.clear_angle);
-    add("iq_command_limit_lsb", std::to_string(dialect.iq_command_limit_lsb));
-    word("iq_scale", kScales, dialect.iq_scale);
-    word("phase_current_scale", kScales, dialect.phase_current_scale);
-    add("reply_id_base", dialect.reply_id_base == protocol::kSingleDriveId ? "0x140" : "0x180");
-    add("state_on_byte", std::to_string(dialect.state_on_byte));
-    for (const auto& field : kQuirkSwitches) flag(field, quirks);
-    word("boot_wrap", kBootWraps, quirks.boot_wrap);
-    word("boot_multi_turn", kBootMultiTurns, quirks.boot_multi_turn);
-    word("off_multi_turn", kOffMultiTurns, quirks.off_multi_turn);
-    word("clear_reply", kClearReplies, quirks.clear_reply);
-    word("id_change", kIdChanges, quirks.id_change);
-    word("id_change_reply", kIdChangeReplies, quirks.id_change_reply);
-    word("setting_read", kSettingReads, quirks.setting_read);
-    word("calibrate_busy", kCalibrateBusy, quirks.calibrate_busy);
-    word("off_hangs", kOffHangs, quirks.off_hangs);
-    const auto& span = quirks.encoder_span;
-    add("encoder_span", span ? quoted(kSpans[static_cast<std::size_t>(*span)]) : "the motor's");
-    if (dialect.framing == protocol::Framing::kCan) return;
-    for (const auto& field : kSerialSwitches) flag(field, dialect);
-    add("zero_ram_len", std::to_string(dialect.zero_ram_len));
-    add("open_loop_limit_permille", std::to_string(dialect.open_loop_limit_permille));
-    add("product_info_bytes", std::to_string(dialect.product_info_bytes));
-    add("wrong_len", quoted(kWrongLengths[dialect.lax_length ? 1 : 0]));
-  }
-  const std::vector<std::string>& lines() const { return lines_; }
-
- private:
-  static std::string quoted(const std::string& word) { return '"' + word + '"'; }
-  void add(const char* key, const std::string& value) {
-    lines_.push_back(std::string(key) + " = " + value);
-  }
-  template <typename Enum>
-  void word(const char* key, const Choices& words, Enum value) {
-    add(key, quoted(words[static_cast<std::size_t>(value)]));
-  }
-  template <typename Section>
-  void flag(const Field<Section>& field, const Section& section) {
-    add(field.key, section.*std::get<bool Section::*>(field.member) ? "true" : "false");
-  }
-
-  std::vector<std::string> lines_;
-};
 
 void read_quirks(TableReader& reader, ServoConfig& servo) {
-  read_fields<Quirks>(reader, kQuirkSwitches, Presence::kOptional, servo.quirks);
-  read_dialect(reader, servo.quirks.dialect);
-  read_word(reader, "boot_wrap", kBootWraps, servo.quirks.boot_wrap);
-  read_word(reader, "boot_multi_turn", kBootMultiTurns, servo.quirks.boot_multi_turn);
-  read_word(reader, "off_multi_turn", kOffMultiTurns, servo.quirks.off_multi_turn);
-  read_word(reader, "clear_reply", kClearReplies, servo.quirks.clear_reply);
-  read_word(reader, "id_change", kIdChanges, servo.quirks.id_change);
-  read_word(reader, "id_change_reply", kIdChangeReplies, servo.quirks.id_change_reply);
-  read_word(reader, "setting_read", kSettingReads, servo.quirks.setting_read);
-  read_word(reader, "calibrate_busy", kCalibrateBusy, servo.quirks.calibrate_busy);
-  read_word(reader, "off_hangs", kOffHangs, servo.quirks.off_hangs);
-  EncoderSpan span = servo.quirks.encoder_span.value_or(servo.profile.encoder_span);
-  read_word(reader, "encoder_span", kSpans, span);
-  servo.quirks.encoder_span.reset();
-  if (span != servo.profile.encoder_span) servo.quirks.encoder_span = span;
+  Quirks& quirks = servo.quirks;
+  for (const Switch& one : kSwitches) {
+    if (!one.is_on_wire_of(quirks)) continue;
+    if (const auto n = read_choice(reader, one)) one.set(quirks, *n);
+  }
+  if (quirks.dialect.state_on_byte == protocol::kBridgeOff) {
+    reader.fail("state_on_byte", "must not be 0x10, which means off");
+  }
+  if (quirks.encoder_span == servo.profile.encoder_span) quirks.encoder_span.reset();
+  if (quirks.dialect.framing == protocol::Framing::kSerial &&
+      quirks.dialect.reply_id_base != protocol::kSingleDriveId) {
+    reader.fail("reply_id_base", "belongs to CAN");
+  }
   // Presets set it for every series, though only MS uses it. An explicit request for another series
   // is a mistake.
-  if (servo.quirks.dialect.open_loop_command && servo.profile.series != Series::kMs &&
+  if (quirks.dialect.open_loop_command && servo.profile.series != Series::kMs &&
       reader.has("open_loop_command")) {
     reader.fail("open_loop_command", "MS drives only");
   }
@@ -225,16 +190,15 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
 void insert_value(toml::table& table, const std::string& key, const std::string& given) {
   const std::string value = small_letters(given);
   const bool hexadecimal = value.starts_with("0x");
-  const char* const last = value.data() + value.size();
-  std::int64_t number = 0;
-  const auto [end, error] =
-      std::from_chars(value.data() + (hexadecimal ? 2 : 0), last, number, hexadecimal ? 16 : 10);
-  if (std::ranges::find(kWordKeys, key) != std::end(kWordKeys)) {
+  const auto number =
+      number_of(value.substr(hexadecimal ? 2 : 0), hexadecimal ? 16 : 10, INT32_MAX);
+  const auto found = std::ranges::find(kSwitches, key, &Switch::key);
+  if (found != kSwitches.end() && found->is_word()) {
     table.insert(key, value);
   } else if (value == "true" || value == "false") {
     table.insert(key, value == "true");
-  } else if (error == std::errc() && end == last) {
-    table.insert(key, number);
+  } else if (number) {
+    table.insert(key, static_cast<std::int64_t>(*number));
   } else {
     table.insert(key, value);
   }
@@ -292,11 +256,13 @@ Generation read_choice(const TableReader& reader, const std::string& word, const
 }  // namespace
 
 std::vector<std::string> differing_switches(Generation generation, const Quirks& quirks) {
-  const Printer preset(quirks_of(generation, quirks.dialect.framing));
-  const Printer drive(quirks);
+  const Quirks preset = quirks_of(generation, quirks.dialect.framing);
   std::vector<std::string> differing;
-  for (std::size_t k = 0; k < drive.lines().size(); ++k) {
-    if (drive.lines()[k] != preset.lines()[k]) differing.push_back(drive.lines()[k]);
+  for (const Switch& one : kSwitches) {
+    std::string line = printed(one, quirks);
+    if (one.is_on_wire_of(quirks) && line != printed(one, preset)) {
+      differing.push_back(std::move(line));
+    }
   }
   return differing;
 }

@@ -140,7 +140,7 @@ TEST(AskedFirmware, RejectsWhatAFileRejects) {
   }
   EXPECT_EQ(config_error([&] {
               parse(kDrive, asked({std::nullopt, {{"gear", "10"}}}));
-            }).rfind("--quirk: gear: unknown; known: manual_reply_bytes, ", 0),
+            }).rfind("--quirk: gear: unknown; known: state_1, ", 0),
             0U);
 }
 
