@@ -109,11 +109,10 @@ std::string xml_escaped(std::string_view text) {
   return out;
 }
 
-std::string plain_number(double value) {
-  constexpr int kFigures = 10;
+std::string plain_number(double value, int figures) {
   std::array<char, 32> buffer;
   const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
-                                          std::chars_format::general, kFigures);
+                                          std::chars_format::general, figures);
   return error == std::errc() ? std::string(buffer.data(), end) : "?";
 }
 

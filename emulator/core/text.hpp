@@ -42,8 +42,8 @@ inline std::optional<std::uint64_t> number_of(std::string_view digits, int base,
   return whole ? std::optional(value) : std::nullopt;
 }
 
-/// Formats with at most ten significant digits: "0.5", "360".
-std::string plain_number(double value);
+/// Formats with at most `figures` significant digits: "0.5", "360".
+std::string plain_number(double value, int figures = 10);
 
 /// Joins words: "legacy, v235, v236".
 std::string comma_list(const std::vector<std::string>& words);
