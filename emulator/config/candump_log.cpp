@@ -1,16 +1,16 @@
 #include "emulator/config/candump_log.hpp"
 
-#include <charconv>
 #include <cstdint>
 
 #include "emulator/config/config_error.hpp"
 #include "emulator/core/frame_text.hpp"
+#include "emulator/core/text.hpp"
 
 namespace lk::emulator {
 namespace {
 
-constexpr std::int64_t kNanos = 1'000'000'000;
-constexpr std::int64_t kLatest_s = INT64_MAX / kNanos - 1;
+constexpr std::uint64_t kNanos = 1'000'000'000;
+constexpr std::uint64_t kLatest_s = INT64_MAX / kNanos - 1;
 
 bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
@@ -22,14 +22,6 @@ std::string_view next_word(std::string_view& rest) {
   const std::string_view word = rest.substr(0, length);
   rest.remove_prefix(length);
   return word;
-}
-
-std::optional<std::int64_t> digits(std::string_view text) {
-  std::int64_t value = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  const bool plain = !text.empty() && text.front() != '-';
-  return plain && error == std::errc() && stop == end ? std::optional(value) : std::nullopt;
 }
 
 void add_padded(std::string& text, std::int64_t value, std::size_t width) {
@@ -46,9 +38,9 @@ std::optional<SimTime> parse_candump_stamp(std::string_view word) {
   const std::size_t point = word.find('.');
   if (point == std::string_view::npos) return std::nullopt;
   const std::string_view decimals = word.substr(point + 1);
-  const auto seconds = digits(word.substr(0, point));
-  auto fraction = digits(decimals);
-  if (!seconds || !fraction || decimals.size() > 9 || *seconds > kLatest_s) return std::nullopt;
+  const auto seconds = number_of(word.substr(0, point), 10, kLatest_s);
+  auto fraction = number_of(decimals, 10, kNanos - 1);
+  if (!seconds || !fraction || decimals.size() > 9) return std::nullopt;
   for (std::size_t n = decimals.size(); n < 9; ++n) *fraction *= 10;
   return SimTime(*seconds * kNanos + *fraction);
 }

@@ -66,13 +66,9 @@ BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t b
   BusConfig bus;
   bus.body = body.mechanism;
   bus.body_signals = body.signals;
-  if (const auto interface = reader.text("interface")) {
-    const std::string wrong = interface_name_problem(*interface);
-    if (!wrong.empty()) reader.fail("interface", wrong);
-    bus.interface = *interface;
-  } else {
-    reader.note_missing("interface");
-  }
+  bus.interface = reader.required("interface", reader.text("interface"));
+  const std::string wrong = interface_name_problem(bus.interface);
+  if (reader.has("interface") && !wrong.empty()) reader.fail("interface", wrong);
   std::vector<std::string> adapters;
   for (const AdapterProfile& profile : adapter_profiles()) adapters.emplace_back(profile.name);
   if (const auto place = reader.choice("adapter", adapters)) {

@@ -1,7 +1,6 @@
 #include "emulator/config/config_body.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <stdexcept>
 
 #include "emulator/config/motor_file.hpp"
@@ -17,20 +16,14 @@ constexpr double kLongest_ms = 10;     // assumed: slower than every drive's pos
 constexpr double kLeast_ohm = 1e-4;  // assumed: a smaller one is not visible at a robot's currents
 constexpr double kMax_ohm = 10;      // assumed: with more, no drive of a robot starts
 
-std::string short_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
 /// Checks that a body step is a whole number of the drive's PWM periods.
 void check_step(const TableReader& reader, const ServoConfig& servo, SimTime step) {
   const auto f_Hz = protocol::rounded(servo.profile.drive.inverter.f_pwm);
   if (f_Hz * step.count() % 1'000'000'000 == 0) return;
   reader.fail("joint", "the body's step_ms, " +
-                           short_number(static_cast<double>(step.count()) / 1e6) +
+                           plain_number(static_cast<double>(step.count()) / 1e6) +
                            ", is not a multiple of this drive's PWM period (f_pwm_kHz = " +
-                           short_number(static_cast<double>(f_Hz) / 1e3) + ")");
+                           plain_number(static_cast<double>(f_Hz) / 1e3) + ")");
 }
 
 void check_alone(const TableReader& reader) {
@@ -50,12 +43,11 @@ std::shared_ptr<const Mechanism> read_body(TableReader& reader, const LoadBody& 
   if (!load) {
     reader.fail("body", "this robot needs the package lk-emu-body: run lk-emu-body instead");
   }
-  const auto model = body->text("model");
-  if (!model) body->note_missing("model");
+  const std::string model = body->required("model", body->text("model"));
   const double step_ms = body->number("step_ms", kShortest_ms, kLongest_ms).value_or(1.0);
   body->finish();
   try {
-    return load(reader.file(), *model, std::chrono::microseconds(protocol::rounded(step_ms * 1e3)));
+    return load(reader.file(), model, std::chrono::microseconds(protocol::rounded(step_ms * 1e3)));
   } catch (const std::invalid_argument& problem) {
     body->fail("model", problem.what());
   }
@@ -64,10 +56,9 @@ std::shared_ptr<const Mechanism> read_body(TableReader& reader, const LoadBody& 
 double read_battery(TableReader& reader) {
   auto battery = reader.table("battery");
   if (!battery) return 0.0;
-  const auto R_ohm = battery->number("R_ohm", kLeast_ohm, kMax_ohm);
-  if (!R_ohm) battery->note_missing("R_ohm");
+  const double R_ohm = battery->required("R_ohm", battery->number("R_ohm", kLeast_ohm, kMax_ohm));
   battery->finish();
-  return R_ohm.value_or(0.0);
+  return R_ohm;
 }
 
 std::optional<JointLink> read_joint(TableReader& reader, const ServoConfig& servo,
@@ -82,14 +73,12 @@ std::optional<JointLink> read_joint(TableReader& reader, const ServoConfig& serv
     link.joint = *reader.choice("joint", names);
   } else {
     auto joint = *reader.table("joint");
-    const auto place = joint.choice("name", names);
-    if (!place) joint.note_missing("name");
+    link.joint = joint.required("name", joint.choice("name", names));
     const auto direction = joint.integer("direction", -1, 1).value_or(1);
     if (direction == 0) joint.fail("direction", "must be 1 or -1");
     const double ratio = joint.number("ratio", 1e-3, 1e3).value_or(1.0);
     const double offset_deg = joint.number("offset_deg", -360, 360).value_or(0.0);
     joint.finish();
-    link.joint = *place;
     link.rate = static_cast<double>(direction) * ratio;
     link.offset_rad = offset_deg * kRadPerDeg;
   }

@@ -1,7 +1,6 @@
 #include "emulator/config/config_checks.hpp"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/config/register_fields.hpp"
@@ -12,11 +11,7 @@
 namespace lk::emulator {
 namespace {
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
+std::string number(double value) { return plain_number(value, 4); }
 
 const model::Protection& protection(const Registers& registers, model::Error kind) {
   return registers.protections[static_cast<std::size_t>(kind)];
@@ -90,10 +85,10 @@ void check_end_stops(TableReader& reader, const ServoConfig& servo) {
 }
 
 /// A value that is never below 0 cannot fall below its threshold by more than the threshold.
-void check_hystereses(const TableReader& drive, const ServoConfig& servo) {
+void check_hystereses(const TableReader& drive, const Registers& registers) {
   using enum model::Error;
   for (const model::Error kind : {kOverVoltage, kOverCurrent, kShort, kStall}) {
-    const auto& setting = protection(servo.rom, kind);
+    const auto& setting = protection(registers, kind);
     if (!setting.enabled || !setting.recoverable || setting.hysteresis <= setting.threshold) {
       continue;
     }
@@ -110,9 +105,9 @@ void check_hystereses(const TableReader& drive, const ServoConfig& servo) {
 }
 
 /// Rejects an under-voltage threshold at which the drive is already in reset.
-void check_voltages(const TableReader& drive, const ServoConfig& servo) {
-  const auto& under = protection(servo.rom, model::Error::kUnderVoltage);
-  const model::LogicParams& logic = servo.profile.drive.logic;
+void check_voltages(const TableReader& drive, const model::LogicParams& logic,
+                    const Registers& registers) {
+  const auto& under = protection(registers, model::Error::kUnderVoltage);
   const double starts_V = logic.v_reset + logic.v_reset_hysteresis;
   if (under.enabled && under.threshold <= starts_V) {
     fail_at_first(drive,
@@ -122,7 +117,7 @@ void check_voltages(const TableReader& drive, const ServoConfig& servo) {
                       " V is never reported: the controller does not start below " +
                       number(starts_V) + " V");
   }
-  const std::string problem = voltage_problem(servo.rom);
+  const std::string problem = voltage_problem(registers);
   if (!problem.empty()) {
     fail_at_first(
         drive,
@@ -213,18 +208,19 @@ std::string voltage_problem(const Registers& registers) {
          number(under.threshold) + " V: one of them would always be there";
 }
 
-void check_settings(const TableReader& reader, const ServoConfig& servo) {
-  const std::string offset = offset_problem(servo.rom.encoder_offset, servo.profile.drive.encoder);
+void check_settings(const TableReader& reader, const model::DriveParams& drive,
+                    const Registers& registers) {
+  const std::string offset = offset_problem(registers.encoder_offset, drive.encoder);
   if (!offset.empty()) {
     fail_at_first(reader, {"settings.encoder_offset", "profile.encoder.bits"}, offset);
   }
-  check_voltages(reader, servo);
-  check_hystereses(reader, servo);
+  check_voltages(reader, drive.logic, registers);
+  check_hystereses(reader, registers);
 }
 
 void check_drive(TableReader& reader, const ServoConfig& servo) {
   const model::DriveParams& params = servo.profile.drive;
-  check_settings(reader, servo);
+  check_settings(reader, params, servo.rom);
   if (const auto control = find(reader, "profile.control.has_current_loop")) {
     const std::string problem = control_problem(servo.profile.series, params.control);
     if (!problem.empty()) control->first.fail(control->second, problem);

@@ -25,7 +25,8 @@ std::optional<ModelProblem> model_problem(const model::DriveParams& drive);
 
 /// Rejects registers that the drive cannot hold or that conflict. Pre: they are the table
 /// `settings` of `reader`. Throws ConfigError.
-void check_settings(const TableReader& reader, const ServoConfig& servo);
+void check_settings(const TableReader& reader, const model::DriveParams& drive,
+                    const Registers& registers);
 
 /// Rejects keys of a drive that are valid alone but conflict. `reader` is that of its
 /// [[bus.drive]]. Throws ConfigError.

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -59,6 +60,12 @@ class TableReader {
   std::string as_json(const std::vector<std::string>& without) const;
   /// Makes `finish()` fail with "missing". Not at once, so that a misspelt key is reported as such.
   void note_missing(const std::string& key) { missing_.push_back(key); }
+  /// Returns the `value` read at `key`; if it is absent, notes it as missing and returns a default.
+  template <typename Value>
+  Value required(const std::string& key, std::optional<Value> value) {
+    if (!value) note_missing(key);
+    return std::move(value).value_or(Value{});
+  }
   /// Fails at the line of `key`; at the line of the table if `key` is absent or empty.
   [[noreturn]] void fail(const std::string& key, const std::string& reason) const;
   /// Fails because `keys` (dotted) conflict: names the first key, at the line of the first one that
@@ -120,6 +127,19 @@ void read_fields(TableReader& reader, std::span<const Field<Section>> fields, Pr
     const bool found = std::visit([&](auto member) { return read(field, member); }, field.member);
     if (!found && presence == Presence::kRequired) reader.note_missing(field.key);
   }
+}
+
+/// Reads the fields of the table `name`, which may be absent if they are optional.
+template <typename Section, std::size_t kCount>
+void read_section(TableReader& reader, const char* name, const Field<Section> (&fields)[kCount],
+                  Presence presence, Section& section) {
+  auto table = reader.table(name);
+  if (!table) {
+    if (presence == Presence::kRequired) reader.note_missing(name);
+    return;
+  }
+  read_fields<Section>(*table, fields, presence, section);
+  table->finish();
 }
 
 }  // namespace lk::emulator

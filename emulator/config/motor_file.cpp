@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "emulator/config/config.hpp"
-#include "emulator/config/motor_document.hpp"
+#include "emulator/config/config_reader.hpp"
 #include "emulator/core/servo/registers.hpp"
 #include "emulator/core/units.hpp"
 #include "model/control/current_loop.hpp"
@@ -59,69 +59,13 @@ MotorFigures motor_figures(const Profile& profile) {
   return f;
 }
 
-namespace {
-
-/// "./a/./b" becomes "a/b". A ".." stays, as it may follow a symbolic link.
-std::string plain(const std::string& path) {
+std::string plain_path(const std::string& path) {
   std::filesystem::path kept;
   for (const auto& part : std::filesystem::path(path)) {
     if (part != ".") kept /= part;
   }
   return kept.generic_string();
 }
-
-/// Keys that are not inherited: trade names, and facts known only of the other motor.
-constexpr const char* kNotInherited[] = {"extends", "aliases", "rating", "product",
-                                         "seen_generation"};
-
-/// Returns the motor file that `document` extends; nullopt if none.
-std::optional<MotorFile> base_of(const toml::table& document, const std::string& file,
-                                 const std::vector<std::string>& files,
-                                 const FindMotorFile& find_base) {
-  TableReader reader(document, file, "");
-  const auto motor = reader.text("extends");
-  if (!motor) return std::nullopt;
-  if (!find_base) reader.fail("extends", "not possible here: no other motor files are available");
-  MotorFile base;
-  try {
-    base = find_base(motor_of(file, *motor));
-  } catch (const UnknownMotor& problem) {
-    reader.fail("extends", problem.what());
-  }
-  for (const std::string& other : files) {
-    if (plain(other) == plain(base.file)) {
-      reader.fail("extends", other + " extends itself");
-    }
-  }
-  if (files.size() >= kMaxMotorFiles) {
-    reader.fail("extends", "more than " + std::to_string(kMaxMotorFiles) +
-                               " motor files, each extending the next, or a loop of them");
-  }
-  return base;
-}
-
-/// Moves missing values from `base` to `table`; a moved value keeps its source line.
-void inherit(toml::table& table, toml::table& base) {
-  for (auto&& [key, inherited] : base) {
-    toml::node* const own = table.get(key);
-    if (own == nullptr) {
-      inherited.visit([&, &name = key](auto& value) { table.insert(name, std::move(value)); });
-    } else if (own->is_table() && inherited.is_table()) {
-      inherit(*own->as_table(), *inherited.as_table());
-    }
-  }
-}
-
-/// Rejects inheritance between series, which differ too much.
-void check_series(const toml::table& document, const std::string& file, const toml::table& base) {
-  const auto own = document["series"].value<std::string>();
-  const auto inherited = base["series"].value<std::string>();
-  if (!own || !inherited || *own == *inherited) return;
-  TableReader(document, file, "")
-      .fail("series", "differs from the motor that it extends: " + *inherited);
-}
-
-}  // namespace
 
 bool is_path(const std::string& given) {
   return given.find('/') != std::string::npos || given.ends_with(".toml");
@@ -131,7 +75,7 @@ std::string motor_of(const std::string& file, const std::string& motor) {
   const std::size_t slash = file.rfind('/');
   const bool whole = std::filesystem::path(motor).has_root_directory();
   if (!is_path(motor) || whole || slash == std::string::npos) return motor;
-  const std::string path = plain(file.substr(0, slash + 1) + motor);
+  const std::string path = plain_path(file.substr(0, slash + 1) + motor);
   return is_path(path) ? path : "./" + path;
 }
 
@@ -142,22 +86,6 @@ std::vector<std::string> motor_labels(const std::string& text, const std::string
   if (const auto model = reader.text("model")) labels.push_back(*model);
   for (const std::string& alias : reader.texts("aliases")) labels.push_back(alias);
   return labels;
-}
-
-MotorDocument read_motor_document(const MotorFile& motor, const FindMotorFile& find_base) {
-  std::vector<toml::table> tables;  // moved into, as a copy would lose the source lines
-  tables.push_back(parse_toml(motor.text, motor.file));
-  std::vector<std::string> files{motor.file};
-  while (const auto base = base_of(tables.back(), files.back(), files, find_base)) {
-    tables.push_back(parse_toml(base->text, base->file));
-    files.push_back(base->file);
-  }
-  for (std::size_t n = tables.size() - 1; n > 0; --n) {
-    check_series(tables[n - 1], files[n - 1], tables[n]);
-    for (const char* own : kNotInherited) tables[n].erase(own);
-    inherit(tables[n - 1], tables[n]);
-  }
-  return {std::move(tables.front()), std::move(files)};
 }
 
 }  // namespace lk::emulator

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Motor files by name or path; motor_document.hpp has their inheritance.
+/// @file Motor files by name or path; profile.cpp has their inheritance.
 
 #include <cstddef>
 #include <functional>
@@ -39,6 +39,9 @@ using FindMotorFile = std::function<MotorFile(const std::string& motor)>;
 
 /// Longest chain of motor files that extend each other.
 inline constexpr std::size_t kMaxMotorFiles = 8;
+
+/// "./a/./b" becomes "a/b". A ".." stays, as it may follow a symbolic link.
+std::string plain_path(const std::string& path);
 
 /// Returns true for a path such as "./my.toml" or "motors/my", false for a name.
 bool is_path(const std::string& given);

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cctype>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "emulator/config/config.hpp"
 #include "emulator/config/config_checks.hpp"
-#include "emulator/config/motor_document.hpp"
+#include "emulator/config/config_reader.hpp"
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/config/register_fields.hpp"
 #include "emulator/core/generation.hpp"
@@ -16,18 +19,6 @@ namespace lk::emulator {
 namespace {
 
 namespace fields = profile_fields;
-
-template <typename Section, std::size_t N>
-void read_section(TableReader& reader, const char* name, const Field<Section> (&table)[N],
-                  Presence presence, Section& section) {
-  auto found = reader.table(name);
-  if (!found) {
-    if (presence == Presence::kRequired) reader.note_missing(name);
-    return;
-  }
-  read_fields<Section>(*found, table, presence, section);
-  found->finish();
-}
 
 void check_direction(TableReader& reader, const model::EncoderParams& encoder) {
   if (encoder.direction == 0) reader.table("encoder")->fail("direction", "must be 1 or -1");
@@ -140,6 +131,81 @@ void read_product(TableReader& reader, Product& product) {
   table->finish();
 }
 
+// --- files that extend others
+
+/// Keys that are not inherited: trade names, and facts known only of the other motor.
+constexpr const char* kNotInherited[] = {"extends", "aliases", "rating", "product",
+                                         "seen_generation"};
+
+/// Returns the motor file that `document` extends; nullopt if none.
+std::optional<MotorFile> base_of(const toml::table& document, const std::string& file,
+                                 const std::vector<std::string>& files,
+                                 const FindMotorFile& find_base) {
+  TableReader reader(document, file, "");
+  const auto motor = reader.text("extends");
+  if (!motor) return std::nullopt;
+  if (!find_base) reader.fail("extends", "not possible here: no other motor files are available");
+  MotorFile base;
+  try {
+    base = find_base(motor_of(file, *motor));
+  } catch (const UnknownMotor& problem) {
+    reader.fail("extends", problem.what());
+  }
+  for (const std::string& other : files) {
+    if (plain_path(other) == plain_path(base.file)) {
+      reader.fail("extends", other + " extends itself");
+    }
+  }
+  if (files.size() >= kMaxMotorFiles) {
+    reader.fail("extends", "more than " + std::to_string(kMaxMotorFiles) +
+                               " motor files, each extending the next, or a loop of them");
+  }
+  return base;
+}
+
+/// Moves missing values from `base` to `table`; a moved value keeps its source line.
+void inherit(toml::table& table, toml::table& base) {
+  for (auto&& [key, inherited] : base) {
+    toml::node* const own = table.get(key);
+    if (own == nullptr) {
+      inherited.visit([&, &name = key](auto& value) { table.insert(name, std::move(value)); });
+    } else if (own->is_table() && inherited.is_table()) {
+      inherit(*own->as_table(), *inherited.as_table());
+    }
+  }
+}
+
+/// Rejects inheritance between series, which differ too much.
+void check_series(const toml::table& document, const std::string& file, const toml::table& base) {
+  const auto own = document["series"].value<std::string>();
+  const auto inherited = base["series"].value<std::string>();
+  if (!own || !inherited || *own == *inherited) return;
+  TableReader(document, file, "")
+      .fail("series", "differs from the motor that it extends: " + *inherited);
+}
+
+/// A motor file with all inherited values; each value keeps its own file and line.
+struct MotorDocument {
+  toml::table table;
+  std::vector<std::string> files;  // its own, then the one that it extends, …
+};
+
+MotorDocument read_motor_document(const MotorFile& motor, const FindMotorFile& find_base) {
+  std::vector<toml::table> tables;  // moved into, as a copy would lose the source lines
+  tables.push_back(parse_toml(motor.text, motor.file));
+  std::vector<std::string> files{motor.file};
+  while (const auto base = base_of(tables.back(), files.back(), files, find_base)) {
+    tables.push_back(parse_toml(base->text, base->file));
+    files.push_back(base->file);
+  }
+  for (std::size_t n = tables.size() - 1; n > 0; --n) {
+    check_series(tables[n - 1], files[n - 1], tables[n]);
+    for (const char* own : kNotInherited) tables[n].erase(own);
+    inherit(tables[n - 1], tables[n]);
+  }
+  return {std::move(tables.front()), std::move(files)};
+}
+
 }  // namespace
 
 void read_drive_params(TableReader& reader, Presence presence, model::DriveParams& params) {
@@ -174,6 +240,10 @@ void read_registers(TableReader& reader, Presence presence, const RegisterRules&
   read_fields<Registers>(reader, fields::kRegisters, presence, registers);
   read_limit(reader, presence, rules, registers);
   read_gains(reader, presence, rules, registers.gains);
+  read_protections(reader, presence, registers);
+}
+
+void read_protections(TableReader& reader, Presence presence, Registers& registers) {
   auto protections = reader.table("protection");
   if (!protections) {
     if (presence == Presence::kRequired) reader.note_missing("protection");
@@ -195,22 +265,12 @@ Profile parse_profile(const MotorFile& motor, const FindMotorFile& find_base) {
   profile.aliases = reader.texts("aliases");
   reader.text("extends");
   reader.table("identified");  // used by `lk-emu identify --expect`
-  if (const auto model = reader.text("model")) {
-    profile.model = *model;
-  } else {
-    reader.note_missing("model");
-  }
-  if (const auto series = reader.choice(
-          "series", {std::begin(protocol::kSeriesNames), std::end(protocol::kSeriesNames)})) {
-    profile.series = static_cast<Series>(*series);
-  } else {
-    reader.note_missing("series");
-  }
-  if (const auto span = reader.choice("encoder_span", {"rotor_turn", "output_turn"})) {
-    profile.encoder_span = static_cast<EncoderSpan>(*span);
-  } else {
-    reader.note_missing("encoder_span");
-  }
+  profile.model = reader.required("model", reader.text("model"));
+  profile.series = static_cast<Series>(
+      reader.required("series", reader.choice("series", {std::begin(protocol::kSeriesNames),
+                                                         std::end(protocol::kSeriesNames)})));
+  profile.encoder_span = static_cast<EncoderSpan>(reader.required(
+      "encoder_span", reader.choice("encoder_span", {"rotor_turn", "output_turn"})));
   if (const auto seen = reader.choice("seen_generation", generation_names())) {
     profile.seen_generation = static_cast<Generation>(*seen);
   }

@@ -36,5 +36,7 @@ struct RegisterRules {
 /// Reads [factory] of a profile or [settings] of a drive.
 void read_registers(TableReader& reader, Presence presence, const RegisterRules& rules,
                     Registers& registers);
+/// Reads [protection] of these.
+void read_protections(TableReader& reader, Presence presence, Registers& registers);
 
 }  // namespace lk::emulator

@@ -10,6 +10,7 @@
 #include "emulator/config/bus_name.hpp"
 #include "emulator/config/config_checks.hpp"
 #include "emulator/config/config_reader.hpp"
+#include "emulator/config/profile.hpp"
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/config/register_fields.hpp"
 
@@ -176,24 +177,6 @@ RomWear read_writes(TableReader& reader) {
   return wear;
 }
 
-template <typename Section>
-void read_table(TableReader& reader, const char* key, std::span<const Field<Section>> rows,
-                Section& section) {
-  auto table = reader.table(key);
-  if (!table) reader.fail(key, "missing");
-  read_fields<Section>(*table, rows, Presence::kRequired, section);
-  table->finish();
-}
-
-void read_protections(TableReader& reader, Registers& rom) {
-  auto protections = reader.table(rom_key(RomParameter::kProtections));
-  for (std::size_t kind = 0; kind < rom.protections.size(); ++kind) {
-    const auto& keys = fields::kProtections[kind];
-    read_table<model::Protection>(*protections, keys.name, keys.fields, rom.protections[kind]);
-  }
-  protections->finish();
-}
-
 void read_settings(TableReader& settings, const RomWear& wear, ServoConfig& servo) {
   for (std::size_t p = 0; p < kRomParameters; ++p) {
     if (wear[p] == 0) {
@@ -201,9 +184,9 @@ void read_settings(TableReader& settings, const RomWear& wear, ServoConfig& serv
     } else if (!settings.has(kKeys[p])) {
       settings.fail(kKeys[p], "missing, though [writes] counts it");
     } else if (is(RomParameter::kGains, p)) {
-      read_table<model::GainBytes>(settings, kKeys[p], fields::kWideGains, servo.rom.gains);
+      read_section(settings, kKeys[p], fields::kWideGains, Presence::kRequired, servo.rom.gains);
     } else if (is(RomParameter::kProtections, p)) {
-      read_protections(settings, servo.rom);
+      read_protections(settings, Presence::kRequired, servo.rom);
     } else {
       read_fields<Registers>(settings, row_of(p), Presence::kRequired, servo.rom);
     }

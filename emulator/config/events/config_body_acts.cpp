@@ -1,8 +1,8 @@
 #include "emulator/config/events/config_body_acts.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <iterator>
+#include <utility>
 
 #include "emulator/core/units.hpp"
 #include "protocol/rounding.hpp"
@@ -36,51 +36,7 @@ std::optional<std::size_t> read_named(TableReader& table, const char* key,
 }
 
 std::size_t read_part(TableReader& table, const Mechanism& body) {
-  const auto part = read_named(table, "body", body.parts());
-  if (!part) table.note_missing("body");
-  return part.value_or(0);
-}
-
-Push read_push(TableReader table, const Mechanism& body) {
-  Push push;
-  push.part = read_part(table, body);
-  const auto force = table.numbers("force_N", 3, -kStrongest, kStrongest);
-  const auto torque = table.numbers("torque_Nm", 3, -kStrongest, kStrongest);
-  std::ranges::copy(force, push.force_N.begin());
-  std::ranges::copy(torque, push.torque_Nm.begin());
-  if (force.empty() && torque.empty()) table.note_missing("force_N");
-  const auto lasts = table.number("for_s", 0, 1e6);
-  if (!lasts) table.note_missing("for_s");
-  push.duration = SimTime(protocol::rounded(lasts.value_or(0) * 1e9));
-  table.finish();
-  return push;
-}
-
-CarriedMass read_payload(TableReader table, const Mechanism& body) {
-  CarriedMass payload;
-  payload.part = read_part(table, body);
-  const auto mass = table.number("mass_kg", 0, kHeaviest_kg);
-  if (!mass) table.note_missing("mass_kg");
-  payload.mass_kg = mass.value_or(0);
-  table.finish();
-  return payload;
-}
-
-Floor read_floor(TableReader table) {
-  Floor floor;
-  floor.friction = table.number("friction", kLeastFriction, kMaxFriction);
-  if (const auto slope_deg = table.number("slope_deg", -kSteepest_deg, kSteepest_deg)) {
-    floor.slope_rad = *slope_deg * kRadPerDeg;
-  }
-  const auto step_m = table.number("step_m", 0, kHighestStep_m);
-  const auto step_at_x_m = table.number("step_at_x_m", -kFarthest_m, kFarthest_m);
-  if (step_m) floor.step = FloorStep{*step_m, step_at_x_m.value_or(0)};
-  if (step_m.value_or(0) > 0 && !step_at_x_m) table.note_missing("step_at_x_m");
-  if (step_at_x_m && !step_m) table.note_missing("step_m");
-  if (!floor.friction && !floor.slope_rad && !floor.step && !step_at_x_m)
-    table.note_missing("friction");
-  table.finish();
-  return floor;
+  return table.required("body", read_named(table, "body", body.parts()));
 }
 
 std::size_t read_free_part(TableReader& table, const Mechanism& body, const char* what) {
@@ -93,11 +49,7 @@ std::size_t read_free_part(TableReader& table, const Mechanism& body, const char
   return places.front();
 }
 
-std::string degrees_text(double angle_rad) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", angle_rad / kRadPerDeg);
-  return text;
-}
+std::string degrees_text(double angle_rad) { return plain_number(angle_rad / kRadPerDeg, 6); }
 
 void read_joints(TableReader joints, const Mechanism& body, Pose& pose) {
   for (std::size_t n = 0; n < body.joints().size(); ++n) {
@@ -115,7 +67,59 @@ void read_joints(TableReader joints, const Mechanism& body, Pose& pose) {
   joints.finish();
 }
 
-Pose read_pose(TableReader table, const Mechanism& body) {
+}  // namespace
+
+BodyAct read_push(TableReader& event, const Mechanism& body) {
+  auto table = *event.table("push");
+  Push push;
+  push.part = read_part(table, body);
+  const auto force = table.numbers("force_N", 3, -kStrongest, kStrongest);
+  const auto torque = table.numbers("torque_Nm", 3, -kStrongest, kStrongest);
+  std::ranges::copy(force, push.force_N.begin());
+  std::ranges::copy(torque, push.torque_Nm.begin());
+  if (force.empty() && torque.empty()) table.note_missing("force_N");
+  const double lasts_s = table.required("for_s", table.number("for_s", 0, 1e6));
+  push.duration = SimTime(protocol::rounded(lasts_s * 1e9));
+  table.finish();
+  return {push};
+}
+
+BodyAct read_payload(TableReader& event, const Mechanism& body) {
+  auto table = *event.table("payload");
+  CarriedMass payload;
+  payload.part = read_part(table, body);
+  payload.mass_kg = table.required("mass_kg", table.number("mass_kg", 0, kHeaviest_kg));
+  table.finish();
+  return {payload};
+}
+
+BodyAct read_freeze(TableReader& event, const Mechanism& /*body*/) {
+  return {Freeze{*event.boolean("freeze")}};
+}
+
+BodyAct read_floor(TableReader& event, const Mechanism& body) {
+  auto table = *event.table("floor");
+  if (!body.has_floor()) {
+    event.fail("floor", "the model has no floor: no plane of its worldbody, but walls");
+  }
+  Floor floor;
+  floor.friction = table.number("friction", kLeastFriction, kMaxFriction);
+  if (const auto slope_deg = table.number("slope_deg", -kSteepest_deg, kSteepest_deg)) {
+    floor.slope_rad = *slope_deg * kRadPerDeg;
+  }
+  const auto step_m = table.number("step_m", 0, kHighestStep_m);
+  const auto step_at_x_m = table.number("step_at_x_m", -kFarthest_m, kFarthest_m);
+  if (step_m) floor.step = FloorStep{*step_m, step_at_x_m.value_or(0)};
+  if (step_m.value_or(0) > 0 && !step_at_x_m) table.note_missing("step_at_x_m");
+  if (step_at_x_m && !step_m) table.note_missing("step_m");
+  if (!floor.friction && !floor.slope_rad && !floor.step && !step_at_x_m)
+    table.note_missing("friction");
+  table.finish();
+  return {floor};
+}
+
+BodyAct read_pose(TableReader& event, const Mechanism& body) {
+  auto table = *event.table("pose");
   Pose pose;
   if (table.has("keyframe") && named(body.keyframes()).empty()) {
     table.fail("keyframe", "the model has no keyframe with a name");
@@ -137,26 +141,7 @@ Pose read_pose(TableReader table, const Mechanism& body) {
   if (!pose.keyframe && !pose.position_m && !pose.rpy_rad && pose.joints.empty()) {
     table.fail("", "needs one of keyframe, position_m, rpy_deg and joints_deg");
   }
-  return pose;
-}
-
-}  // namespace
-
-std::optional<BodyAct> read_body_act(TableReader& reader, const Mechanism* body) {
-  std::optional<BodyAct> act;
-  for (const char* word : kBodyActs) {
-    if (reader.has(word) && body == nullptr) reader.fail(word, "the robot has no [body]");
-  }
-  if (const auto push = reader.table("push")) act = BodyAct{read_push(*push, *body)};
-  if (const auto payload = reader.table("payload")) act = BodyAct{read_payload(*payload, *body)};
-  if (const auto on = reader.boolean("freeze")) act = BodyAct{Freeze{*on}};
-  if (const auto floor = reader.table("floor")) {
-    if (!body->has_floor())
-      reader.fail("floor", "the model has no floor: no plane of its worldbody, but walls");
-    act = BodyAct{read_floor(*floor)};
-  }
-  if (const auto pose = reader.table("pose")) act = BodyAct{read_pose(*pose, *body)};
-  return act;
+  return {std::move(pose)};
 }
 
 }  // namespace lk::emulator

@@ -1,8 +1,7 @@
 #pragma once
 
-/// @file Directives that act on a robot's body.
-
-#include <optional>
+/// @file Directives that act on a robot's body. Each function reads the key of its name from an
+/// event that has it. They throw ConfigError.
 
 #include "emulator/config/config_reader.hpp"
 #include "emulator/core/coupling/mechanism.hpp"
@@ -10,10 +9,10 @@
 
 namespace lk::emulator {
 
-/// Keys of these directives.
-inline constexpr const char* kBodyActs[] = {"push", "payload", "freeze", "floor", "pose"};
-
-/// Reads such a directive if present. Throws ConfigError; `body` may be null.
-std::optional<BodyAct> read_body_act(TableReader& reader, const Mechanism* body);
+BodyAct read_push(TableReader& event, const Mechanism& body);
+BodyAct read_payload(TableReader& event, const Mechanism& body);
+BodyAct read_freeze(TableReader& event, const Mechanism& body);
+BodyAct read_floor(TableReader& event, const Mechanism& body);
+BodyAct read_pose(TableReader& event, const Mechanism& body);
 
 }  // namespace lk::emulator

@@ -1,7 +1,7 @@
 #include "emulator/config/events/config_directives.hpp"
 
 #include <algorithm>
-#include <charconv>
+#include <iterator>
 #include <utility>
 
 #include "emulator/config/config_checks.hpp"
@@ -10,7 +10,9 @@
 #include "emulator/config/profile.hpp"
 #include "emulator/config/register_fields.hpp"
 #include "emulator/config/rom_file.hpp"
-#include "emulator/core/servo/signals.hpp"
+#include "emulator/core/bus/bus.hpp"
+#include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/text.hpp"
 #include "protocol/rounding.hpp"
 
 namespace lk::emulator {
@@ -18,8 +20,247 @@ namespace {
 
 constexpr double kHighestSupply_V = 100;
 constexpr std::size_t kLongestMark = 1000;
+constexpr std::size_t kLongestName = 64;
+
+const FaultRow& read_kind(TableReader& reader, const std::string& key) {
+  std::vector<std::string> words;
+  for (const FaultRow& row : fault_table()) words.emplace_back(row.word);
+  const auto place = reader.choice(key, words);
+  if (!place) {
+    reader.note_missing(key);
+    reader.finish();  // reports a misspelt key
+    reader.fail(key, "missing");
+  }
+  return fault_table()[*place];
+}
+
+std::optional<FaultValue> read_value(TableReader& reader, const FaultParam& param) {
+  const std::string word(param.word);
+  if (!param.choices.empty()) {
+    const auto place = reader.choice(word, {param.choices.begin(), param.choices.end()});
+    return place ? std::optional<FaultValue>(static_cast<FaultChoice>(*place)) : std::nullopt;
+  }
+  if (!param.whole) {
+    const auto number = reader.number(word, param.min, param.max);
+    return number ? std::optional<FaultValue>(*number) : std::nullopt;
+  }
+  const auto whole = reader.integer(word, static_cast<std::int64_t>(param.min),
+                                    static_cast<std::int64_t>(param.max));
+  return whole ? std::optional<FaultValue>(static_cast<double>(*whole)) : std::nullopt;
+}
+
+void read_params(TableReader& reader, Fault& fault) {
+  for (std::size_t n = 0; n < fault.values.size(); ++n) {
+    const FaultParam& param = fault.row->params[n];
+    if (param.word.empty()) return;
+    if (const auto value = read_value(reader, param)) {
+      fault.values[n] = *value;
+    } else if (param.required) {
+      reader.note_missing(std::string(param.word));
+    }
+  }
+}
+
+/// Reads for_s, every_s and times.
+void read_course(TableReader& reader, Fault& fault) {
+  const FaultRow& row = *fault.row;
+  fault.duration = read_duration(reader, "for_s");
+  fault.every = read_duration(reader, "every_s");
+  const auto times = reader.integer("times", 1, 1'000'000'000);
+  if (fault.duration && row.momentary()) {
+    reader.fail("for_s", std::string(row.word) + " is instantaneous; remove this key");
+  }
+  if (fault.duration && *fault.duration == SimTime{0}) {
+    reader.fail("for_s", "must be above 0; leave it out for a fault that stays");
+  }
+  if (times && !fault.every) reader.fail("times", "belongs to every_s");
+  if (fault.every) {
+    if (!fault.duration && !row.momentary()) {
+      reader.fail("every_s", "needs for_s: how long it lasts each time");
+    }
+    if (*fault.every < kMinFaultPeriod) reader.fail("every_s", "must be at least 0.001");
+    if (*fault.every <= fault.duration.value_or(SimTime{0})) {
+      reader.fail("every_s", "must be longer than it lasts each time");
+    }
+    fault.times = static_cast<int>(times.value_or(0));
+  }
+}
+
+/// Reads `fault`, a table or a word.
+Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<int>& ids) {
+  Fault fault;
+  if (reader.is_text("fault")) {  // fault = "hang"
+    fault = fault_of(read_kind(reader, "fault"));
+    for (const FaultParam& param : fault.row->params) {
+      if (!param.required) continue;
+      reader.fail("fault", "needs " + std::string(param.word) + ": { kind = \"" +
+                               std::string(fault.row->word) + "\", " + std::string(param.word) +
+                               " = … }");
+    }
+  } else {
+    auto table = *reader.table("fault");
+    fault = fault_of(read_kind(table, "kind"));
+    fault.name = table.text("name").value_or("");
+    read_params(table, fault);
+    const auto probability = table.number("probability", 0, 1);
+    if (probability && !fault.row->per_frame) {
+      table.fail("probability", std::string(fault.row->word) + " does not act on frames");
+    }
+    fault.probability = probability.value_or(1);
+    read_course(table, fault);
+    table.finish();
+    const std::string problem = text_problem(fault.name, kLongestName);
+    if (!problem.empty()) table.fail("name", problem);
+    if (fault.name == "all") table.fail("name", "\"all\" is reserved: it means all faults");
+    if (fault.name == kPlanned)
+      table.fail("name", "\"planned\" is reserved: it means all planned directives");
+    const FaultRow* const other = find_fault(fault.name);
+    if (other != nullptr && other != fault.row)
+      table.fail("name", "is the name of another kind of fault");
+  }
+  const FaultRow& row = *fault.row;
+  if (row.needs_one && fault.values == fault_of(row).values) {
+    reader.fail("fault", std::string(row.word) + " needs " + std::string(row.params[0].word) +
+                             " or " + std::string(row.params[1].word));
+  }
+  if (row.serial && !bus.serial) {
+    reader.fail("fault", std::string(row.word) + " belongs to RS-485, and this is a CAN bus");
+  }
+  if (row.of_bus) {
+    const char* const key = reader.has("ids") ? "ids" : "id";
+    if (reader.has(key)) {
+      reader.fail(key, std::string(row.word) + " acts on the whole bus; remove this key");
+    }
+    return fault;
+  }
+  fault.ids = ids;
+  // Rejects a fault that can have no effect on a drive, rather than ignore it.
+  for (const ServoConfig& servo : bus.servos) {
+    if (row.impossible == nullptr || std::ranges::find(ids, servo.id) == ids.end()) continue;
+    const std::string why = row.impossible(fault, servo);
+    if (!why.empty()) reader.fail("fault", std::string(row.word) + ": " + why);
+  }
+  return fault;
+}
+
+// --- actions
 
 using Action = decltype(Directive::what);
+using Actions = std::vector<Action>;
+
+/// The bus of an event, and its drives. `servo` is one of these, or the first one for an action on
+/// the whole bus.
+struct Reading {
+  const BusConfig& bus;
+  const std::vector<int>& ids;
+  const ServoConfig& servo;
+  const Bus* running;
+};
+
+void read_power(TableReader& reader, const Reading& /*on*/, Actions& out) {
+  const auto word = reader.choice("power", {"on", "off", "cycle"});
+  const auto off = read_duration(reader, "off_s");
+  if (off && word != 2U) reader.fail("off_s", "belongs to power = \"cycle\"");
+  if (word == 0U) out.emplace_back(PowerOn{});
+  if (word == 1U) out.emplace_back(PowerOff{});
+  if (word == 2U) out.emplace_back(PowerCycle{off.value_or(PowerCycle{}.off_for)});
+}
+
+void read_supply(TableReader& reader, const Reading& /*on*/, Actions& out) {
+  const auto volts = reader.number("supply_V", 0, kHighestSupply_V);
+  out.emplace_back(SupplyVoltage{*volts, read_duration(reader, "ramp_s").value_or(SimTime{0})});
+}
+
+void read_sag(TableReader& reader, const Reading& /*on*/, Actions& out) {
+  const auto volts = reader.number("sag_to_V", 0, kHighestSupply_V);
+  out.emplace_back(Sag{*volts, reader.required("sag_s", read_duration(reader, "sag_s"))});
+}
+
+void read_ambient(TableReader& reader, const Reading& /*on*/, Actions& out) {
+  out.emplace_back(AmbientTemperature{*reader.number("ambient_C", -40, 125)});
+}
+
+void read_drive_load(TableReader& reader, const Reading& /*on*/, Actions& out) {
+  Load load;
+  read_load(reader, load.load);
+  out.emplace_back(load);
+}
+
+void read_turn(TableReader& reader, const Reading& /*on*/, Actions& out) {
+  out.emplace_back(TurnShaft{*reader.number("turn_deg", -1e6, 1e6)});
+}
+
+/// Makes one directive for each setting in the table.
+void read_settings(TableReader& reader, const Reading& on, Actions& out) {
+  auto settings = *reader.table("settings");
+  const protocol::Dialect& dialect = on.servo.quirks.dialect;
+  Registers wanted = on.running != nullptr ? on.running->servo(on.servo.id).ram : on.servo.rom;
+  read_registers(settings, Presence::kOptional,
+                 {.series = on.servo.profile.series,
+                  .iq_limit_lsb = dialect.iq_command_limit_lsb,
+                  .wide_gains = dialect.parameter_commands},
+                 wanted);
+  read_fields<Registers>(settings, profile_fields::kPlace, Presence::kOptional, wanted);
+  settings.finish();
+  check_settings(reader, on.servo.profile.drive, wanted);
+  for (std::size_t p = 0; p < kRomParameters; ++p) {
+    const auto parameter = static_cast<RomParameter>(p);
+    if (settings.has(rom_key(parameter))) out.emplace_back(Setting{parameter, wanted});
+  }
+  if (out.empty()) reader.fail("settings", "empty; give at least one setting");
+}
+
+void read_set_fault(TableReader& reader, const Reading& on, Actions& out) {
+  out.emplace_back(SetFault{read_fault(reader, on.bus, on.ids)});
+}
+
+void read_clear(TableReader& reader, const Reading& /*on*/, Actions& out) {
+  out.emplace_back(ClearFault{*reader.text("clear")});
+}
+
+void read_mark(TableReader& reader, const Reading& /*on*/, Actions& out) {
+  const auto text = reader.text("mark");
+  const std::string problem = text_problem(*text, kLongestMark);
+  if (!problem.empty()) reader.fail("mark", problem);
+  out.emplace_back(Mark{*text});
+}
+
+template <BodyAct (*kRead)(TableReader& reader, const Mechanism& body)>
+void read_body_act(TableReader& reader, const Reading& on, Actions& out) {
+  out.emplace_back(kRead(reader, *on.bus.body));
+}
+
+/// An action, and what it acts on.
+struct ActionRow {
+  enum class Target : std::uint8_t {
+    kDrives,
+    kFreeDrives,  // not those that turn a joint: the body is their load
+    kFault,       // drives or the whole bus
+    kBus,         // takes no drives
+    kBody         // takes no drives
+  };
+  const char* key;
+  Target target;
+  void (*read)(TableReader& reader, const Reading& on, Actions& out);
+};
+using Target = ActionRow::Target;
+constexpr ActionRow kActions[] = {
+    {"power", Target::kDrives, &read_power},
+    {"supply_V", Target::kDrives, &read_supply},
+    {"sag_to_V", Target::kDrives, &read_sag},
+    {"ambient_C", Target::kDrives, &read_ambient},
+    {"load", Target::kFreeDrives, &read_drive_load},
+    {"turn_deg", Target::kFreeDrives, &read_turn},
+    {"settings", Target::kDrives, &read_settings},
+    {"fault", Target::kFault, &read_set_fault},
+    {"clear", Target::kBus, &read_clear},
+    {"push", Target::kBody, &read_body_act<&read_push>},
+    {"payload", Target::kBody, &read_body_act<&read_payload>},
+    {"freeze", Target::kBody, &read_body_act<&read_freeze>},
+    {"floor", Target::kBody, &read_body_act<&read_floor>},
+    {"pose", Target::kBody, &read_body_act<&read_pose>},
+    {"mark", Target::kBus, &read_mark},
+};
 
 /// A key that is allowed only together with a certain action.
 struct Companion {
@@ -33,37 +274,28 @@ constexpr Companion kCompanions[] = {
     {"sag_s", "sag_to_V", "belongs to sag_to_V"},
 };
 
-constexpr const char* kActions[] = {"power",    "supply_V", "sag_to_V", "ambient_C", "load",
-                                    "turn_deg", "settings", "fault",    "clear",     "push",
-                                    "payload",  "freeze",   "floor",    "pose",      "mark"};
-constexpr const char* kActionList =
-    "power, supply_V, sag_to_V, ambient_C, load, turn_deg, settings, fault, clear, push, payload, "
-    "freeze, floor, pose or mark";
-
-/// Rejects more than one action.
-void check_actions(TableReader& reader) {
+/// Returns the only action of the event; null if it has none.
+const ActionRow* find_action(TableReader& reader) {
   if (reader.has("clock")) {
     reader.fail("clock", "time is the running program's: --clock, or lk-emu ctl clock");
   }
-  const char* first = nullptr;
-  for (const char* action : kActions) {
-    if (!reader.has(action)) continue;
-    if (first != nullptr) {
-      reader.fail(action,
-                  std::string("only one action per event; this event has ") + first + " already");
+  const ActionRow* found = nullptr;
+  for (const ActionRow& row : kActions) {
+    if (!reader.has(row.key)) {
+      reader.table(row.key);  // so that it can be suggested
+    } else if (found != nullptr) {
+      reader.fail(row.key, std::string("only one action per event; this event has ") + found->key +
+                               " already");
+    } else {
+      found = &row;
     }
-    first = action;
   }
+  return found;
 }
 
 /// Rejects unknown keys first, then keys of other actions: a misspelt action is then reported as
 /// such.
 void finish_event(TableReader& reader) {
-  std::vector<const char*> tables = {"load", "settings", "fault"};
-  tables.insert(tables.end(), std::begin(kBodyActs), std::end(kBodyActs));
-  for (const char* action : tables) {
-    if (!reader.has(action)) reader.table(action);  // so that it can be suggested
-  }
   for (const auto& companion : kCompanions) {
     if (reader.has(companion.key)) read_duration(reader, companion.key);
   }
@@ -75,90 +307,38 @@ void finish_event(TableReader& reader) {
   }
 }
 
-Action read_power(TableReader& reader, std::size_t word) {
-  const auto off = read_duration(reader, "off_s");
-  if (off && word != 2) reader.fail("off_s", "belongs to power = \"cycle\"");
-  if (word == 0) return PowerOn{};
-  if (word == 1) return PowerOff{};
-  PowerCycle cycle;
-  if (off) cycle.off_for = *off;
-  return cycle;
+/// "power, supply_V … or mark"
+std::string action_list() {
+  std::vector<std::string> words;
+  for (const ActionRow& row : kActions) words.emplace_back(row.key);
+  const std::string last = words.back();
+  words.pop_back();
+  return comma_list(words) + " or " + last;
 }
 
-/// Reads an action on single drives; nullopt if the table has another one.
-std::optional<Action> read_drive_action(TableReader& reader) {
-  std::optional<Action> action;
-  if (const auto word = reader.choice("power", {"on", "off", "cycle"})) {
-    action = read_power(reader, *word);
+void check_target(const TableReader& reader, const ActionRow& row, const Reading& on) {
+  if (row.target == Target::kFreeDrives && on.servo.joint) {
+    reader.fail(row.key, "drive " + std::to_string(on.servo.id) +
+                             " turns a joint of the body: the body is its load");
   }
-  if (const auto volts = reader.number("supply_V", 0, kHighestSupply_V)) {
-    action = SupplyVoltage{*volts, read_duration(reader, "ramp_s").value_or(SimTime{0})};
-  }
-  if (const auto volts = reader.number("sag_to_V", 0, kHighestSupply_V)) {
-    const auto lasts = read_duration(reader, "sag_s");
-    if (!lasts) reader.note_missing("sag_s");
-    action = Sag{*volts, lasts.value_or(SimTime{0})};
-  }
-  if (const auto ambient = reader.number("ambient_C", -40, 125)) {
-    action = AmbientTemperature{*ambient};
-  }
-  if (reader.has("load")) {
-    Load load;
-    read_load(reader, load.load);
-    action = load;
-  }
-  if (const auto turn = reader.number("turn_deg", -1e6, 1e6)) {
-    action = TurnShaft{*turn};
-  }
-  return action;
-}
-
-/// The body determines shaft and load of a drive with a joint.
-void check_not_mounted(TableReader& reader, const ServoConfig* servo) {
-  if (servo == nullptr || !servo->joint) return;
-  for (const char* action : {"load", "turn_deg"}) {
-    if (!reader.has(action)) continue;
-    reader.fail(action, "drive " + std::to_string(servo->id) +
-                            " turns a joint of the body: the body is its load");
+  if (row.target == Target::kBody && on.bus.body == nullptr) {
+    reader.fail(row.key, "the robot has no [body]");
   }
 }
 
-/// Makes one directive for each setting in the table.
-std::vector<Action> read_settings(TableReader& reader, const ServoConfig& servo) {
-  auto settings = *reader.table("settings");
-  const protocol::Dialect& dialect = servo.quirks.dialect;
-  Registers wanted = servo.rom;
-  read_registers(settings, Presence::kOptional,
-                 {.series = servo.profile.series,
-                  .iq_limit_lsb = dialect.iq_command_limit_lsb,
-                  .wide_gains = dialect.parameter_commands},
-                 wanted);
-  read_fields<Registers>(settings, profile_fields::kPlace, Presence::kOptional, wanted);
-  settings.finish();
-  std::vector<Action> actions;
-  ServoConfig changed = servo;
-  changed.rom = wanted;
-  check_settings(reader, changed);
-  for (std::size_t p = 0; p < kRomParameters; ++p) {
-    const auto parameter = static_cast<RomParameter>(p);
-    if (settings.has(rom_key(parameter))) actions.emplace_back(Setting{parameter, wanted});
-  }
-  if (actions.empty()) reader.fail("settings", "empty; give at least one setting");
-  return actions;
-}
+}  // namespace
 
 const ServoConfig* find_servo(const BusConfig& bus, int id) {
   const auto found = std::ranges::find(bus.servos, id, &ServoConfig::id);
   return found != bus.servos.end() ? &*found : nullptr;
 }
 
-void check_id(TableReader& reader, const std::string& key, const BusConfig& bus, int id) {
+void check_id(const TableReader& reader, const std::string& key, const BusConfig& bus, int id) {
   if (find_servo(bus, id) == nullptr) {
     reader.fail(key, "no drive " + std::to_string(id) + " on this bus");
   }
 }
 
-/// Returns the drives listed, or all of the bus.
 std::vector<int> read_targets(TableReader& reader, const BusConfig& bus) {
   std::vector<int> ids = read_ids(reader);
   for (const int id : ids) check_id(reader, ids_key(reader), bus, id);
@@ -168,191 +348,48 @@ std::vector<int> read_targets(TableReader& reader, const BusConfig& bus) {
   return ids;
 }
 
-void refuse_ids(TableReader& reader, const char* action) {
-  if (reader.has(ids_key(reader))) {
-    reader.fail(ids_key(reader), std::string(action) + " acts on the whole bus; remove this key");
-  }
-}
-
-std::optional<Action> read_bus_action(TableReader& reader, const BusConfig& bus,
-                                      const std::vector<int>& ids) {
-  std::optional<Action> action;
-  if (reader.has("fault")) action = SetFault{read_fault(reader, bus, ids)};
-  if (const auto which = reader.text("clear")) {
-    refuse_ids(reader, "clear");
-    action = ClearFault{*which};
-  }
-  if (auto act = read_body_act(reader, bus.body.get())) {
-    refuse_ids(reader, "a body action");
-    action = *act;
-  }
-  if (const auto text = reader.text("mark")) {
-    refuse_ids(reader, "mark");
-    const std::string problem = text_problem(*text, kLongestMark);
-    if (!problem.empty()) reader.fail("mark", problem);
-    action = Mark{*text};
-  }
-  return action;
-}
-
-}  // namespace
-
 std::optional<SimTime> read_duration(TableReader& reader, const std::string& key) {
   const auto seconds = reader.number(key, 0, in_seconds(kLongestTime));
   return seconds ? std::optional(SimTime(protocol::rounded(*seconds * 1e9))) : std::nullopt;
 }
 
+std::string text_problem(const std::string& text, std::size_t longest) {
+  if (text.size() > longest) return "is longer than " + std::to_string(longest) + " bytes";
+  return sanitized_line(text) == text ? "" : "must be one line without control characters";
+}
+
 std::vector<TimedDirective> read_directives(TableReader& reader, const BusConfig& bus,
-                                            Timing timing) {
+                                            Timing timing, const Bus* running) {
   const auto at = timing != Timing::kNow ? read_duration(reader, "at_s") : std::nullopt;
   const std::vector<int> ids = read_targets(reader, bus);
   const auto one = ids.size() == 1 ? std::optional(ids.front()) : std::nullopt;
   const auto when =
       timing != Timing::kNow ? read_condition(reader, bus, one) : std::optional<Condition>();
   if (!at && !when && timing == Timing::kRequired) reader.note_missing("at_s");
-  check_actions(reader);
   std::vector<TimedDirective> directives;
-  const auto add = [&](int id, Action action) {
-    directives.push_back({at.value_or(SimTime{0}), {id, std::move(action)}, when});
-  };
-  if (const auto action = read_drive_action(reader)) {
-    for (const int id : ids) {
-      check_not_mounted(reader, find_servo(bus, id));
-      add(id, *action);
-    }
-  } else if (reader.has("settings")) {
-    for (const int id : ids) {
-      for (Action& setting : read_settings(reader, *find_servo(bus, id))) {
-        add(id, std::move(setting));
+  if (const ActionRow* const row = find_action(reader)) {
+    const bool each = row->target == Target::kDrives || row->target == Target::kFreeDrives;
+    for (const int id : each ? ids : std::vector{kWholeBus}) {
+      const Reading on{bus, ids, each ? *find_servo(bus, id) : bus.servos.front(), running};
+      check_target(reader, *row, on);
+      Actions actions;
+      row->read(reader, on, actions);
+      for (Action& action : actions) {
+        directives.push_back({at.value_or(SimTime{0}), {id, std::move(action)}, when});
       }
     }
-  } else if (auto whole = read_bus_action(reader, bus, ids)) {
-    add(kWholeBus, std::move(*whole));
+    if (!each && row->target != Target::kFault && reader.has(ids_key(reader))) {
+      const std::string what = row->target == Target::kBody ? "a body action" : row->key;
+      reader.fail(ids_key(reader), what + " acts on the whole bus; remove this key");
+    }
   }
   finish_event(reader);
   if (directives.empty()) {
     const char* const place = reader.has("at_s") ? "at_s" : reader.has("when") ? "when" : "";
-    reader.fail(place, std::string("an event needs an action: ") + kActionList);
+    reader.fail(place, "an event needs an action: " + action_list());
   }
   directives.front().source_json = reader.as_json({"at_s", "bus"});
   return directives;
-}
-
-std::optional<std::uint8_t> read_command(TableReader& reader, const std::string& key) {
-  if (!reader.is_text(key)) {
-    const auto number = reader.integer(key, 0, 255);
-    return number ? std::optional(static_cast<std::uint8_t>(*number)) : std::nullopt;
-  }
-  const std::string text = *reader.text(key);
-  unsigned value = 0;
-  const char* const end = text.data() + text.size();
-  const bool hex = text.starts_with("0x") || text.starts_with("0X");
-  const auto [stop, error] =
-      std::from_chars(text.data() + (hex ? 2 : 0), end, value, hex ? 16 : 10);
-  if (error != std::errc() || stop != end || value > 255) {
-    reader.fail(key, '"' + text + R"(" is not a command byte; write 0xA4 or "0xA4")");
-  }
-  return static_cast<std::uint8_t>(value);
-}
-
-std::optional<model::Error> read_error(TableReader& reader, const std::string& key) {
-  std::vector<std::string> words;
-  words.reserve(model::kErrorKinds);
-  for (int n = 0; n < model::kErrorKinds; ++n) {
-    words.emplace_back(error_word(static_cast<model::Error>(n)));
-  }
-  const auto word = reader.choice(key, words);
-  return word ? std::optional(static_cast<model::Error>(*word)) : std::nullopt;
-}
-
-const Signal* read_signal(TableReader& reader, const std::string& key, const BusConfig& bus) {
-  const auto name = reader.text(key);
-  if (!name) return nullptr;
-  const bool of_body = name->starts_with(kBodyPrefix);
-  if (of_body && bus.body_signals == nullptr) reader.fail(key, "the robot has no [body]");
-  std::vector<const Signal*> all = signals_with(bus.body_signals.get());
-  // Suggests only names of the same kind.
-  std::erase_if(all, [&](const Signal* one) { return one->is_of_body() != of_body; });
-  std::vector<std::string> names;
-  for (const Signal* const signal : all) names.emplace_back(signal->name);
-  return all[*reader.choice(key, names)];
-}
-
-namespace {
-
-SignalReaches read_level(TableReader& reader, const Signal* signal) {
-  constexpr std::pair<const char*, Edge> kEdges[] = {
-      {"above", Edge::kAbove}, {"below", Edge::kBelow}, {"crosses", Edge::kCrosses}};
-  std::optional<SignalReaches> reaches;
-  for (const auto& [word, edge] : kEdges) {
-    const auto level = reader.number(word, -1e12, 1e12);
-    if (!level) continue;
-    if (reaches) reader.fail(word, "one of above, below and crosses is enough");
-    reaches = SignalReaches{signal, edge, *level};
-  }
-  if (!reaches) reader.fail("signal", "needs one of above, below and crosses");
-  return *reaches;
-}
-
-}  // namespace
-
-std::optional<Condition> read_condition(TableReader& reader, const BusConfig& bus,
-                                        std::optional<int> id) {
-  auto when = reader.table("when");
-  if (!when) return std::nullopt;
-  Condition condition;
-  const auto id_of_condition = when->integer("id", 1, protocol::kMaxId);
-  if (id_of_condition) {
-    id = static_cast<int>(*id_of_condition);
-    check_id(*when, "id", bus, *id);
-  }
-  const Signal* const signal = read_signal(*when, "signal", bus);
-  if (signal != nullptr && signal->is_of_body()) {
-    if (id_of_condition) when->fail("id", "a body signal belongs to no drive; remove this key");
-    id = bus.servos.front().id;  // any
-  }
-  const auto error = read_error(*when, "error");
-  const auto command = read_command(*when, "command");
-  const auto count = when->integer("count", 1, 1'000'000'000);
-  if ((signal != nullptr) + error.has_value() + command.has_value() > 1) {
-    when->fail("id", "one of signal, error and command is enough");
-  }
-  if (count && !command) when->fail("count", "belongs to command");
-  if (signal != nullptr) {
-    condition.what = read_level(*when, signal);
-  } else if (error) {
-    condition.what = ErrorSet{*error};
-  } else if (command) {
-    condition.what = CommandSeen{*command, static_cast<int>(count.value_or(1))};
-  }
-  when->finish();
-  if (signal == nullptr && !error && !command) {
-    reader.fail("when", "needs one of signal, error and command");
-  }
-  if (!id) reader.fail("when", "needs the id of a drive");
-  condition.id = *id;
-  return condition;
-}
-
-void read_events(TableReader& reader, BusConfig& bus) {
-  std::vector<std::pair<TableReader, std::string>> clears;
-  std::vector<std::pair<TableReader, const FaultRow*>> faults;
-  bool delays = false;
-  for (auto& event : reader.tables("event")) {
-    for (TimedDirective& directive : read_directives(event, bus, Timing::kRequired)) {
-      if (const auto* const clear = std::get_if<ClearFault>(&directive.directive.what)) {
-        clears.emplace_back(event, clear->which);
-      } else if (const auto* const set = std::get_if<SetFault>(&directive.directive.what)) {
-        faults.emplace_back(event, set->fault.row);
-        delays = delays || delays_in_adapter(*set->fault.row);
-      }
-      bus.events.push_back(std::move(directive));
-    }
-    check_room(event, bus.events);
-  }
-  std::ranges::stable_sort(bus.events, {}, &TimedDirective::at);
-  for (const auto& [event, which] : clears) check_clear(event, which, bus.events);
-  for (const auto& [event, row] : faults) check_adapter(event, *row, bus, delays);
 }
 
 }  // namespace lk::emulator

@@ -14,20 +14,28 @@
 
 namespace lk::emulator {
 
+class Bus;
+
 /// Whether a directive needs a time, may have one, or is executed now.
 enum class Timing : std::uint8_t { kRequired, kOptional, kNow };
 
 /// Reads a table with one action for drives of `bus`: one directive per drive, or one for the whole
-/// bus. Throws ConfigError before anything is done.
+/// bus. Settings that are not given keep their value in the RAM of `running`, or, without it, of
+/// the configuration. Throws ConfigError before anything is done.
 std::vector<TimedDirective> read_directives(TableReader& reader, const BusConfig& bus,
-                                            Timing timing);
+                                            Timing timing, const Bus* running = nullptr);
 
 /// Reads the condition `when`; `id` is its drive unless the condition names another.
 std::optional<Condition> read_condition(TableReader& reader, const BusConfig& bus,
                                         std::optional<int> id);
 
-/// Reads `fault`, a table or a word, for the drives `ids`.
-Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<int>& ids);
+/// Returns the drive of `bus`; null if there is none.
+const ServoConfig* find_servo(const BusConfig& bus, int id);
+/// Fails at `key` if `bus` has no such drive.
+void check_id(const TableReader& reader, const std::string& key, const BusConfig& bus, int id);
+/// Reads `id` or `ids`: the drives listed, ascending, or all of the bus.
+std::vector<int> read_targets(TableReader& reader, const BusConfig& bus);
+
 /// Returns true if the fault delays frames in the hosts' adapter.
 bool delays_in_adapter(const FaultRow& row);
 /// Rejects adapter_overrun on a bus without `adapter`, unless other faults delay frames there.

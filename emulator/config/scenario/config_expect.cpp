@@ -81,9 +81,7 @@ Replies read_replies(TableReader& reader, bool none) {
 Answered read_answered(TableReader& reader) {
   Answered answered;
   answered.command = read_command_or_word(reader, "command");
-  const auto within = read_duration(reader, "within_s");
-  if (!within) reader.note_missing("within_s");
-  answered.within = within.value_or(SimTime{0});
+  answered.within = reader.required("within_s", read_duration(reader, "within_s"));
   reader.finish();
   return answered;
 }
@@ -186,10 +184,7 @@ Expectation read_expectation(TableReader& reader, const Scenario& scenario) {
   if (!found)
     reader.fail("id",
                 "missing expectation: give signal, error, state, reply, no_reply or answered");
-  const auto& servos = scenario.robot[expectation.bus].servos;
-  if (std::ranges::find(servos, expectation.id, &ServoConfig::id) == servos.end()) {
-    reader.fail("id", "no drive " + std::to_string(expectation.id) + " on this bus");
-  }
+  check_id(reader, "id", scenario.robot[expectation.bus], expectation.id);
   return expectation;
 }
 

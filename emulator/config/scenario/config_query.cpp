@@ -98,12 +98,11 @@ std::optional<std::uint8_t> read_command_or_word(TableReader& reader, const std:
 }
 
 protocol::Frame read_query(TableReader& reader, const ServoConfig& servo) {
-  const auto byte = read_command_or_word(reader, "command");
-  if (!byte) reader.note_missing("command");
+  const std::uint8_t byte = reader.required("command", read_command_or_word(reader, "command"));
   const auto format = protocol::wire_format(servo.quirks.dialect, servo.profile.series);
   protocol::Frame frame;
   frame.id = protocol::kSingleDriveId + static_cast<std::uint32_t>(servo.id);
-  frame.data[0] = byte.value_or(0);
+  frame.data[0] = byte;
   const bool serial = format.dialect.framing == protocol::Framing::kSerial;
   if (serial) {
     frame.kind = protocol::FrameKind::kSerial;

@@ -58,14 +58,10 @@ void read_robot(TableReader& reader, std::optional<std::uint64_t> seed, const Sc
   if (const auto word = reader.choice("generation", generation_words())) {
     overrides.firmware.generation = generation_words()[*word];
   }
-  const auto name = reader.text("robot");
-  if (!name) {
-    reader.note_missing("robot");
-    return;
-  }
-  scenario.robot_name = *name;
+  scenario.robot_name = reader.required("robot", reader.text("robot"));
+  if (!reader.has("robot")) return;
   try {
-    scenario.robot = files.robot(*name, overrides);
+    scenario.robot = files.robot(scenario.robot_name, overrides);
   } catch (const ConfigError&) {
     throw;
   } catch (const std::exception& problem) {
@@ -110,13 +106,10 @@ void read_head(TableReader& reader, const std::string& file, Scenario& scenario)
   scenario.name = sanitized_line(file.substr(slash == std::string::npos ? 0 : slash + 1));
   if (scenario.name.ends_with(".toml")) scenario.name.resize(scenario.name.size() - 5);
   scenario.about = reader.text("about").value_or("");
-  const auto duration = read_duration(reader, "duration_s");
-  if (!duration) {
-    reader.note_missing("duration_s");
-  } else if (*duration == SimTime{0}) {
+  scenario.duration = reader.required("duration_s", read_duration(reader, "duration_s"));
+  if (reader.has("duration_s") && scenario.duration == SimTime{0}) {
     reader.fail("duration_s", "must be above 0");
   }
-  scenario.duration = duration.value_or(SimTime{0});
 }
 
 /// Checks the required keys of a file; reports an unknown key first.
@@ -136,10 +129,8 @@ std::vector<DriveMismatch> drive_mismatches(const std::vector<BusConfig>& robot,
         found == known.end() ? nullptr : &running[static_cast<std::size_t>(found - known.begin())];
     for (const ServoConfig& servo : meant.servos) {
       std::string motor;
-      if (here != nullptr) {
-        const auto drive = std::ranges::find(here->servos, servo.id, &ServoConfig::id);
-        if (drive != here->servos.end()) motor = drive->profile.name;
-      }
+      const ServoConfig* const drive = here != nullptr ? find_servo(*here, servo.id) : nullptr;
+      if (drive != nullptr) motor = drive->profile.name;
       if (motor == servo.profile.name) continue;
       mismatches.push_back({here != nullptr ? here->interface : meant.interface, servo.id,
                             servo.profile.name, motor});
@@ -227,9 +218,7 @@ std::size_t read_bus_of(TableReader& reader, const std::vector<BusConfig>& robot
   if (robot.size() == 1) return 0;
   std::vector<std::size_t> places;
   for (std::size_t n = 0; id && n < robot.size(); ++n) {
-    if (std::ranges::find(robot[n].servos, *id, &ServoConfig::id) != robot[n].servos.end()) {
-      places.push_back(n);
-    }
+    if (find_servo(robot[n], *id) != nullptr) places.push_back(n);
   }
   if (id && places.empty()) {
     reader.fail(ids_key(reader), "no drive " + std::to_string(*id) + " on any bus");

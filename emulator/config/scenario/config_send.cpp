@@ -79,16 +79,9 @@ std::optional<protocol::Frame> read_raw(TableReader& reader) {
 
 /// Returns one frame for each listed drive; for all of the bus if none is listed.
 std::vector<protocol::Frame> read_words(TableReader& reader, const BusConfig& bus) {
-  const std::vector<int> ids = read_ids(reader);
-  for (const int id : ids) {
-    if (std::ranges::find(bus.servos, id, &ServoConfig::id) == bus.servos.end()) {
-      reader.fail(ids_key(reader), "no drive " + std::to_string(id) + " on this bus");
-    }
-  }
   std::vector<protocol::Frame> frames;
-  for (const ServoConfig& servo : bus.servos) {
-    if (!ids.empty() && std::ranges::find(ids, servo.id) == ids.end()) continue;
-    frames.push_back(read_query(reader, servo));
+  for (const int id : read_targets(reader, bus)) {
+    frames.push_back(read_query(reader, *find_servo(bus, id)));
   }
   return frames;
 }
@@ -103,7 +96,7 @@ std::optional<int> drive_meant(TableReader& reader, const Scenario& scenario) {
   const int id = protocol::drive_at(frame->id, protocol::kSingleDriveId);
   const bool known =
       !frame->extended && std::ranges::any_of(scenario.robot, [id](const BusConfig& bus) {
-        return std::ranges::find(bus.servos, id, &ServoConfig::id) != bus.servos.end();
+        return find_servo(bus, id) != nullptr;
       });
   return known ? std::optional(id) : std::nullopt;
 }
@@ -122,15 +115,14 @@ std::vector<protocol::Frame> read_frames(TableReader& reader, const BusConfig& b
 std::vector<HostSend> read_send(TableReader& reader, const Scenario& scenario,
                                 const ScenarioFiles& files) {
   if (reader.has("play")) return read_play(reader, scenario, files);
-  const auto at = read_moment(reader, "at_s", scenario.duration);
-  if (!at) reader.note_missing("at_s");
+  const SimTime at = reader.required("at_s", read_moment(reader, "at_s", scenario.duration));
   const std::size_t bus = read_bus_of(reader, scenario.robot, drive_meant(reader, scenario));
   std::vector<HostSend> sends;
   for (const protocol::Frame& frame : read_frames(reader, scenario.robot[bus])) {
     sends.push_back({.bus = bus, .frame = frame});
   }
   for (HostSend& send : sends) {
-    send.at = at.value_or(SimTime{0});
+    send.at = at;
     read_repetition(reader, scenario.duration, send);
   }
   reader.finish();
