@@ -1,76 +1,24 @@
 #include "emulator/files/json_table.hpp"
 
 #include <cstdint>
-#include <limits>
+#include <optional>
 #include <set>
+#include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace lk::emulator {
 namespace {
 
-/// Keys of one object: each is searched for among those before it.
+/// Keys of one object: a Json searches for each among those before it.
 constexpr std::size_t kMaxJsonKeys = 1000;
-
-std::string inside(const std::string& path, const std::string& key) {
-  return path.empty() ? key : path + "." + key;
-}
 
 /// Shortens "[json.exception.parse_error.101] parse error at line 1, column 13: …" of the library
 /// to the part after the first colon.
 std::string short_reason(const std::string& text) {
   const std::size_t colon = text.find(": ");
   return colon == std::string::npos ? text : text.substr(colon + 2);
-}
-
-template <class Add>
-void add_value(const Json& value, const std::string& path, const Add& add);
-
-toml::table table_of(const Json& object, const std::string& path) {
-  toml::table table;
-  for (const auto& [key, value] : object.items()) {
-    add_value(value, inside(path, key), [&, &name = key](auto&& node) {
-      table.insert(name, std::forward<decltype(node)>(node));
-    });
-  }
-  return table;
-}
-
-toml::array array_of(const Json& list, const std::string& path) {
-  toml::array array;
-  std::size_t n = 0;
-  for (const Json& value : list) {
-    add_value(value, path + "[" + std::to_string(n++) + "]",
-              [&](auto&& node) { array.push_back(std::forward<decltype(node)>(node)); });
-  }
-  return array;
-}
-
-template <class Add>
-void add_value(const Json& value, const std::string& path, const Add& add) {
-  constexpr auto kLargest = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
-  switch (value.type()) {
-    case Json::value_t::object:
-      return add(table_of(value, path));
-    case Json::value_t::array:
-      return add(array_of(value, path));
-    case Json::value_t::string:
-      return add(value.get<std::string>());
-    case Json::value_t::boolean:
-      return add(value.get<bool>());
-    case Json::value_t::number_integer:
-      return add(value.get<std::int64_t>());
-    case Json::value_t::number_unsigned:
-      if (value.get<std::uint64_t>() > kLargest) throw JsonError(path, "the number is too large");
-      return add(static_cast<std::int64_t>(value.get<std::uint64_t>()));
-    case Json::value_t::number_float:
-      return add(value.get<double>());
-    case Json::value_t::null:
-    case Json::value_t::binary:
-    case Json::value_t::discarded:
-      break;
-  }
-  throw JsonError(path, "null is not allowed; leave the key out");
 }
 
 /// Refuses depth, keys that are given twice and objects with many keys. The library's own callback
@@ -118,6 +66,76 @@ class Shape : public nlohmann::json_sax<Json> {
   std::vector<std::set<std::string>> keys_;  // of the objects and lists that are open
 };
 
+/// Makes the tree of TableReader from the text.
+class TableBuilder : public Shape {
+ public:
+  toml::table take() {
+    if (!root_) throw JsonError("body", "must be a JSON object");
+    return std::move(*root_);
+  }
+  bool null() override { return open_.empty() || refuse("null is not allowed; leave the key out"); }
+  bool boolean(bool value) override { return add(value); }
+  bool number_integer(number_integer_t value) override { return add(value); }
+  bool number_unsigned(number_unsigned_t value) override {
+    if (!std::in_range<std::int64_t>(value)) refuse("the number is too large");
+    return add(static_cast<std::int64_t>(value));
+  }
+  bool number_float(number_float_t value, const string_t&) override { return add(value); }
+  bool string(string_t& value) override { return add(std::move(value)); }
+  bool key(string_t& name) override {
+    open_.back().key = name;
+    return Shape::key(name);
+  }
+  bool start_object(std::size_t size) override {
+    open_.push_back({toml::table(), ""});
+    return Shape::start_object(size);
+  }
+  bool start_array(std::size_t size) override {
+    open_.push_back({toml::array(), ""});
+    return Shape::start_array(size);
+  }
+  bool end_object() override { return close() && Shape::end_object(); }
+  bool end_array() override { return close() && Shape::end_array(); }
+
+ private:
+  struct Level {
+    std::variant<toml::table, toml::array> node;
+    std::string key;  // of an object: the last one
+  };
+
+  bool close() {
+    Level done = std::move(open_.back());
+    open_.pop_back();
+    return std::visit([this](auto& node) { return add(std::move(node)); }, done.node);
+  }
+  template <class Value>
+  bool add(Value value) {
+    if (open_.empty()) {
+      if constexpr (std::is_same_v<Value, toml::table>) root_ = std::move(value);
+    } else if (auto* const table = std::get_if<toml::table>(&open_.back().node)) {
+      table->insert(open_.back().key, std::move(value));
+    } else {
+      std::get<toml::array>(open_.back().node).push_back(std::move(value));
+    }
+    return true;
+  }
+  /// Names the present value: "load.list[2]".
+  [[noreturn]] bool refuse(const std::string& reason) const {
+    std::string path;
+    for (const Level& level : open_) {
+      if (const auto* const list = std::get_if<toml::array>(&level.node)) {
+        path += "[" + std::to_string(list->size()) + "]";
+      } else {
+        path += (path.empty() ? "" : ".") + level.key;
+      }
+    }
+    throw JsonError(path, reason);
+  }
+
+  std::optional<toml::table> root_;
+  std::vector<Level> open_;
+};
+
 }  // namespace
 
 Json parse_json(std::string_view text) {
@@ -127,9 +145,10 @@ Json parse_json(std::string_view text) {
   return Json::parse(text);
 }
 
-toml::table to_table(const Json& json) {
-  if (!json.is_object()) throw JsonError("body", "must be a JSON object");
-  return table_of(json, "");
+toml::table parse_json_table(std::string_view text) {
+  TableBuilder builder;
+  Json::sax_parse(text, &builder);
+  return builder.take();
 }
 
 }  // namespace lk::emulator

@@ -26,8 +26,8 @@ inline constexpr int kDeepestJson = 16;
 /// Throws JsonError.
 Json parse_json(std::string_view text);
 
-/// Converts to a TOML table. Pre: `json` is an object. Rejects null, which TOML does not have.
-/// Throws JsonError.
-toml::table to_table(const Json& json);
+/// Parses an object into the tree that a TableReader reads; its values have no lines. Rejects null,
+/// which TOML does not have. Throws JsonError.
+toml::table parse_json_table(std::string_view text);
 
 }  // namespace lk::emulator

@@ -31,8 +31,8 @@ class Clients {
   Clients() {
     t_.api.scenario = scenario_.for_clients();
     // Does not read files of this machine.
-    t_.api.scenario.start = [start = t_.api.scenario.start](const Json& request, bool same_user) {
-      if (request.contains("file")) throw ApiError(400, "file", "none here");
+    t_.api.scenario.start = [start = t_.api.scenario.start](TableReader& request, bool same_user) {
+      if (request.has("file")) throw ApiError(400, "file", "none here");
       return start(request, same_user);
     };
   }

@@ -61,7 +61,7 @@ std::uint64_t read_case_number(const Json& line) {
 CaseRequest read_case(const Json& line) {
   CaseRequest request;
   request.number = read_case_number(line);
-  toml::table table = to_table(line);
+  toml::table table = parse_json_table(line.dump());
   TableReader reader(table, "case " + std::to_string(request.number), "");
   reader.integer("case", 0, kMaxNumber);
   if (const auto scenario = reader.text("scenario")) {

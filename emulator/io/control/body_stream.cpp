@@ -16,27 +16,12 @@
 namespace lk::emulator {
 namespace {
 
-const char* word_of(GeomKind kind) {
-  switch (kind) {
-    case GeomKind::kPlane:
-      return "plane";
-    case GeomKind::kSphere:
-      return "sphere";
-    case GeomKind::kCapsule:
-      return "capsule";
-    case GeomKind::kEllipsoid:
-      return "ellipsoid";
-    case GeomKind::kCylinder:
-      return "cylinder";
-    case GeomKind::kBox:
-      return "box";
-  }
-  return "?";
-}
+/// By GeomKind.
+constexpr const char* kGeomWords[] = {"plane", "sphere", "capsule", "ellipsoid", "cylinder", "box"};
 
 Json geom_json(const BodyGeom& geom) {
   return {{"body", geom.body ? Json(*geom.body) : Json(nullptr)},
-          {"type", word_of(geom.kind)},
+          {"type", kGeomWords[static_cast<std::size_t>(geom.kind)]},
           {"size_m", geom.size_m},
           {"position_m", geom.position_m},
           {"quaternion", geom.quaternion},
@@ -172,7 +157,6 @@ class BodyStream : public StreamClient {
   }
 
   void on_written() override { writing_ = false; }
-  void end() override {}
 
   std::string text_;  // being sent
   std::optional<SimTime> sent_at_;

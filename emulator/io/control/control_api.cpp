@@ -3,11 +3,15 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <charconv>
+#include <algorithm>
 
 #include "emulator/config/events/config_directives.hpp"
+#include "emulator/config/scenario/config_send.hpp"
+#include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/frame_text.hpp"
+#include "emulator/core/text.hpp"
+#include "emulator/core/wire/wire.hpp"
 #include "emulator/io/control/body_stream.hpp"
-#include "emulator/io/control/control_directives.hpp"
 #include "emulator/io/control/control_json.hpp"
 #include "emulator/io/control/http_access.hpp"
 
@@ -41,14 +45,12 @@ bool matches(std::string_view pattern, const Parts& path, Parts& parts) {
   return true;
 }
 
-Json body_of(const ApiRequest& request) {
-  Json json = parse_json(request.body);
-  if (!json.is_object()) throw ApiError(400, "body", "must be a JSON object");
-  return json;
+bool has_body(const ApiRequest& request) {
+  return request.method == "POST" || request.method == "PUT";
 }
 
 void check_content_type(const ApiRequest& request) {
-  if (request.method != "POST" && request.method != "PUT") return;
+  if (!has_body(request)) return;
   const std::string type = request.content_type.substr(0, request.content_type.find(';'));
   if (type != "application/json") {
     throw ApiError(415, "Content-Type", "must be application/json");
@@ -86,17 +88,16 @@ void check_clock_is_free(const World& world) {
   if (!world.clock_owner.empty()) throw ApiError(409, "clock", world.clock_owner);
 }
 
-/// Reads the mode at the required `key`.
-ClockMode read_clock(TableReader& reader, const std::string& key) {
-  const auto word = reader.text(key);
-  if (!word) {
-    reader.note_missing(key);
-    reader.finish();
-    return {};
+/// Sets the mode at the required `key`, the only one.
+void set_clock(const ApiCall& call, const char* key) {
+  const std::string word = call.body.required(key, call.body.text(key));
+  call.body.finish();
+  const auto mode = parse_clock_mode(word);
+  if (!mode) {
+    call.body.fail(key, "\"" + word + "\" is not one of realtime, stepped, x0.001 to x1000");
   }
-  const auto mode = parse_clock_mode(*word);
-  if (!mode) reader.fail(key, "\"" + *word + "\" is not one of realtime, stepped, x0.001 to x1000");
-  return *mode;
+  check_clock_is_free(call.world);
+  call.world.set_clock(*mode);
 }
 
 }  // namespace
@@ -116,13 +117,10 @@ Line& line_of(World& world, const std::string* bus) {
 
 namespace {
 
-/// Returns the bus that a request names, and removes the name from `body`.
-Line& take_bus(World& world, Json& body) {
-  if (!body.contains("bus")) return line_of(world, nullptr);
-  if (!body["bus"].is_string()) throw ApiError(400, "bus", "must be a string");
-  const auto bus = body["bus"].get<std::string>();
-  body.erase("bus");
-  return line_of(world, &bus);
+/// Returns the bus that the body names.
+Line& named_line(const ApiCall& call) {
+  const auto bus = call.body.text("bus");
+  return line_of(call.world, bus ? &*bus : nullptr);
 }
 
 // --- reads
@@ -166,10 +164,9 @@ void get_drive(const ApiCall& call) {
   const std::string bus = decode_percent(call.parts[0], "path");
   const Line* const line = call.world.find_line(bus);
   if (line == nullptr) throw ApiError(404, "path", "unknown bus " + bus);
-  int id = 0;
-  const char* const last = call.parts[1].data() + call.parts[1].size();
-  const auto [end, error] = std::from_chars(call.parts[1].data(), last, id);
-  if (error != std::errc() || end != last || !line->bus().has(id)) {
+  const auto number = number_of(call.parts[1], 10, protocol::kMaxId);
+  const int id = static_cast<int>(number.value_or(0));
+  if (!line->bus().has(id)) {
     throw ApiError(404, "path", "no drive " + call.parts[1] + " on " + bus);
   }
   call.reply({200, drive_json(*line, id), ""});
@@ -207,35 +204,130 @@ void get_signals(const ApiCall& call) {
 
 // --- writes
 
+/// Returns whether an active or armed fault of the bus delays frames in the hosts' adapter.
+bool delays_frames(const FaultBoard& faults) {
+  return std::ranges::any_of(faults, [](const LiveFault& live) {
+    return !live.is_over() && delays_in_adapter(live.row());
+  });
+}
+
+void check_clear(const ClearFault& clear, const FaultBoard& faults) {
+  if (clear.which == "all" || clear.which == kPlanned || find_fault(clear.which) != nullptr) return;
+  const auto name = [](const LiveFault& live) { return live.fault.name; };
+  if (std::ranges::find(faults, clear.which, name) != faults.end()) return;
+  throw ApiError(400, "clear", "unknown fault \"" + clear.which + "\"");
+}
+
+/// Rejects immediate settings that the drives cannot store: a flash queues a limited number of
+/// writes.
+void check_settings(const std::vector<TimedDirective>& directives, const Bus& bus) {
+  std::map<int, std::size_t> writes;
+  for (const auto& [at, directive, when, source] : directives) {
+    if (!std::holds_alternative<Setting>(directive.what) || when || at > bus.time()) continue;
+    const int id = directive.id;
+    if (!bus.telemetry(id).alive) {
+      throw ApiError(
+          409, "settings",
+          "drive " + std::to_string(id) + " has no power; settings need a powered drive");
+    }
+    if (bus.state().nodes.of(id).memory.size() + writes[id]++ < Wire::kDriveQueue) continue;
+    throw ApiError(409, "settings",
+                   "the flash of drive " + std::to_string(id) +
+                       " has too many pending writes; try again later");
+  }
+}
+
+/// Limits faults, conditions, and other directives that wait for a time, before one is planned.
+void check_room(const std::vector<TimedDirective>& directives, const Bus& bus) {
+  const BusState& state = bus.state();
+  std::size_t planned = 0;
+  std::size_t conditions = 0;
+  for (const TimedDirective& directive : directives) {
+    const bool is_fault = std::holds_alternative<SetFault>(directive.directive.what);
+    if (is_fault && state.faults.full()) {
+      throw ApiError(409, "fault",
+                     "this bus has " + std::to_string(Bus::kMaxFaults) +
+                         " unfinished faults, the limit; clear some");
+    }
+    if (directive.when) {
+      ++conditions;
+    } else if (directive.at > bus.time() && !is_fault) {
+      ++planned;
+    }
+  }
+  if (planned > 0 && state.agenda.directives() + planned > kMaxPlanned) {
+    throw ApiError(409, "at_s",
+                   "a bus holds at most " + std::to_string(kMaxPlanned) +
+                       " planned directives; remove them with clear = \"planned\"");
+  }
+  // Some armed faults wait for a time, not for a condition: this refuses too early, never too late.
+  const auto armed = static_cast<std::size_t>(
+      std::ranges::count(state.faults, FaultEvidence::State::kArmed,
+                         [](const auto& one) { return one.evidence.state; }));
+  if (conditions > 0 && state.conditions.directives() + armed + conditions > Bus::kMaxWaiting) {
+    throw ApiError(409, "when",
+                   "a bus holds at most " + std::to_string(Bus::kMaxWaiting) +
+                       " conditions: clear some faults");
+  }
+}
+
+/// Executes or plans directives, and notifies listeners. Checks all before it executes the first.
 void post_directives(const ApiCall& call) {
-  Json body = body_of(call.request);
-  if (body.contains("clock")) {  // the only directive without a bus
-    const toml::table table = to_table(body);
-    TableReader reader(table, "request", "");
-    const ClockMode mode = read_clock(reader, "clock");
-    reader.finish();
-    check_clock_is_free(call.world);
-    call.world.set_clock(mode);
+  if (call.body.has("clock")) {  // the only directive without a bus
+    set_clock(call, "clock");
     return call.reply(
         {200, {{"time_s", in_seconds(call.world.time())}, {"faults", Json::array()}}, ""});
   }
-  Line& line = take_bus(call.world, body);
+  Line& line = named_line(call);
   call.world.serve_all();
-  const auto names = request_all(body, line);
-  call.reply({200, {{"time_s", in_seconds(line.bus().time())}, {"faults", names}}, ""});
-}
-
-void post_frames(const ApiCall& call) {
-  Json body = body_of(call.request);
-  Line& line = take_bus(call.world, body);
-  call.world.serve_all();
-  call.reply({200, send_frames(body, line), ""});
+  const Bus& bus = line.bus();
+  const auto directives = read_directives(call.body, line.config(), Timing::kOptional, &bus);
+  for (const TimedDirective& directive : directives) {
+    const auto& what = directive.directive.what;
+    if (const auto* set = std::get_if<SetFault>(&what)) {
+      check_adapter(call.body, *set->fault.row, line.config(), delays_frames(bus.state().faults));
+    }
+    if (const auto* clear = std::get_if<ClearFault>(&what)) {
+      check_clear(*clear, bus.state().faults);
+    }
+  }
+  check_settings(directives, bus);
+  check_room(directives, bus);
+  line.announce(call.body.as_json({"bus"}));
+  Json faults = Json::array();
+  for (const TimedDirective& directive : directives) {
+    if (line.perform(directive) && std::holds_alternative<SetFault>(directive.directive.what)) {
+      faults.push_back(bus.faults().back().fault.name);
+    }
+  }
+  call.reply({200, {{"time_s", in_seconds(bus.time())}, {"faults", faults}}, ""});
 }
 
 void delete_directives(const ApiCall& call) {
   call.world.serve_all();
-  for (const auto& line : call.world.lines()) request_all({{"clear", kPlanned}}, *line);
+  for (const auto& line : call.world.lines()) request_clear(*line, std::string(kPlanned));
   call.reply({200, {{"time_s", in_seconds(call.world.time())}}, ""});
+}
+
+/// Sends frames as a host does, in the form of a scenario's [[send]] without its times.
+void post_frames(const ApiCall& call) {
+  Line& line = named_line(call);
+  call.world.serve_all();
+  const auto frames = read_frames(call.body, line.config());
+  call.body.finish();
+  const Bus& bus = line.bus();
+  if (bus.stats().frames_waiting + frames.size() > CanWire::kHostQueue ||
+      bus.state().wire.host_queue_full() || line.backlog() > 0) {
+    throw ApiError(
+        409, "frame",
+        "too many frames are queued; wait until the bus has sent them, or advance the clock");
+  }
+  Json texts = Json::array();
+  for (const protocol::Frame& frame : frames) {
+    line.accept({bus.time(), frame});
+    texts.push_back(frame_text(frame));
+  }
+  call.reply({200, {{"time_s", in_seconds(bus.time())}, {"frames", texts}}, ""});
 }
 
 void get_clock(const ApiCall& call) {
@@ -244,18 +336,12 @@ void get_clock(const ApiCall& call) {
 }
 
 void put_clock(const ApiCall& call) {
-  const toml::table table = to_table(body_of(call.request));
-  TableReader reader(table, "request", "");
-  const ClockMode mode = read_clock(reader, "mode");
-  reader.finish();
-  check_clock_is_free(call.world);
-  call.world.set_clock(mode);
+  set_clock(call, "mode");
   call.reply({200, clock_json(call.world), ""});
 }
 
 void post_advance(const ApiCall& call) {
-  const toml::table table = to_table(body_of(call.request));
-  TableReader reader(table, "request", "");
+  TableReader& reader = call.body;
   const auto by = read_duration(reader, "by_s");
   const auto to = read_duration(reader, "to_s");
   if (by && to) reader.fail("to_s", "give either by_s or to_s");
@@ -300,7 +386,7 @@ ApiResponse absent(const char* what) {
 void post_recording(const ApiCall& call) {
   if (!call.api.recording.start) return call.reply(absent("recording"));
   check_may_record(call.request);
-  call.reply({200, call.api.recording.start(body_of(call.request), call.request.same_user), ""});
+  call.reply({200, call.api.recording.start(call.body, call.request.same_user), ""});
 }
 
 void delete_recording(const ApiCall& call) {
@@ -310,7 +396,7 @@ void delete_recording(const ApiCall& call) {
 
 void post_scenario(const ApiCall& call) {
   if (!call.api.scenario.start) return call.reply(absent("scenario"));
-  call.reply({200, call.api.scenario.start(body_of(call.request), call.request.same_user), ""});
+  call.reply({200, call.api.scenario.start(call.body, call.request.same_user), ""});
 }
 
 void get_scenario(const ApiCall& call) {
@@ -329,6 +415,11 @@ void get_scenarios(const ApiCall& call) {
 }
 
 }  // namespace
+
+void request_clear(Line& line, const std::string& which) {
+  line.announce(Json{{"clear", which}}.dump());
+  line.perform({line.bus().time(), {kWholeBus, ClearFault{which}}});
+}
 
 std::span<const ApiRoute> ControlApi::routes() {
   static constexpr ApiRoute kRoutes[] = {
@@ -378,7 +469,9 @@ void ControlApi::handle(const ApiRequest& request, const ApiReply& reply) {
         if (world_.stopped() && request.method != "GET") {
           throw ApiError(503, "lk-emu", "the program is ending");
         }
-        route.handle({*this, world_, request, parts, reply});
+        const auto table = has_body(request) ? parse_json_table(request.body) : toml::table();
+        TableReader body(table, "request", "");
+        route.handle({*this, world_, request, parts, reply, body});
         return;
       }
       allowed += (allowed.empty() ? "" : ", ") + std::string(route.method);

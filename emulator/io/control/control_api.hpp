@@ -47,7 +47,7 @@ ApiResponse error_response(int status, const std::string& where, const std::stri
 /// ApiError, or ConfigError if the request is wrong.
 struct Activity {
   /// For POST; returns the answer. Only the `same_user` may learn which files exist.
-  std::function<Json(const Json& request, bool same_user)> start;
+  std::function<Json(TableReader& request, bool same_user)> start;
   std::function<Json()> stop;    // for DELETE
   std::function<Json()> state;   // in /status; null when there is none
   std::function<Json()> report;  // for GET
@@ -93,7 +93,14 @@ struct ApiCall {
   const ApiRequest& request;
   const std::vector<std::string>& parts;  // of the path, in place of {bus} and {id}
   const ApiReply& reply;
+  TableReader& body;  // empty if the method has none
 };
+
+/// Limit for directives that clients have planned on a bus.
+inline constexpr std::size_t kMaxPlanned = 1000;
+
+/// Clears as a client's directive `clear` does. Pre: `which` is valid.
+void request_clear(Line& line, const std::string& which);
 
 /// Returns the named bus; null: the only one. Throws ApiError.
 Line& line_of(World& world, const std::string* bus);

@@ -32,21 +32,8 @@ std::string as_key(std::string_view words) {
   return key;
 }
 
-std::string_view state_word(FaultEvidence::State state) {
-  switch (state) {
-    case FaultEvidence::State::kArmed:
-      return "armed";
-    case FaultEvidence::State::kActive:
-      return "active";
-    case FaultEvidence::State::kPaused:
-      return "paused";
-    case FaultEvidence::State::kOver:
-      return "over";
-    case FaultEvidence::State::kCleared:
-      return "cleared";
-  }
-  return "?";
-}
+/// By FaultEvidence::State.
+constexpr const char* kStateWords[] = {"armed", "active", "paused", "over", "cleared"};
 
 template <typename Section>
 void put(Json& json, const Field<Section>& field, const Section& section) {
@@ -291,7 +278,7 @@ Json fault_json(const Line& line, const FaultReport& report) {
           {"name", fault.name},
           {"kind", row.word},
           {"ids", fault.ids},
-          {"state", state_word(evidence.state)},
+          {"state", kStateWords[static_cast<std::size_t>(evidence.state)]},
           {"armed_at_s", in_seconds(evidence.armed_at)},
           {"began_at_s", optional_seconds(evidence.began_at)},
           {"first_effect_at_s", optional_seconds(evidence.first_effect_at)},

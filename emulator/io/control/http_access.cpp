@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <boost/asio/ip/address.hpp>
-#include <charconv>
 #include <cstddef>
 #include <string>
 
@@ -26,14 +25,12 @@ std::string decode_percent(std::string_view text, const char* part) {
       plain += text[n];
       continue;
     }
-    unsigned code = 0;
     const std::string_view digits = text.substr(n + 1, 2);
-    const char* const last = digits.data() + digits.size();
-    const auto [end, error] = std::from_chars(digits.data(), last, code, 16);
-    if (digits.size() != 2 || error != std::errc() || end != last) {
+    const auto code = number_of(digits, 16, 255);
+    if (digits.size() != 2 || !code) {
       throw ApiError(400, part, "a % is followed by two hexadecimal digits");
     }
-    plain += static_cast<char>(code);
+    plain += static_cast<char>(*code);
     n += 2;
   }
   return plain;
@@ -129,10 +126,9 @@ std::string authorization_of(std::string_view offered) {
     word.remove_prefix(kPrefix.size());
     std::string token;
     for (; word.size() >= 2; word.remove_prefix(2)) {
-      unsigned byte = 0;
-      const auto [end, error] = std::from_chars(word.data(), word.data() + 2, byte, 16);
-      if (error != std::errc() || end != word.data() + 2) return;
-      token += static_cast<char>(byte);
+      const auto byte = number_of(word.substr(0, 2), 16, 255);
+      if (!byte) return;
+      token += static_cast<char>(*byte);
     }
     if (word.empty()) authorization = "Bearer " + token;
   });

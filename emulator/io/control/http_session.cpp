@@ -244,37 +244,32 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     if (endpoint_->streams >= kMaxStreams) {
       throw ApiError(429, "WebSocket", "there are " + std::to_string(kMaxStreams) + " already");
     }
+    World& world = shared_->api.world();
     if (request_.path == ControlApi::kFramesPath) {
       check_handshake();
-      Line& line = read_frames_request(shared_->api.world(), request_);
-      if (shared_->frame_streams >= kMaxFrameStreams) {
-        throw ApiError(429, "frames", "too many streams are open; close another one");
-      }
-      stream_.expires_never();
+      Line& line = read_frames_request(world, request_);
+      check_room("frames", shared_->frame_streams < kMaxFrameStreams);
       stream_frames(std::move(stream_), parser_->release(), line, shared_, endpoint_);
-      return;
-    }
-    if (request_.path == ControlApi::kBodyPath) {
+    } else if (request_.path == ControlApi::kBodyPath) {
       check_handshake();
-      check_body_request(shared_->api.world(), request_);
-      if (shared_->body_streams >= kMaxBodyStreams) {
-        throw ApiError(429, "body", "too many streams are open; close another one");
-      }
-      stream_.expires_never();
+      check_body_request(world, request_);
+      check_room("body", shared_->body_streams < kMaxBodyStreams);
       stream_body(std::move(stream_), parser_->release(), shared_, endpoint_);
-      return;
-    }
-    if (request_.path != ControlApi::kTelemetryPath) {
+    } else if (request_.path == ControlApi::kTelemetryPath) {
+      check_handshake();
+      const TelemetryRequest wanted = read_telemetry_request(world, request_);
+      const double values = wanted.rate_Hz * wanted.values();
+      if (shared_->telemetry_values + values > kMaxTelemetryOfAll) {
+        throw ApiError(429, "rate_Hz", "all clients together ask for too many values per second");
+      }
+      stream_telemetry(std::move(stream_), parser_->release(), wanted, shared_, endpoint_);
+    } else {
       throw ApiError(404, "path", "this path has no WebSocket");
     }
-    check_handshake();
-    const TelemetryRequest wanted = read_telemetry_request(shared_->api.world(), request_);
-    const double values = wanted.rate_Hz * wanted.values();
-    if (shared_->telemetry_values + values > kMaxTelemetryOfAll) {
-      throw ApiError(429, "rate_Hz", "all clients together ask for too many values per second");
-    }
-    stream_.expires_never();
-    stream_telemetry(std::move(stream_), parser_->release(), wanted, shared_, endpoint_);
+  }
+  static void check_room(const char* what, bool has_room) {
+    if (has_room) return;
+    throw ApiError(429, what, "too many streams are open; close another one");
   }
 
   void refuse_unreadable(const error_code& error) {

@@ -33,6 +33,7 @@ StreamClient::StreamClient(HttpStream stream, std::shared_ptr<HttpShared> shared
       timer_(socket_.get_executor()),
       shared_(std::move(shared)),
       endpoint_(std::move(endpoint)) {
+  socket_.next_layer().expires_never();
   ++endpoint_->connections;
   ++endpoint_->streams;
 }

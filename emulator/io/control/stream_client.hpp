@@ -30,7 +30,7 @@ class StreamClient : public std::enable_shared_from_this<StreamClient> {
   /// Called when `write` is done.
   virtual void on_written() = 0;
   /// Called when the client has gone, maybe twice: removes callbacks to this object.
-  virtual void end() = 0;
+  virtual void end() {}
 
   /// Pre: no other write is pending. `text` must stay unchanged until on_written or end.
   void write(const std::string& text);

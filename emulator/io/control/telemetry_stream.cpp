@@ -14,6 +14,7 @@
 #include "emulator/config/config.hpp"
 #include "emulator/core/scenario/sampler.hpp"
 #include "emulator/core/servo/signals.hpp"
+#include "emulator/core/text.hpp"
 #include "emulator/io/control/control_api.hpp"
 #include "emulator/io/control/control_json.hpp"
 #include "emulator/io/control/stream_client.hpp"
@@ -66,12 +67,11 @@ TelemetryRequest read_telemetry_request(World& world, const ApiRequest& request)
         throw ApiError(400, "rate_Hz", "must be a number from 0.1 to 20000");
       }
     } else if (key == "samples_per_message") {
-      const char* const last = value.data() + value.size();
-      const auto [end, error] = std::from_chars(value.data(), last, wanted.samples_per_message);
-      if (error != std::errc() || end != last || wanted.samples_per_message < 1 ||
-          wanted.samples_per_message > kMaxSamplesPerMessage) {
+      const auto samples = number_of(value, 10, kMaxSamplesPerMessage);
+      if (samples.value_or(0) < 1) {
         throw ApiError(400, key, "must be a whole number from 1 to 1000");
       }
+      wanted.samples_per_message = static_cast<int>(*samples);
     } else {
       throw ApiError(400, key,
                      "unknown; known: bus, ids, signals, rate_Hz and samples_per_message");

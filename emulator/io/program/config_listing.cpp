@@ -24,7 +24,7 @@ namespace {
 
 constexpr const char* kNone = "-";
 
-std::string number(double value) { return fmt::format("{:.6g}", value); }
+std::string number(double value) { return plain_number(value, 6); }
 /// Formats a limit; 0 means no limit.
 std::string limit(double value) { return value == 0 ? kNone : number(value); }
 

@@ -9,7 +9,7 @@
 #include "emulator/core/faults/fault_table.hpp"
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
-#include "emulator/files/json_table.hpp"
+#include "emulator/io/control/control_api.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -170,9 +170,7 @@ void LiveScenario::end(Part& part) {
         state == FaultEvidence::State::kCleared) {
       continue;
     }
-    const std::string& name = report.fault.name;
-    part.line->announce(Json{{"clear", name}}.dump());
-    part.line->perform({part.line->bus().time(), {kWholeBus, ClearFault{name}}});
+    request_clear(*part.line, report.fault.name);
   }
 }
 

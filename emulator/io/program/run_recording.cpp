@@ -66,21 +66,18 @@ Json RunRecording::state() const {
 }
 
 Activity RunRecording::for_clients() {
-  const auto start_for_client = [this](const Json& request, bool /*same_user*/) {
+  const auto start_for_client = [this](TableReader& request, bool /*same_user*/) {
     if (running()) throw ApiError(409, "recording", "one is running; stop it first");
     // Ending it again would wait for the disk and delay the buses.
     if (previous_ && !previous_->done()) {
       throw ApiError(409, "recording",
                      "an earlier recording is still being written; wait, or check the disk");
     }
-    const toml::table table = to_table(request);
-    TableReader reader(table, "request", "");
-    const auto directory = reader.text("directory");
-    if (!directory) reader.note_missing("directory");
-    reader.finish();
-    if (directory->empty()) reader.fail("directory", "needs a name");
+    const std::string directory = request.required("directory", request.text("directory"));
+    request.finish();
+    if (directory.empty()) request.fail("directory", "needs a name");
     try {
-      start(std::filesystem::absolute(*directory), From::kNow);
+      start(std::filesystem::absolute(directory), From::kNow);
     } catch (const StartError& problem) {
       throw ApiError(400, "directory", problem.what());
     }

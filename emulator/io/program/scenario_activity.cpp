@@ -114,7 +114,7 @@ std::optional<RunReport> ScenarioActivity::report() const {
 }
 
 Activity ScenarioActivity::for_clients() {
-  return {.start = [this](const Json& request,
+  return {.start = [this](TableReader& request,
                           bool same_user) { return start_for_client(request, same_user); },
           .stop =
               [this] {
@@ -130,21 +130,17 @@ Activity ScenarioActivity::for_clients() {
           .report = [this] { return report_json(); }};
 }
 
-Json ScenarioActivity::start_for_client(const Json& request, bool same_user) {
+Json ScenarioActivity::start_for_client(TableReader& request, bool same_user) {
   if (planned_) {
     throw ApiError(409, "scenario", "the program runs for a scenario of its own (--scenario)");
   }
   if (live_ && live_->running()) {
     throw ApiError(409, "scenario", live_->scenario().name + " is running; stop it first");
   }
-  const auto text_at = [&](const char* key) -> std::optional<std::string> {
-    if (!request.is_object() || !request.contains(key)) return std::nullopt;
-    if (!request[key].is_string()) throw ApiError(400, key, "must be a string");
-    return request[key].get<std::string>();
-  };
-  const auto file = text_at("file");
-  const auto toml = text_at("toml");
-  if (file.has_value() == toml.has_value() || request.size() != 1) {
+  const auto file = request.text("file");
+  const auto toml = request.text("toml");
+  request.finish();
+  if (file.has_value() == toml.has_value()) {
     throw ApiError(400, "scenario", R"(needs either "file" or "toml", and nothing else)");
   }
   if (file && !same_user) check_shipped(*file);

@@ -30,7 +30,7 @@ class ScenarioActivity {
 
  private:
   std::vector<Line*> lines() const;
-  Json start_for_client(const Json& request, bool same_user);
+  Json start_for_client(TableReader& request, bool same_user);
   Json state() const;
   Json report_json() const;
 

@@ -293,13 +293,10 @@ class Inputs {
   }
   static void request_directive(const RecordedInput::Request& request, const BusConfig& config,
                                 Bus& bus) {
-    // Settings that are not given keep their value in RAM.
-    BusConfig now = config;
-    for (ServoConfig& servo : now.servos) servo.rom = bus.servo(servo.id).ram;
-    const toml::table table = to_table(parse_json(request.json));
+    const toml::table table = parse_json_table(request.json);
     TableReader reader(table, kInputsFile, "");
     reader.text("bus");
-    for (const TimedDirective& one : read_directives(reader, now, Timing::kOptional)) {
+    for (const TimedDirective& one : read_directives(reader, config, Timing::kOptional, &bus)) {
       if (one.when || one.at > bus.time()) {
         bus.plan(one);
       } else {

@@ -61,7 +61,7 @@ const std::vector<List> kLists = {
      R"({"id": 1, "fault": "hang"})"},
     {"conditions", "bus", "core/bus/conditions.hpp", "kMax", kRefused,
      R"({"id": 1, "turn_deg": 1, "when": {"signal": "speed_dps", "above": 1e9}})"},
-    {"planned directives", "bus", "io/control/control_directives.hpp", "kMaxPlanned", kRefused,
+    {"planned directives", "bus", "io/control/control_api.hpp", "kMaxPlanned", kRefused,
      R"({"id": 1, "turn_deg": 1, "at_s": 3600})"},
     {"settings for the flash", "drive", "core/wire/can_wire.hpp", "kDriveQueue", kRefused,
      R"({"id": 1, "settings": {"max_speed_dps": 100}})"},

@@ -7,7 +7,6 @@
 #include <set>
 
 #include "emulator/core/faults/fault_table.hpp"
-#include "emulator/io/control/control_directives.hpp"
 #include "emulator/monitor/frames/frame_words.hpp"
 #include "tests/emulator/control/control_support.hpp"
 
@@ -301,17 +300,21 @@ TEST(ControlApi, CancelsALongAdvance) {
   EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 0.001})").status, 200);
 }
 
+Json directory_of(TableReader& request, bool /*same_user*/) {
+  return {{"directory", request.text("directory").value_or("")}};
+}
+
 TEST(ControlApi, RejectsRecordingWithoutRecorder) {
   TestWorld t;
   EXPECT_EQ(t.post("/recording", R"({"directory": "x"})").status, 501);
-  t.api.recording.start = [](const Json& said, bool) -> Json { return said; };
+  t.api.recording.start = directory_of;
   EXPECT_EQ(t.post("/recording", R"({"directory": "x"})").body["directory"], "x");
 }
 
 /// A recording creates a directory at any path that the client names.
 TEST(ControlApi, RecordsForSameUserOrTokenHolder) {
   TestWorld t;
-  t.api.recording.start = [](const Json& said, bool) -> Json { return said; };
+  t.api.recording.start = directory_of;
   ApiRequest request{"POST", "/api/v1/recording", {}, "application/json", R"({"directory": "x"})"};
   EXPECT_EQ(t.ask(request).status, 200);
   request.same_user = false;
@@ -326,7 +329,7 @@ TEST(ControlApi, RecordsForSameUserOrTokenHolder) {
 TEST(ControlApi, RejectsWritesDuringShutdown) {
   TestWorld t;
   int begun = 0;
-  const auto begin = [&begun](const Json&, bool) -> Json { return ++begun; };
+  const auto begin = [&begun](TableReader&, bool) -> Json { return ++begun; };
   t.api.recording.start = t.api.scenario.start = begin;
   t.world.stop();
   for (const auto& [method, path] :

@@ -96,11 +96,9 @@ class Live {
     buses_[n].receive({at, frame});
   }
   void directive(std::size_t n, const std::string& json) {
-    const toml::table table = to_table(parse_json(json));
-    BusConfig now = configs_[n];
-    for (ServoConfig& servo : now.servos) servo.rom = buses_[n].servo(servo.id).ram;
+    const toml::table table = parse_json_table(json);
     TableReader reader(table, "request", "");
-    for (const auto& one : read_directives(reader, now, Timing::kOptional)) {
+    for (const auto& one : read_directives(reader, configs_[n], Timing::kOptional, &buses_[n])) {
       one.when || one.at > buses_[n].time() ? buses_[n].plan(one) : buses_[n].apply(one.directive);
     }
     recorder_.directive(n, buses_[n].time(), json);
