@@ -2,9 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cctype>
-#include <map>
-
 #include "emulator/config/config_quirks.hpp"
 #include "emulator/core/generation.hpp"
 #include "tests/emulator/config/config_support.hpp"
@@ -144,14 +141,19 @@ TEST(AskedFirmware, RejectsWhatAFileRejects) {
             0U);
 }
 
-TEST(AskedFirmware, IgnoresCase) {
-  const Quirks quirks =
-      parse(kDrive, asked({"V235", {{"reply_id_base", "0X180"}, {"stop_holds", "True"}}}))[0]
-          .servos[0]
-          .quirks;
+TEST(AskedFirmware, ReadsWordsAndNumbersOfAnyCase) {
+  const Quirks quirks = parse(kDrive, asked({"V235",
+                                             {{"reply_id_base", "0X180"},
+                                              {"stop_holds", "True"},
+                                              {"single_turn_bits", "32"},
+                                              {"boot_wrap", "Half_Turn"}}}))[0]
+                            .servos[0]
+                            .quirks;
   Quirks expected = quirks_of(Generation::kV235);
   expected.dialect.reply_id_base = 0x180;
   expected.stop_holds = true;
+  expected.dialect.wide_single_turn = true;
+  expected.boot_wrap = BootWrap::kHalfTurn;
   EXPECT_EQ(quirks, expected);
   EXPECT_EQ(drive_of("generation = \"Late-Legacy\"").generation, Generation::kLateLegacy);
 }
@@ -226,23 +228,6 @@ TEST(AskedFirmware, MarksOnlyExplicitGenerationsAsGiven) {
   EXPECT_FALSE(drive_of("").generation_given);
   EXPECT_TRUE(drive_of("generation = \"legacy\"").generation_given);
   EXPECT_TRUE(parse(kDrive, asked({"legacy", {}}))[0].servos[0].generation_given);
-}
-
-TEST(AskedFirmware, AcceptsWhatAFileAccepts) {
-  const std::map<std::string, std::string> lines = {
-      {"reply_id_base", "0x180"}, {"single_turn_bits", "32"},       {"boot_wrap", "half_turn"},
-      {"stop_holds", "true"},     {"clear_angle", "implemented"},   {"iq_scale", "series"},
-      {"clear_reply", "before"},  {"boot_multi_turn", "zero"},      {"off_multi_turn", "as_boot"},
-      {"all_error_bits", "true"}, {"iq_command_limit_lsb", "2048"},
-  };
-  std::string in_file = kDrive;
-  for (const auto& [key, value] : lines) {
-    const bool word = std::isalpha(static_cast<unsigned char>(value[0])) != 0 && value != "true";
-    in_file += "quirks." + key + " = " + (word ? '"' + value + '"' : value) + "\n";
-  }
-  const Quirks quirks = parse(kDrive, asked({std::nullopt, lines}))[0].servos[0].quirks;
-  EXPECT_EQ(quirks, parse(in_file)[0].servos[0].quirks);
-  EXPECT_NE(quirks, Quirks{});
 }
 
 }  // namespace asked_firmware_test

@@ -16,17 +16,6 @@ namespace config_directives_test {
 
 using namespace std::chrono_literals;
 
-// The next line has number 10.
-const std::string kBus =
-    "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"2,5\"\n[[bus.drive]]\nid = 7\nmotor = "
-    "\"ms3506\"\n\n[[bus.event]]\n";
-
-std::vector<TimedDirective> events_of(const std::string& keys) {
-  return parse(kBus + keys)[0].events;
-}
-
-std::string error_of(const std::string& keys) { return parse_error(kBus + keys); }
-
 Condition only_condition(const std::string& keys) {
   const auto events = events_of(keys + "\nmark = \"now\"");
   EXPECT_EQ(events.size(), 1U) << keys;
@@ -239,7 +228,7 @@ TEST(Vocabulary, LimitsFaultsAndConditionsOfABus) {
 // --- tables without text
 
 std::vector<TimedDirective> read(const toml::table& table, Timing timing) {
-  static const BusConfig bus = parse(kBus + "at_s = 0\nmark = \"x\"")[0];
+  static const BusConfig bus = parse(kEventBus + "at_s = 0\nmark = \"x\"")[0];
   TableReader reader(table, "request", "");
   return read_directives(reader, bus, timing);
 }

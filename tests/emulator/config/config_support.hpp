@@ -10,7 +10,8 @@
 
 namespace lk::emulator {
 
-/// Returns the message of the ConfigError or std::invalid_argument that `parse` throws.
+/// Returns the message of the ConfigError, std::invalid_argument or UnknownMotor that `parse`
+/// throws.
 template <typename Parse>
 std::string config_error(Parse parse) {
   try {
@@ -18,6 +19,8 @@ std::string config_error(Parse parse) {
   } catch (const ConfigError& error) {
     return error.what();
   } catch (const std::invalid_argument& error) {
+    return error.what();
+  } catch (const UnknownMotor& error) {
     return error.what();
   }
   return "accepted";
@@ -52,5 +55,16 @@ inline std::vector<BusConfig> parse(const std::string& text, const Overrides& ov
 inline std::string parse_error(const std::string& text) {
   return config_error([&] { parse(text); });
 }
+
+/// A bus up to the keys of its first event; the next line has number 10.
+inline const std::string kEventBus =
+    "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"2,5\"\n[[bus.drive]]\nid = 7\nmotor = "
+    "\"ms3506\"\n\n[[bus.event]]\n";
+
+inline std::vector<TimedDirective> events_of(const std::string& keys) {
+  return parse(kEventBus + keys)[0].events;
+}
+
+inline std::string error_of(const std::string& keys) { return parse_error(kEventBus + keys); }
 
 }  // namespace lk::emulator

@@ -11,8 +11,8 @@ TEST(IpAddress, RequiresBracketsForIPv6) {
   EXPECT_EQ(address_in("localhost"), "127.0.0.1");
   EXPECT_EQ(address_in("LocalHost"), "127.0.0.1");
   for (const char* text : {"", "::1", "[127.0.0.1]", "[]", "[", "[localhost]", "robot", "1.2.3",
-                           "1.2.3.256", "01.2.3.4", "1.2.3.4.5", " 1.2.3.4", "1.2.3.4%lo", "[1:2]",
-                           "[:::]", "[::12345]", "[::1", "::1]"}) {
+                           "1.2.3.256", "1.2..4", "01.2.3.4", "1.2.3.4.5", " 1.2.3.4", "1.2.3.4%lo",
+                           "[1:2]", "[:::]", "[::12345]", "[::1", "::1]"}) {
     EXPECT_EQ(address_in(text), std::nullopt) << text;
   }
 }

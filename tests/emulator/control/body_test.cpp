@@ -105,12 +105,7 @@ TEST(ControlBody, ReportsSignals) {
 
 TEST_F(ServedWheel, SendsBodySignalsOncePerSample) {
   start();
-  const Client stream = client();
-  stream.send(
-      "GET /api/v1/telemetry?signals=alive,body.wheel.z_m,body.contact_N&rate_Hz=1000 HTTP/1.1\r\n"
-      "Host: x\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
-      "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
-  EXPECT_EQ(status(stream.receive_until("\r\n\r\n")), 101);
+  const Client stream = open(upgrade("signals=alive,body.wheel.z_m,body.contact_N&rate_Hz=1000"));
   const std::string first = stream.receive_until("}");
   EXPECT_NE(first.find(R"("body":["body.wheel.z_m","body.contact_N"])"), std::string::npos)
       << first;
@@ -128,25 +123,18 @@ TEST(ControlBody, IsNotFoundWithoutJoints) {
   EXPECT_EQ(where(answer), "body");
 }
 
-const std::string kBodyUpgrade =
-    "GET /api/v1/body HTTP/1.1\r\nHost: x\r\nConnection: Upgrade\r\nUpgrade: "
-    "websocket\r\nSec-WebSocket-Version: 13\r\n"
-    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
+const std::string kBodyUpgrade = upgrade_at("/body");
 
 TEST_F(Served, RejectsBodyStreamWithoutBody) {
   start();
-  const Client stream = client();
-  stream.send(kBodyUpgrade);
-  EXPECT_EQ(status(stream.receive_until("\r\n\r\n")), 404);
+  open(kBodyUpgrade, 404);
 }
 
 /// Poses come at once and after each advance of time. Each message is complete, with the state of
 /// its instant.
 TEST_F(ServedWheel, SendsPosesAfterEachAdvance) {
   start();
-  const Client stream = client();
-  stream.send(kBodyUpgrade);
-  EXPECT_EQ(status(stream.receive_until("\r\n\r\n")), 101);
+  const Client stream = open(kBodyUpgrade);
   const std::string first = stream.receive_until("]}");
   EXPECT_NE(
       first.find(R"({"time_s":0,"shape_changes":0,"poses":[[1.5,0,-0,1,0,0,0]],"contacts":[]})"),
@@ -163,14 +151,8 @@ TEST_F(ServedWheel, SendsPosesAfterEachAdvance) {
 TEST_F(ServedWheel, LimitsPoseStreams) {
   start();
   std::vector<Client> listeners;
-  for (int n = 0; n < kMaxBodyStreams; ++n) {
-    listeners.push_back(client());
-    listeners.back().send(kBodyUpgrade);
-    EXPECT_EQ(status(listeners.back().receive_until("\r\n\r\n")), 101);
-  }
-  const Client another = client();
-  another.send(kBodyUpgrade);
-  EXPECT_EQ(status(another.receive_until("\r\n\r\n")), 429);
+  for (int n = 0; n < kMaxBodyStreams; ++n) listeners.push_back(open(kBodyUpgrade));
+  open(kBodyUpgrade, 429);
 }
 
 }  // namespace control_body_test

@@ -125,6 +125,9 @@ TEST(ControlApi, RejectsDeepNesting) {
   EXPECT_EQ(where(t.post("/directives", nested(kDeepestJson + 1))), "body");
   EXPECT_EQ(where(t.post("/directives", nested(kDeepestJson - 2))), "a") << "an unknown key only";
   EXPECT_EQ(where(t.post("/directives", nested(30'000))), "body");
+  std::string objects;
+  for (int n = 0; n < 10'000; ++n) objects += R"({"a":)";
+  EXPECT_EQ(where(t.post("/directives", objects)), "body");
 }
 
 TEST(ControlApi, ExecutesDirectives) {
@@ -198,19 +201,6 @@ TEST(ControlApi, NamesFaultsAndClearsThem) {
   EXPECT_EQ(t.post("/directives", R"({"clear": "hang-2"})").status, 200);
   EXPECT_EQ(t.get("/faults").body[1]["state"], "cleared");
   EXPECT_EQ(t.post("/directives", R"({"clear": "all"})").status, 200);
-}
-
-TEST(ControlApi, LimitsFaults) {
-  TestWorld t;
-  for (std::size_t n = 0; n < Bus::kMaxFaults; ++n) {
-    ASSERT_EQ(t.post("/directives", R"({"id": 1, "at_s": 9, "fault": {"kind": "hang", "name": "r)" +
-                                        std::to_string(n) + "\"}}")
-                  .status,
-              200);
-  }
-  EXPECT_EQ(t.post("/directives", R"({"id": 1, "fault": "reset"})").status, 409);
-  EXPECT_EQ(t.post("/directives", R"({"clear": "all"})").status, 200);
-  EXPECT_EQ(t.post("/directives", R"({"id": 1, "fault": "reset"})").status, 200);
 }
 
 TEST(ControlApi, LimitsWaitingConditions) {

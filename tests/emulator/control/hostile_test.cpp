@@ -41,8 +41,7 @@ class Hostile : public Served {
   void expect_others_served() const {
     EXPECT_EQ(status(ask(kStatus)), 200);
     if (server_->port() != 0) {
-      EXPECT_EQ(status(ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: " + host() + "\r\n\r\n")),
-                200);
+      EXPECT_EQ(get_tcp("Host: " + host() + "\r\n"), 200);
     }
   }
   /// Waits until the server has handled all earlier input: it polls its sockets between two posted
@@ -118,19 +117,6 @@ TEST_F(Hostile, AcceptWaitsForFreeDescriptors) {
 
 // --- time-outs
 
-TEST_F(Hostile, ClosesIncompleteRequests) {
-  options_.timeouts.request = std::chrono::milliseconds(1);
-  start();
-  const Client header = client();
-  header.send("GET /api/v1/sta");
-  EXPECT_EQ(header.receive_all(), "");
-  const Client body = client();
-  body.send(
-      "POST /api/v1/directives HTTP/1.1\r\nContent-Type: application/json\r\n"
-      "Content-Length: 100\r\n\r\n{");
-  EXPECT_EQ(body.receive_all(), "");
-}
-
 /// One deadline covers the whole request, even if bytes keep arriving.
 TEST_F(Hostile, ClosesSlowRequestsDespiteProgress) {
   options_.timeouts.request = std::chrono::milliseconds(250);
@@ -154,18 +140,6 @@ TEST_F(Hostile, ClosesIdleConnections) {
   EXPECT_EQ(client().receive_all(), "");
 }
 
-TEST_F(Hostile, ClosesClientsThatDoNotRead) {
-  options_.timeouts.request = std::chrono::milliseconds(1);
-  start();
-  const Client one = client();
-  // Requests and answers exceed the socket buffers many times: the server cannot send and stops
-  // reading.
-  std::string many;
-  for (int n = 0; n < 100'000; ++n) many += "GET /api/v1/faults/kinds HTTP/1.1\r\nHost: x\r\n\r\n";
-  EXPECT_FALSE(one.send(many)) << "not cut off";
-  EXPECT_EQ(status(ask("GET /nowhere HTTP/1.1\r\n\r\n")), 404);
-}
-
 // --- requests
 
 TEST_F(Hostile, RejectsPathTraversal) {
@@ -178,16 +152,6 @@ TEST_F(Hostile, RejectsPathTraversal) {
     const std::string answer = ask(std::string("GET ") + path + " HTTP/1.1\r\nHost: x\r\n\r\n");
     EXPECT_EQ(status(answer), 404) << path;
   }
-}
-
-TEST_F(Hostile, LimitsJsonNesting) {
-  start();
-  EXPECT_EQ(status(ask(post("/directives", std::string(60'000, '[')))), 400);
-  EXPECT_EQ(status(ask(post("/directives", std::string(100'000, '[')))), 413);
-  std::string objects;
-  for (int n = 0; n < 10'000; ++n) objects += R"({"a":)";
-  EXPECT_EQ(status(ask(post("/directives", objects))), 400);
-  expect_others_served();
 }
 
 TEST_F(Hostile, LimitsChunksAndTrailers) {
@@ -229,7 +193,7 @@ TEST_F(Hostile, RejectsDuplicateSecurityHeaders) {
        {"Host: " + host() + "\r\nHost: evil.example\r\n",
         "Host: " + host() + "\r\nOrigin: http://" + host() + "\r\nOrigin: http://evil.example\r\n",
         "Host: " + host() + "\r\nAuthorization: Bearer a\r\nAuthorization: Bearer b\r\n"}) {
-    EXPECT_EQ(status(ask_tcp("GET /api/v1/status HTTP/1.1\r\n" + twice + "\r\n")), 400) << twice;
+    EXPECT_EQ(get_tcp(twice), 400) << twice;
   }
 }
 
@@ -246,7 +210,7 @@ TEST_F(Hostile, SkipsRequestsOfClosedConnections) {
   last.send(kStatus);
   thread_ = std::thread([this] { t_.loop.run(); });
   EXPECT_EQ(status(last.receive_answer()), 200);
-  EXPECT_EQ(status(ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: " + host() + "\r\n\r\n")), 200);
+  EXPECT_EQ(get_tcp("Host: " + host() + "\r\n"), 200);
   EXPECT_EQ(computed, 2);
 }
 
@@ -254,9 +218,7 @@ TEST_F(Hostile, WebSocketsLeaveFreeConnections) {
   start();
   std::vector<Client> streams;
   for (int n = 0; n < kMaxStreams; ++n) {
-    streams.push_back(client());
-    streams.back().send(upgrade("signals=speed_dps&ids=1&rate_Hz=1"));
-    ASSERT_EQ(status(streams.back().receive_until("\r\n\r\n")), 101) << n;
+    streams.push_back(open(upgrade("signals=speed_dps&ids=1&rate_Hz=1")));
   }
   EXPECT_EQ(status(ask(upgrade("signals=speed_dps&ids=1&rate_Hz=1"))), 429);
   std::vector<Client> busy;
@@ -404,9 +366,7 @@ TEST_F(Hostile, ForbiddenFramesEndTheStream) {
        {endless, unmasked, huge, websocket_frame(0x89, std::string(126, 'x')),
         websocket_frame(0x83, "reserved"), websocket_frame(0x80, "continues nothing"),
         websocket_frame(0xC1, "compressed")}) {
-    const Client one = client();
-    one.send(upgrade("signals=alive&rate_Hz=10"));
-    ASSERT_EQ(status(one.receive_until("\r\n\r\n")), 101);
+    const Client one = open(upgrade("signals=alive&rate_Hz=10"));
     one.send(frames);
     // The last bytes are a close frame with the reason: 1002, or 1009 for a frame that is too long.
     const std::string rest = one.receive_all();
@@ -419,10 +379,9 @@ TEST_F(Hostile, ForbiddenFramesEndTheStream) {
 
 TEST_F(Hostile, SlowTelemetryReaderLosesSamplesOnly) {
   start();
-  const Client sleeper = client();
   // 10 kHz of more than 200 bytes: 2 MB in a second, more than the server buffers.
-  sleeper.send(upgrade("signals=angle_deg,speed_dps,iq_A,voltage_V,true_angle_deg&rate_Hz=10000"));
-  EXPECT_EQ(status(sleeper.receive_until("\r\n\r\n")), 101);
+  const Client sleeper =
+      open(upgrade("signals=angle_deg,speed_dps,iq_A,voltage_V,true_angle_deg&rate_Hz=10000"));
   ASSERT_EQ(status(ask(post("/clock/advance", R"({"by_s": 1})"))), 200);
   ASSERT_EQ(status(ask(post("/clock/advance", R"({"by_s": 1})"))), 200);
   auto awake = std::async(std::launch::async, [&] { return sleeper.receive_until("\"lost\":"); });

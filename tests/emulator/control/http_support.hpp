@@ -192,6 +192,27 @@ class Served : public testing::Test {
     one.send(text);
     return one.receive_answer();
   }
+  /// Asks over TCP, with more headers; returns the status.
+  int get_tcp(const std::string& more, const std::string& path = "/status") const {
+    return status(ask_tcp("GET /api/v1" + path + " HTTP/1.1\r\n" + more + "\r\n"));
+  }
+  int send_tcp(const std::string& line, const std::string& body,
+               const std::string& more = "") const {
+    return status(ask_tcp(line + " HTTP/1.1\r\nHost: " + host() + "\r\n" + more +
+                          "Content-Type: application/json\r\nContent-Length: " +
+                          std::to_string(body.size()) + "\r\n\r\n" + body));
+  }
+  /// Opens a stream; returns its client after the answer of this status.
+  Client open(const std::string& request, int expected = 101) const {
+    Client one = client();
+    one.send(request);
+    EXPECT_EQ(status(one.receive_until("\r\n\r\n")), expected);
+    return one;
+  }
+  void stop_and_reset() {
+    stop();
+    t_.loop.restart();
+  }
   std::string host() const { return "localhost:" + std::to_string(server_->port()); }
 
   const test::TempDirectory own_;
@@ -210,11 +231,13 @@ inline std::string post(const std::string& path, const std::string& body) {
          "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
 }
 
-/// Returns a WebSocket upgrade for telemetry.
-inline std::string upgrade(const std::string& query) {
-  return "GET /api/v1/telemetry?" + query +
-         " HTTP/1.1\r\nHost: x\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
-         "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
+/// Returns a WebSocket upgrade, with more headers.
+inline std::string upgrade_at(const std::string& path, const std::string& more = "Host: x\r\n") {
+  return "GET /api/v1" + path + " HTTP/1.1\r\n" + more +
+         "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+         "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
 }
+/// Returns one for telemetry.
+inline std::string upgrade(const std::string& query) { return upgrade_at("/telemetry?" + query); }
 
 }  // namespace lk::emulator

@@ -10,15 +10,6 @@
 namespace lk::emulator {
 namespace http_test {
 
-TEST_F(Served, AnswersAndStaysConnected) {
-  start();
-  const Client one = client();
-  for (int n = 0; n < 3; ++n) {
-    one.send(kStatus);
-    EXPECT_EQ(status(one.receive_answer()), 200);
-  }
-}
-
 TEST_F(Served, RestrictsTheSocketToTheUser) {
   start();
   EXPECT_EQ(fs::status(options_.socket).permissions(),
@@ -128,16 +119,6 @@ TEST_F(Served, LimitsHeadersAndBodies) {
   EXPECT_EQ(status(endless.receive_all()), 413);
 }
 
-TEST_F(Served, SlowClientDoesNotDelayOthers) {
-  start();
-  std::vector<Client> slow;
-  for (int n = 0; n < 20; ++n) {
-    slow.push_back(client());
-    slow.back().send("GET /api/v1/sta");
-  }
-  EXPECT_EQ(status(ask(kStatus)), 200);
-}
-
 TEST_F(Served, CancelsAdvanceWhenTheClientDisconnects) {
   start();
   const auto advancing = [&](const char* whether) {
@@ -178,7 +159,7 @@ TEST_F(Served, RejectsForeignPagesOverTcp) {
   options_.http = HttpAddress{"127.0.0.1", 0};
   start();
   const auto with = [&](const std::string& name, const std::string& more) {
-    return status(ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: " + name + "\r\n" + more + "\r\n"));
+    return get_tcp("Host: " + name + "\r\n" + more);
   };
   EXPECT_EQ(with(host(), ""), 200);
   EXPECT_EQ(with(host(), "Origin: http://" + host() + "\r\n"), 200);
@@ -195,11 +176,8 @@ TEST_F(Served, RejectsForeignPagesOverTcp) {
                            "[localhost]:80", "[127.0.0.1]:80", "[::1]8474", "127.0.0.1:80:80"}) {
     EXPECT_EQ(with(name, ""), 403) << name;
   }
-  EXPECT_EQ(with(host(),
-                 "Origin: http://example.com\r\nConnection: Upgrade\r\n"
-                 "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
-                 "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"),
-            403);
+  const std::string foreign = "Host: " + host() + "\r\nOrigin: http://example.com\r\n";
+  EXPECT_EQ(status(ask_tcp(upgrade_at("/status", foreign))), 403);
 }
 
 TEST_F(Served, HostInTheTargetOverridesTheHeader) {
@@ -233,7 +211,7 @@ TEST_F(Served, OpenToOthersIsExplicitAndRejectsForeignPages) {
   options_.open_to_others = true;
   start();
   const auto with = [&](const std::string& name, const std::string& more) {
-    return status(ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: " + name + "\r\n" + more + "\r\n"));
+    return get_tcp("Host: " + name + "\r\n" + more);
   };
   EXPECT_EQ(with("192.0.2.1:8474", ""), 200);
   EXPECT_EQ(with("192.0.2.1:8474", "Origin: http://192.0.2.1:8474\r\n"), 200);
@@ -247,19 +225,14 @@ TEST_F(Served, AllowsReadsOnlyWithoutAToken) {
   for (const bool may : {false, true}) {
     options_.pages_may_write = may;
     start();
-    const auto with = [&](const std::string& line, const std::string& body) {
-      return status(ask_tcp(line + " HTTP/1.1\r\nHost: " + host() +
-                            "\r\nContent-Type: application/json\r\nContent-Length: " +
-                            std::to_string(body.size()) + "\r\n\r\n" + body));
-    };
-    EXPECT_EQ(with("GET /api/v1/drives", ""), 200);
-    EXPECT_EQ(with("POST /api/v1/directives", R"({"power": "off"})"), may ? 200 : 403);
-    EXPECT_EQ(with("DELETE /api/v1/directives", ""), may ? 200 : 403);
+    EXPECT_EQ(send_tcp("GET /api/v1/drives", ""), 200);
+    EXPECT_EQ(send_tcp("POST /api/v1/directives", R"({"power": "off"})"), may ? 200 : 403);
+    EXPECT_EQ(send_tcp("DELETE /api/v1/directives", ""), may ? 200 : 403);
     server_->api().recording.start = [](TableReader&, bool) { return Json::object(); };
-    EXPECT_EQ(with("POST /api/v1/recording", R"({"directory": "x"})"), 403) << "it writes files";
+    EXPECT_EQ(send_tcp("POST /api/v1/recording", R"({"directory": "x"})"), 403)
+        << "it writes files";
     EXPECT_EQ(status(ask(post("/directives", R"({"power": "off"})"))), 200) << "the Unix socket";
-    stop();
-    t_.loop.restart();
+    stop_and_reset();
   }
 }
 
@@ -270,14 +243,10 @@ TEST_F(Served, AllowsRecordingWithAToken) {
     if (asked_for) options_.token_file = token_file(token, fs::perms::owner_read);
     start();
     server_->api().recording.start = [](TableReader&, bool) { return Json::object(); };
-    const std::string body = R"({"directory": "x"})";
-    const std::string answer = ask_tcp("POST /api/v1/recording HTTP/1.1\r\nHost: " + host() +
-                                       "\r\nAuthorization: Bearer " + token +
-                                       "\r\nContent-Type: application/json\r\nContent-Length: " +
-                                       std::to_string(body.size()) + "\r\n\r\n" + body);
-    EXPECT_EQ(status(answer), asked_for ? 200 : 403) << "a header that nobody looks at is no token";
-    stop();
-    t_.loop.restart();
+    const int answer = send_tcp("POST /api/v1/recording", R"({"directory": "x"})",
+                                "Authorization: Bearer " + token + "\r\n");
+    EXPECT_EQ(answer, asked_for ? 200 : 403) << "a header that nobody looks at is no token";
+    stop_and_reset();
   }
 }
 
@@ -287,8 +256,7 @@ TEST_F(Served, RequiresTheConfiguredToken) {
   options_.token_file = token_file(token, fs::perms::owner_read);
   start();
   const auto with = [&](const std::string& more) {
-    return status(
-        ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: " + host() + "\r\n" + more + "\r\n"));
+    return get_tcp("Host: " + host() + "\r\n" + more);
   };
   EXPECT_EQ(with(""), 401);
   EXPECT_EQ(with("Authorization: Bearer " + token + "\r\n"), 200);
@@ -309,8 +277,7 @@ TEST_F(Served, NeverTruncatesTokens) {
   options_.token_file = token_file(longest + "\r", mode);  // plus a line end
   start();
   const auto with = [&](const std::string& token) {
-    return status(ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: " + host() +
-                          "\r\nAuthorization: Bearer " + token + "\r\n\r\n"));
+    return get_tcp("Host: " + host() + "\r\nAuthorization: Bearer " + token + "\r\n");
   };
   EXPECT_EQ(with(longest), 200);
   EXPECT_EQ(with(longest.substr(1)), 401);
@@ -318,11 +285,9 @@ TEST_F(Served, NeverTruncatesTokens) {
   std::string digits;
   for (std::size_t n = 0; n < longest.size(); ++n) digits += "78";
   const Client page = Client::tcp(server_->port());
-  page.send("GET /api/v1/telemetry?signals=alive HTTP/1.1\r\nHost: " + host() +
-            "\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
-            "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
-            "Sec-WebSocket-Protocol: lk-emu, bearer." +
-            digits + "\r\n\r\n");
+  page.send(upgrade_at(
+      "/telemetry?signals=alive",
+      "Host: " + host() + "\r\nSec-WebSocket-Protocol: lk-emu, bearer." + digits + "\r\n"));
   EXPECT_EQ(status(page.receive_until("\r\n\r\n")), 101);
 }
 
@@ -340,9 +305,7 @@ TEST_F(Served, OpenAddressRequiresASecretToken) {
 
 TEST_F(Served, TelemetryCoversEverySampleInstant) {
   start();
-  const Client stream = client();
-  stream.send(upgrade("signals=alive&ids=2&rate_Hz=1000"));
-  EXPECT_EQ(status(stream.receive_until("\r\n\r\n")), 101);
+  const Client stream = open(upgrade("signals=alive&ids=2&rate_Hz=1000"));
   EXPECT_NE(stream.receive_until("}").find(R"({"bus":"vcan0","ids":[2],"signals":["alive"])"),
             std::string::npos);
   EXPECT_EQ(status(ask(post("/clock/advance", R"({"by_s": 0.003})"))), 200);

@@ -58,8 +58,7 @@ TEST_F(Served, SetsTheLanguageOfThePage) {
     const std::size_t at = page.find("ETag: ") + 6;
     etags.push_back(page.substr(at, page.find('\r', at) - at));
     EXPECT_EQ(status(ask_for("If-None-Match: " + etags.back() + "\r\n")), 304);
-    stop();
-    t_.loop.restart();
+    stop_and_reset();
   }
 }
 
@@ -69,18 +68,12 @@ TEST_F(Served, PageWritesOnlyIfAllowed) {
     options_.pages_may_write = may;
     start();
     const auto power_off = [&](const std::string& origin) {
-      const std::string body = R"({"power": "off"})";
-      return status(ask_tcp("POST /api/v1/directives HTTP/1.1\r\nHost: " + host() + "\r\n" +
-                            origin + "Content-Type: application/json\r\nContent-Length: " +
-                            std::to_string(body.size()) + "\r\n\r\n" + body));
+      return send_tcp("POST /api/v1/directives", R"({"power": "off"})", origin);
     };
     EXPECT_EQ(power_off("Origin: http://" + host() + "\r\n"), may ? 200 : 403);
     EXPECT_EQ(power_off(""), 200) << "a program is no page";
-    EXPECT_EQ(status(ask_tcp("GET /api/v1/drives HTTP/1.1\r\nHost: " + host() +
-                             "\r\nOrigin: http://" + host() + "\r\n\r\n")),
-              200);
-    stop();
-    t_.loop.restart();
+    EXPECT_EQ(get_tcp("Host: " + host() + "\r\nOrigin: http://" + host() + "\r\n"), 200);
+    stop_and_reset();
   }
 }
 
@@ -94,24 +87,17 @@ TEST(HttpAccess, ReadsTokenFromSubprotocols) {
   EXPECT_FALSE(offers_protocol("lk-emulator"));
 }
 
-const std::string kUpgrade =
-    "Host: x\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
-    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: lk-emu\r\n\r\n";
+const std::string kFrames = upgrade_at("/frames");
 
 TEST_F(Served, GroupsSamplesPerMessage) {
   start();
   const Client stream = client();
-  stream.send(
-      "GET /api/v1/telemetry?signals=alive&ids=2&rate_Hz=1000&samples_per_message=3 HTTP/1.1\r\n" +
-      kUpgrade);
+  stream.send(upgrade_at("/telemetry?signals=alive&ids=2&rate_Hz=1000&samples_per_message=3",
+                         "Host: x\r\nSec-WebSocket-Protocol: lk-emu\r\n"));
   EXPECT_NE(stream.receive_until("\r\n\r\n").find("Sec-WebSocket-Protocol: lk-emu\r\n"),
             std::string::npos);
   stream.receive_until("}");
-  const std::string body = R"({"by_s": 0.0045})";
-  EXPECT_EQ(status(ask("POST /api/v1/clock/advance HTTP/1.1\r\nContent-Type: application/json\r\n"
-                       "Content-Length: " +
-                       std::to_string(body.size()) + "\r\n\r\n" + body)),
-            200);
+  EXPECT_EQ(status(ask(post("/clock/advance", R"({"by_s": 0.0045})"))), 200);
   // Samples at 0, 1, 2, 3 and 4 ms, at most three per list; the grouping depends on timing.
   std::size_t samples = 0;
   for (int messages = 0; samples < 5 && messages < 5; ++messages) {
@@ -127,11 +113,8 @@ TEST_F(Served, GroupsSamplesPerMessage) {
 
 TEST_F(Served, StreamsDecodedFrames) {
   start();
-  const Client stream = client();
-  stream.send("GET /api/v1/frames HTTP/1.1\r\n" + kUpgrade);
-  EXPECT_EQ(status(stream.receive_until("\r\n\r\n")), 101);
+  const Client stream = open(kFrames);
   EXPECT_NE(stream.receive_until("}").find(R"({"bus":"vcan0"})"), std::string::npos);
-  const std::string body = R"({"by_s": 0.01})";
   boost::asio::post(t_.loop, [this] {
     protocol::Frame frame;
     frame.id = 0x141;
@@ -139,10 +122,7 @@ TEST_F(Served, StreamsDecodedFrames) {
     frame.data = {0xA4, 0, 0x2C, 0x01, 0x50, 0xC3, 0, 0};
     t_.world.lines().front()->accept({SimTime{0}, frame});
   });
-  EXPECT_EQ(status(ask("POST /api/v1/clock/advance HTTP/1.1\r\nContent-Type: application/json\r\n"
-                       "Content-Length: " +
-                       std::to_string(body.size()) + "\r\n\r\n" + body)),
-            200);
+  EXPECT_EQ(status(ask(post("/clock/advance", R"({"by_s": 0.01})"))), 200);
   // docs/reference/protocol.md: 0x012C = 300 dps, 0xC350 = 50000 of 0.01 degrees. The drive replies
   // with state 2.
   std::string told = stream.receive_until(R"("from":"drive")");
@@ -158,21 +138,13 @@ TEST_F(Served, StreamsDecodedFrames) {
 TEST_F(Served, LimitsFrameStreams) {
   start();
   std::vector<Client> listeners;
-  for (int n = 0; n < kMaxFrameStreams; ++n) {
-    listeners.push_back(client());
-    listeners.back().send("GET /api/v1/frames HTTP/1.1\r\n" + kUpgrade);
-    EXPECT_EQ(status(listeners.back().receive_until("\r\n\r\n")), 101);
-  }
-  const Client another = client();
-  another.send("GET /api/v1/frames HTTP/1.1\r\n" + kUpgrade);
-  EXPECT_EQ(status(another.receive_until("\r\n\r\n")), 429);
+  for (int n = 0; n < kMaxFrameStreams; ++n) listeners.push_back(open(kFrames));
+  open(kFrames, 429);
 }
 
 TEST_F(Served, CountsFramesMissedByASlowReader) {
   start();
-  const Client sleeper = client();
-  sleeper.send("GET /api/v1/frames HTTP/1.1\r\n" + kUpgrade);
-  EXPECT_EQ(status(sleeper.receive_until("\r\n\r\n")), 101);
+  const Client sleeper = open(kFrames);
   for (int n = 0; n < 10; ++n) {  // more than a socket buffers, some hundred kilobytes each time
     boost::asio::post(t_.loop, [this] {
       for (int frames = 0; frames < 2000; ++frames) {
@@ -192,9 +164,7 @@ TEST_F(Served, RejectsFrameStreamWithoutUpgrade) {
 
 TEST_F(Served, FramesCarryTheirAdvice) {
   start();
-  const Client stream = client();
-  stream.send("GET /api/v1/frames HTTP/1.1\r\n" + kUpgrade);
-  EXPECT_EQ(status(stream.receive_until("\r\n\r\n")), 101);
+  const Client stream = open(kFrames);
   stream.receive_until("}");
   boost::asio::post(t_.loop, [this] {
     Line& line = *t_.world.lines().front();
