@@ -1,4 +1,4 @@
-#include "emulator/io/control/body_stream.hpp"
+// Shape and poses of a body.
 
 #include <fmt/format.h>
 
@@ -99,6 +99,9 @@ Json body_json(const World& world) {
           {"shape_changes", body.shape_changes()}};
 }
 
+namespace {
+
+/// Returns {"time_s", "poses", "contacts"} of now, as text: it is sent 60 times a second.
 std::string body_state_text(const World& world) {
   const DrawableBody& body = *drawable_body(world);
   std::string text = fmt::format(R"({{"time_s":{},"shape_changes":{},"poses":[)",
@@ -121,20 +124,12 @@ std::string body_state_text(const World& world) {
   return text + "]}";
 }
 
-namespace {
-
 constexpr auto kPeriod = std::chrono::microseconds(16'667);
 
 class BodyStream : public StreamClient {
  public:
-  BodyStream(HttpStream stream, std::shared_ptr<HttpShared> shared,
-             std::shared_ptr<HttpEndpoint> endpoint)
-      : StreamClient(std::move(stream), std::move(shared), std::move(endpoint)) {
-    ++this->shared().body_streams;
-  }
-  BodyStream(const BodyStream&) = delete;
-  BodyStream& operator=(const BodyStream&) = delete;
-  ~BodyStream() override { --shared().body_streams; }
+  explicit BodyStream(StreamPeer peer)
+      : StreamClient(std::move(peer), &HttpShared::body_streams, 1) {}
 
  private:
   void begin() override {
@@ -144,10 +139,9 @@ class BodyStream : public StreamClient {
 
   /// Scheduled by the period, not by the last message. Sends only if time has advanced.
   void send_pose() {
-    const World& world = shared().api.world();
-    if (!writing_ && sent_at_ != world.time()) {
-      sent_at_ = world.time();
-      text_ = body_state_text(world);
+    if (!writing_ && sent_at_ != world().time()) {
+      sent_at_ = world().time();
+      text_ = body_state_text(world());
       writing_ = true;
       write(text_);
     }
@@ -166,10 +160,6 @@ class BodyStream : public StreamClient {
 
 }  // namespace
 
-void stream_body(HttpStream stream, HttpUpgrade upgrade, std::shared_ptr<HttpShared> shared,
-                 std::shared_ptr<HttpEndpoint> endpoint) {
-  std::make_shared<BodyStream>(std::move(stream), std::move(shared), std::move(endpoint))
-      ->start(std::move(upgrade));
-}
+void stream_body(StreamPeer peer) { std::make_shared<BodyStream>(std::move(peer))->start(); }
 
 }  // namespace lk::emulator

@@ -11,9 +11,9 @@
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/text.hpp"
 #include "emulator/core/wire/wire.hpp"
-#include "emulator/io/control/body_stream.hpp"
 #include "emulator/io/control/control_json.hpp"
 #include "emulator/io/control/http_access.hpp"
+#include "emulator/io/control/streams.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -1,4 +1,4 @@
-#include "emulator/io/control/frame_stream.hpp"
+// Decoded frames of a bus.
 
 #include <optional>
 #include <utility>
@@ -15,16 +15,10 @@ constexpr auto kGather = std::chrono::milliseconds(20);
 
 class FrameStream : public StreamClient {
  public:
-  FrameStream(HttpStream stream, Line& line, std::shared_ptr<HttpShared> shared,
-              std::shared_ptr<HttpEndpoint> endpoint)
-      : StreamClient(std::move(stream), std::move(shared), std::move(endpoint)),
+  FrameStream(StreamPeer peer, Line& line)
+      : StreamClient(std::move(peer), &HttpShared::frame_streams, 1),
         line_(line),
-        reader_(line.config()) {
-    ++this->shared().frame_streams;
-  }
-  FrameStream(const FrameStream&) = delete;
-  FrameStream& operator=(const FrameStream&) = delete;
-  ~FrameStream() override { --shared().frame_streams; }
+        reader_(line.config()) {}
 
  private:
   void begin() override {
@@ -129,10 +123,8 @@ class FrameStream : public StreamClient {
 
 }  // namespace
 
-void stream_frames(HttpStream stream, HttpUpgrade upgrade, Line& line,
-                   std::shared_ptr<HttpShared> shared, std::shared_ptr<HttpEndpoint> endpoint) {
-  std::make_shared<FrameStream>(std::move(stream), line, std::move(shared), std::move(endpoint))
-      ->start(std::move(upgrade));
+void stream_frames(StreamPeer peer, Line& line) {
+  std::make_shared<FrameStream>(std::move(peer), line)->start();
 }
 
 }  // namespace lk::emulator

@@ -15,10 +15,8 @@
 
 #include "emulator/config/config_error.hpp"
 #include "emulator/core/text.hpp"
-#include "emulator/io/control/body_stream.hpp"
-#include "emulator/io/control/frame_stream.hpp"
 #include "emulator/io/control/http_access.hpp"
-#include "emulator/io/control/telemetry_stream.hpp"
+#include "emulator/io/control/streams.hpp"
 #include "emulator/io/control/web_files.hpp"
 
 namespace lk::emulator {
@@ -249,12 +247,12 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       check_handshake();
       Line& line = read_frames_request(world, request_);
       check_room("frames", shared_->frame_streams < kMaxFrameStreams);
-      stream_frames(std::move(stream_), parser_->release(), line, shared_, endpoint_);
+      stream_frames(peer(), line);
     } else if (request_.path == ControlApi::kBodyPath) {
       check_handshake();
       check_body_request(world, request_);
       check_room("body", shared_->body_streams < kMaxBodyStreams);
-      stream_body(std::move(stream_), parser_->release(), shared_, endpoint_);
+      stream_body(peer());
     } else if (request_.path == ControlApi::kTelemetryPath) {
       check_handshake();
       const TelemetryRequest wanted = read_telemetry_request(world, request_);
@@ -262,11 +260,12 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       if (shared_->telemetry_values + values > kMaxTelemetryOfAll) {
         throw ApiError(429, "rate_Hz", "all clients together ask for too many values per second");
       }
-      stream_telemetry(std::move(stream_), parser_->release(), wanted, shared_, endpoint_);
+      stream_telemetry(peer(), wanted);
     } else {
       throw ApiError(404, "path", "this path has no WebSocket");
     }
   }
+  StreamPeer peer() { return {std::move(stream_), parser_->release(), shared_, endpoint_}; }
   static void check_room(const char* what, bool has_room) {
     if (has_room) return;
     throw ApiError(429, what, "too many streams are open; close another one");

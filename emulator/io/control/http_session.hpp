@@ -22,9 +22,10 @@ namespace lk::emulator {
 struct HttpShared {
   explicit HttpShared(World& world) : api(world) {}
   ControlApi api;
-  double telemetry_values = 0;  // per second, of all streams
-  int frame_streams = 0;
-  int body_streams = 0;
+  // Of all streams (StreamClient).
+  double telemetry_values = 0;  // per second
+  double frame_streams = 0;
+  double body_streams = 0;
 };
 
 /// One listening place and its connections. Each entrance has its own limits, so that clients of

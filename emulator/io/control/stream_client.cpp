@@ -5,7 +5,6 @@
 #include <boost/asio/buffer.hpp>
 #include <utility>
 
-#include "emulator/io/control/body_stream.hpp"
 #include "emulator/io/control/control_api.hpp"
 
 namespace lk::emulator {
@@ -27,27 +26,30 @@ void choose_protocol(websocket::stream<HttpStream, false>& socket, const HttpUpg
 
 }  // namespace
 
-StreamClient::StreamClient(HttpStream stream, std::shared_ptr<HttpShared> shared,
-                           std::shared_ptr<HttpEndpoint> endpoint)
-    : socket_(std::move(stream)),
+StreamClient::StreamClient(StreamPeer peer, double HttpShared::*used, double share)
+    : socket_(std::move(peer.stream)),
       timer_(socket_.get_executor()),
-      shared_(std::move(shared)),
-      endpoint_(std::move(endpoint)) {
+      shared_(std::move(peer.shared)),
+      endpoint_(std::move(peer.endpoint)),
+      upgrade_(std::move(peer.upgrade)),
+      used_(used),
+      share_(share) {
   socket_.next_layer().expires_never();
+  (*shared_).*used_ += share_;
   ++endpoint_->connections;
   ++endpoint_->streams;
 }
 
 StreamClient::~StreamClient() {
+  (*shared_).*used_ -= share_;
   --endpoint_->connections;
   --endpoint_->streams;
 }
 
-void StreamClient::start(HttpUpgrade upgrade) {
+void StreamClient::start() {
   socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
   socket_.read_message_max(kLongestMessage);
-  choose_protocol(socket_, upgrade);
-  upgrade_ = std::move(upgrade);
+  choose_protocol(socket_, upgrade_);
   socket_.async_accept(upgrade_, [self = shared_from_this()](const error_code& error) {
     if (error) return;
     self->begin();

@@ -8,21 +8,21 @@
 #include <memory>
 #include <string>
 
-#include "emulator/io/control/http_session.hpp"
+#include "emulator/io/control/streams.hpp"
 
 namespace lk::emulator {
 
 /// One WebSocket client of a stream; keeps itself alive until the client has gone.
 class StreamClient : public std::enable_shared_from_this<StreamClient> {
  public:
-  StreamClient(HttpStream stream, std::shared_ptr<HttpShared> shared,
-               std::shared_ptr<HttpEndpoint> endpoint);
+  /// Takes `share` of the limit `used` of all clients.
+  StreamClient(StreamPeer peer, double HttpShared::*used, double share);
   StreamClient(const StreamClient&) = delete;
   StreamClient& operator=(const StreamClient&) = delete;
   virtual ~StreamClient();
 
   /// Answers the upgrade, then calls `begin`.
-  void start(HttpUpgrade upgrade);
+  void start();
 
  protected:
   /// Called when the connection is open.
@@ -36,7 +36,7 @@ class StreamClient : public std::enable_shared_from_this<StreamClient> {
   void write(const std::string& text);
   /// Calls `what` once unless the client has gone; replaces an earlier request.
   void do_after(std::chrono::nanoseconds delay, std::function<void()> what);
-  HttpShared& shared() const { return *shared_; }
+  World& world() const { return shared_->api.world(); }
 
  private:
   void read();
@@ -47,6 +47,8 @@ class StreamClient : public std::enable_shared_from_this<StreamClient> {
   std::shared_ptr<HttpShared> shared_;
   std::shared_ptr<HttpEndpoint> endpoint_;
   HttpUpgrade upgrade_;
+  double HttpShared::*used_;
+  double share_;
   boost::beast::flat_buffer incoming_;
   bool is_closed_ = false;
 };

@@ -1,6 +1,4 @@
-// Parses the parameters of a telemetry stream.
-
-#include "emulator/io/control/telemetry_stream.hpp"
+// Telemetry: the parameters of a stream, and its samples.
 
 #include <fmt/format.h>
 
@@ -113,19 +111,12 @@ void append_number(std::string& text, double value) {
 
 class TelemetryStream : public StreamClient {
  public:
-  TelemetryStream(HttpStream stream, TelemetryRequest wanted, std::shared_ptr<HttpShared> shared,
-                  std::shared_ptr<HttpEndpoint> endpoint)
-      : StreamClient(std::move(stream), std::move(shared), std::move(endpoint)),
-        wanted_(std::move(wanted)) {
-    this->shared().telemetry_values += values_a_second();
-  }
-  TelemetryStream(const TelemetryStream&) = delete;
-  TelemetryStream& operator=(const TelemetryStream&) = delete;
-  ~TelemetryStream() override { shared().telemetry_values -= values_a_second(); }
+  TelemetryStream(StreamPeer peer, const TelemetryRequest& wanted)
+      : StreamClient(std::move(peer), &HttpShared::telemetry_values,
+                     wanted.rate_Hz * wanted.values()),
+        wanted_(wanted) {}
 
  private:
-  double values_a_second() const { return wanted_.rate_Hz * wanted_.values(); }
-
   void begin() override {
     std::vector<SampledColumn> columns;
     for (const int id : wanted_.ids) {
@@ -230,11 +221,8 @@ class TelemetryStream : public StreamClient {
 
 }  // namespace
 
-void stream_telemetry(HttpStream stream, HttpUpgrade upgrade, const TelemetryRequest& wanted,
-                      std::shared_ptr<HttpShared> shared, std::shared_ptr<HttpEndpoint> endpoint) {
-  std::make_shared<TelemetryStream>(std::move(stream), wanted, std::move(shared),
-                                    std::move(endpoint))
-      ->start(std::move(upgrade));
+void stream_telemetry(StreamPeer peer, const TelemetryRequest& wanted) {
+  std::make_shared<TelemetryStream>(std::move(peer), wanted)->start();
 }
 
 }  // namespace lk::emulator

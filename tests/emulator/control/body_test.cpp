@@ -8,7 +8,7 @@
 
 #include "emulator/core/coupling/drawable_body.hpp"
 #include "emulator/core/servo/signals.hpp"
-#include "emulator/io/control/body_stream.hpp"
+#include "emulator/io/control/streams.hpp"
 #include "tests/emulator/control/http_support.hpp"
 
 namespace lk::emulator {

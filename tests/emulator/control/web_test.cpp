@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "emulator/io/control/frame_stream.hpp"
 #include "emulator/io/control/http_access.hpp"
+#include "emulator/io/control/streams.hpp"
 #include "tests/emulator/control/http_support.hpp"
 
 namespace lk::emulator {
