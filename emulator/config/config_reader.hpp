@@ -87,6 +87,12 @@ class TableReader {
   std::vector<std::string> missing_;
 };
 
+/// Reads the keys `id` or `ids` of a table; ascending, empty if both are absent.
+std::vector<int> read_ids(TableReader& reader);
+
+/// Returns which of the two keys is present, for messages.
+inline const char* ids_key(const TableReader& reader) { return reader.has("ids") ? "ids" : "id"; }
+
 /// Whether a value is required in a file.
 enum class Presence : std::uint8_t { kRequired, kOptional };
 

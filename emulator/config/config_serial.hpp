@@ -11,12 +11,6 @@
 
 namespace lk::emulator {
 
-/// Reads the keys `id` or `ids` of a table; ascending, empty if both are absent.
-std::vector<int> read_ids(TableReader& reader);
-
-/// Returns which of the two keys is present, for messages.
-inline const char* ids_key(const TableReader& reader) { return reader.has("ids") ? "ids" : "id"; }
-
 inline constexpr std::int64_t kDefaultBaud = 115'200;
 
 /// Returns why `baud` is invalid for RS-485; empty if valid: 0, or a rate that drives have.

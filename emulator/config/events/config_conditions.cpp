@@ -8,7 +8,6 @@
 #include "emulator/core/faults/fault_table.hpp"
 #include "emulator/core/servo/signals.hpp"
 #include "emulator/core/text.hpp"
-#include "emulator/core/wire/host_adapter.hpp"
 
 namespace lk::emulator {
 
@@ -139,19 +138,6 @@ void check_clear(const TableReader& reader, const std::string& which,
   const std::string meant = closest_match(which, known);
   reader.fail("clear", "no fault has the name or kind \"" + which + "\"" +
                            (meant.empty() ? "" : "; did you mean " + meant + "?"));
-}
-
-bool delays_in_adapter(const FaultRow& row) {
-  return row.adapter_shows == &AdapterEffects::late ||
-         row.adapter_shows == &AdapterEffects::batched;
-}
-
-void check_adapter(const TableReader& event, const FaultRow& row, const BusConfig& bus,
-                   bool others_delay) {
-  if (row.adapter_shows != &AdapterEffects::lost || bus.adapter != nullptr || others_delay) return;
-  event.fail("fault", std::string(row.word) +
-                          ": this bus has no adapter that delays frames; give the bus an "
-                          "`adapter`, or add adapter_latency or adapter_batch first");
 }
 
 void read_events(TableReader& reader, BusConfig& bus) {

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "emulator/config/config_checks.hpp"
-#include "emulator/config/config_serial.hpp"
 #include "emulator/config/events/config_body_acts.hpp"
 #include "emulator/config/profile.hpp"
 #include "emulator/config/register_fields.hpp"
@@ -13,6 +12,7 @@
 #include "emulator/core/bus/bus.hpp"
 #include "emulator/core/faults/fault_table.hpp"
 #include "emulator/core/text.hpp"
+#include "emulator/core/wire/host_adapter.hpp"
 #include "protocol/rounding.hpp"
 
 namespace lk::emulator {
@@ -327,6 +327,19 @@ void check_target(const TableReader& reader, const ActionRow& row, const Reading
 }
 
 }  // namespace
+
+bool delays_in_adapter(const FaultRow& row) {
+  return row.adapter_shows == &AdapterEffects::late ||
+         row.adapter_shows == &AdapterEffects::batched;
+}
+
+void check_adapter(const TableReader& event, const FaultRow& row, const BusConfig& bus,
+                   bool others_delay) {
+  if (row.adapter_shows != &AdapterEffects::lost || bus.adapter != nullptr || others_delay) return;
+  event.fail("fault", std::string(row.word) +
+                          ": this bus has no adapter that delays frames; give the bus an "
+                          "`adapter`, or add adapter_latency or adapter_batch first");
+}
 
 const ServoConfig* find_servo(const BusConfig& bus, int id) {
   const auto found = std::ranges::find(bus.servos, id, &ServoConfig::id);

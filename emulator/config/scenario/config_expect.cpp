@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "emulator/config/config_serial.hpp"
 #include "emulator/config/events/config_directives.hpp"
 #include "emulator/config/scenario/config_scenario.hpp"
 #include "emulator/config/scenario/config_send.hpp"

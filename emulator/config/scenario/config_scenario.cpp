@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "emulator/config/config_quirks.hpp"
-#include "emulator/config/config_serial.hpp"
 #include "emulator/config/events/config_directives.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
 #include "emulator/core/text.hpp"

@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "emulator/config/candump_log.hpp"
-#include "emulator/config/config_serial.hpp"
 #include "emulator/config/events/config_directives.hpp"
 #include "emulator/config/scenario/config_scenario.hpp"
 #include "emulator/core/frame_text.hpp"
