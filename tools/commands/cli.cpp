@@ -6,8 +6,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
-#include <map>
 #include <variant>
 
 #include "emulator/config/bus_name.hpp"
@@ -20,10 +18,8 @@
 #include "emulator/files/profile_files.hpp"
 #include "emulator/io/program/answered_ids.hpp"
 #include "emulator/monitor/record/recording.hpp"
-#include "tools/commands/argument_problem.hpp"
+#include "tools/commands/arguments.hpp"
 #include "tools/commands/commands.hpp"
-#include "tools/commands/language_option.hpp"
-#include "tools/commands/wrapped_help.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -35,15 +31,6 @@ any --bus are for all. Example, two buses:
 
 Exit status: 0 stopped by SIGINT or SIGTERM, 1 failed while running (with --strict: or advice
 was given), 2 unusable input; with --scenario its verdict: 0 passed, 1 failed, 3 invalid.)";
-
-/// Lists the other commands, which have their own --help.
-std::string other_commands() {
-  std::string text = "\nOther commands, see lk-emu WORD --help:\n";
-  for (const Command& command : commands()) {
-    text += fmt::format("  {:<8}  {}\n", command.word, command.about);
-  }
-  return text;
-}
 
 /// The values as CLI11 collects them; the first four options are repeatable.
 struct Raw {
@@ -175,8 +162,13 @@ struct ProgramApp {
 
   ProgramApp() {
     app.set_version_flag("--version", "lk-emu " LKEMU_VERSION);
-    app.footer(kFooter);
     add_options(app, raw);
+    // The other commands have their own --help.
+    std::string others = "\nOther commands, see lk-emu WORD --help:\n";
+    for (const Command& command : commands()) {
+      others += fmt::format("  {:<8}  {}\n", command.word, command.about);
+    }
+    app.footer(others + kFooter);
   }
 };
 
@@ -389,50 +381,10 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
   return line;
 }
 
-/// Options that name a file; no two of them may name the same file.
-constexpr const char* kFiles[] = {"--output", "--report", "--csv",   "--candump",
-                                  "--html",   "--json",   "--junit", "--scenario"};
-
-/// Refuses one file for two outputs: the last one written would overwrite the other.
-void check_files(const CLI::App& app) {
-  std::map<std::string, std::string> taken;  // file, option
-  for (const char* name : kFiles) {
-    const CLI::Option* const option = app.get_option_no_throw(name);
-    if (option == nullptr || option->empty() || option->get_items_expected_max() == 0) continue;
-    const std::string file = option->as<std::string>();
-    if (file == "-" || file.starts_with("/dev/")) continue;
-    const auto [other, free] = taken.emplace(file, name);
-    if (!free) {
-      throw StartError(std::string(name) + ": " + sanitized_line(file) + " is the file of " +
-                       other->second + " already");
-    }
-  }
-}
-
 }  // namespace
-
-bool parse_arguments(CLI::App& app, int argc, const char* const* argv,
-                     const std::vector<std::string>& first_words) {
-  wrap_help(app);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& answer) {
-    app.exit(answer);
-    return false;
-  } catch (const CLI::ParseError& problem) {
-    // For an unexpected argument, the library's message is vague, or about another missing one.
-    const std::string left_over = argument_problem(app, first_words);
-    throw StartError((left_over.empty() ? problem.what() : left_over) + " (see " + app.get_name() +
-                     " --help)");
-  }
-  check_files(app);
-  for (const CLI::App* const word : app.get_subcommands()) check_files(*word);
-  return true;
-}
 
 std::optional<CommandLine> parse_command_line(int argc, const char* const* argv) {
   ProgramApp given;
-  given.app.footer(other_commands() + kFooter);
   std::vector<std::string> words;
   for (const Command& command : commands()) words.emplace_back(command.word);
   if (!parse_arguments(given.app, argc, argv, words)) return std::nullopt;

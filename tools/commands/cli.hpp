@@ -42,11 +42,6 @@ struct CommandLine {
   std::string log_level = "info";
 };
 
-/// Parses the arguments of a command. Returns false if nothing remains to do (`--help`). Words in
-/// `first_words` are other commands if they come first. Throws StartError.
-bool parse_arguments(CLI::App& app, int argc, const char* const* argv,
-                     const std::vector<std::string>& first_words = {});
-
 /// Parses the command line. Empty if nothing remains to do (`--help`, `--version`, printed on
 /// standard output). Throws StartError.
 std::optional<CommandLine> parse_command_line(int argc, const char* const* argv);

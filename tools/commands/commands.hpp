@@ -1,9 +1,13 @@
 #pragma once
 
-/// @file The commands `lk-emu WORD …`; each has its own function and file.
+/// @file The commands `lk-emu WORD …`; each is declared in its own file.
 
+#include <functional>
 #include <memory>
 #include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace CLI {  // NOLINT(readability-identifier-naming): the library's
 class App;
@@ -11,47 +15,48 @@ class App;
 
 namespace lk::emulator {
 
+/// Runs a command after its arguments are parsed. Returns the exit status; throws StartError.
+using RunCommand = std::function<int()>;
+
+/// Arguments of a command; `argv[0]` is its word.
+using Arguments = std::span<const char* const>;
+
 struct Command {
   const char* word;
   const char* about;  // for --help
-  /// `argv[0]` is the word. Returns the exit status; throws StartError.
-  int (*run)(int argc, const char* const* argv);
-  /// Returns its options, for completions.
-  std::shared_ptr<CLI::App> (*app)();
+  /// Adds the options of the command to `app`.
+  RunCommand (*declare)(CLI::App& app, Arguments arguments);
 };
 
 /// Returns all commands, in the order of listings.
 std::span<const Command> commands();
+/// Returns the command of this word; null if there is none.
+const Command* find_command(std::string_view word);
 
-// campaign_command.cpp
-int run_campaigns(int argc, const char* const* argv);
-std::shared_ptr<CLI::App> campaign_app();
-// ctl_command.cpp
-int run_ctl(int argc, const char* const* argv);
-std::shared_ptr<CLI::App> ctl_app();
-// decode_command.cpp
-int run_decode(int argc, const char* const* argv);
-std::shared_ptr<CLI::App> decode_app();
-// demo_command.cpp
-int run_demo(int argc, const char* const* argv);
-std::shared_ptr<CLI::App> demo_app();
-// faults_command.cpp
-int run_faults(int argc, const char* const* argv);
-std::shared_ptr<CLI::App> faults_app();
-// identify_command.cpp
-int run_identify(int argc, const char* const* argv);
-std::shared_ptr<CLI::App> identify_app();
-// motors_command.cpp
-int run_motors(int argc, const char* const* argv);
-std::shared_ptr<CLI::App> motors_app();
-// plot_command.cpp
-int run_plot(int argc, const char* const* argv);
-std::shared_ptr<CLI::App> plot_app();
-// replay_command.cpp
-int run_replay(int argc, const char* const* argv);
-std::shared_ptr<CLI::App> replay_app();
-// run_command.cpp
-int run_scenarios(int argc, const char* const* argv);
-std::shared_ptr<CLI::App> scenarios_app();
+/// A command with its options; `app` refers to `run`.
+struct DeclaredCommand {
+  std::shared_ptr<CLI::App> app;
+  RunCommand run;
+};
+DeclaredCommand declare(const Command& command, Arguments arguments = {});
+
+/// Parses the arguments and runs the command. Returns the exit status; throws StartError.
+int run_command(const Command& command, Arguments arguments);
+
+/// Prints the completions of the last word of a command line, for shells.
+int run_complete(Arguments words);
+
+// python_commands.cpp
+RunCommand declare_campaign(CLI::App& app, Arguments arguments);
+RunCommand declare_identify(CLI::App& app, Arguments arguments);
+RunCommand declare_plot(CLI::App& app, Arguments arguments);
+// Each of the others is in the file of its name.
+RunCommand declare_ctl(CLI::App& app, Arguments arguments);
+RunCommand declare_decode(CLI::App& app, Arguments arguments);
+RunCommand declare_demo(CLI::App& app, Arguments arguments);
+RunCommand declare_faults(CLI::App& app, Arguments arguments);
+RunCommand declare_motors(CLI::App& app, Arguments arguments);
+RunCommand declare_replay(CLI::App& app, Arguments arguments);
+RunCommand declare_run(CLI::App& app, Arguments arguments);
 
 }  // namespace lk::emulator

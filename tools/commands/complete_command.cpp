@@ -1,5 +1,3 @@
-#include "tools/commands/complete_command.hpp"
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -87,13 +85,6 @@ const CLI::App* find_subcommand(const CLI::App& app, const std::string& word) {
   return found != all.end() ? *found : nullptr;
 }
 
-const Command* find_command(const std::string& word) {
-  for (const Command& command : commands()) {
-    if (command.word == word) return &command;
-  }
-  return nullptr;
-}
-
 /// Position of the last word on the command line.
 class Place {
  public:
@@ -107,7 +98,7 @@ class Place {
       const CLI::Option* const option = find_option(word);
       if (option != nullptr && option->get_items_expected_max() > 0) awaiting_ = option;
     } else if (const Command* const command = first ? find_command(word) : nullptr) {
-      root_ = command->app();
+      root_ = declare(*command).app;
       app_ = root_.get();
     } else if (const CLI::App* const sub = find_subcommand(*app_, word)) {
       app_ = sub;
@@ -172,9 +163,7 @@ class Place {
   bool first_ = true;
 };
 
-}  // namespace
-
-std::vector<std::string> completions(std::vector<std::string> words) {
+Names completions(Names words) {
   std::string word = words.empty() ? "" : words.back();
   if (!words.empty()) words.pop_back();
   Place place;
@@ -195,8 +184,12 @@ std::vector<std::string> completions(std::vector<std::string> words) {
   return found;
 }
 
-int run_complete(int argc, const char* const* argv) {
-  for (const std::string& word : completions({argv + 1, argv + argc})) std::puts(word.c_str());
+}  // namespace
+
+int run_complete(Arguments words) {
+  for (const std::string& word : completions({words.begin() + 1, words.end()})) {
+    std::puts(word.c_str());
+  }
   return 0;
 }
 

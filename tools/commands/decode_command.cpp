@@ -24,9 +24,8 @@
 #include "emulator/files/durable_file.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/monitor/record/recording.hpp"
-#include "tools/commands/cli.hpp"
+#include "tools/commands/arguments.hpp"
 #include "tools/commands/commands.hpp"
-#include "tools/commands/language_option.hpp"
 #include "tools/decode/decoder.hpp"
 #include "tools/guess/guesser.hpp"
 
@@ -42,37 +41,36 @@ Example, live and of a file:
 Exit status: 0 the log has ended, or SIGINT or SIGTERM came, 1 failed while running, 2 unusable
 input.)";
 
-struct DecodeApp {
-  CLI::App app{"Explain the frames of a bus, from candump's output", "lk-emu decode"};
+struct RawDecode {
   std::string file;
   std::string generation;
   std::string motor;
   bool guess = false;
   bool json = false;
   std::string language;
-
-  DecodeApp() {
-    app.footer(kDecodeFooter);
-    app.add_option("FILE", file,
-                   "output or log of candump (default, and -: standard input), or the directory of "
-                   "a recording, which describes its drives");
-    app.add_option("--generation", generation,
-                   "firmware of the drives, one of " + comma_list(generation_words()) +
-                       " (default legacy); seen: as measured on real drives of the motor")
-        ->type_name("GENERATION");
-    app.add_option("--motor", motor,
-                   std::string("motor of the drives, a name or a file, for the scales (default ") +
-                       kDefaultMotor + ")")
-        ->type_name("MOTOR");
-    app.add_flag("--guess", guess,
-                 "print at the end which generation and quirks the drives have, and the frames "
-                 "that show it")
-        ->excludes("--generation")
-        ->excludes("--motor");
-    app.add_flag("--json", json, "one JSON object per line, for programs; the last is the summary");
-    add_language_option(app, language);
-  }
 };
+
+void add_options(CLI::App& app, RawDecode& raw) {
+  app.add_option("FILE", raw.file,
+                 "output or log of candump (default, and -: standard input), or the directory of a "
+                 "recording, which describes its drives");
+  app.add_option("--generation", raw.generation,
+                 "firmware of the drives, one of " + comma_list(generation_words()) +
+                     " (default legacy); seen: as measured on real drives of the motor")
+      ->type_name("GENERATION");
+  app.add_option("--motor", raw.motor,
+                 std::string("motor of the drives, a name or a file, for the scales (default ") +
+                     kDefaultMotor + ")")
+      ->type_name("MOTOR");
+  app.add_flag("--guess", raw.guess,
+               "print at the end which generation and quirks the drives have, and the frames that "
+               "show it")
+      ->excludes("--generation")
+      ->excludes("--motor");
+  app.add_flag("--json", raw.json,
+               "one JSON object per line, for programs; the last is the summary");
+  add_language_option(app, raw.language);
+}
 
 volatile std::sig_atomic_t g_asked_to_stop = 0;
 
@@ -122,10 +120,10 @@ bool wants_colour() {
   return ::isatty(STDOUT_FILENO) != 0 && env("NO_COLOR").empty() && env("TERM") != "dumb";
 }
 
-DecodeOptions read_options(const DecodeApp& given) {
+DecodeOptions read_options(const CLI::App& app, const RawDecode& given) {
   DecodeOptions options;
-  options.generation_given = given.app.count("--generation") > 0;
-  options.motor_given = given.app.count("--motor") > 0;
+  options.generation_given = app.count("--generation") > 0;
+  options.motor_given = app.count("--motor") > 0;
   options.language = chosen_language(given.language);
   options.json = given.json;
   options.colour = !given.json && wants_colour();
@@ -242,16 +240,7 @@ void read_log(const std::string& log, Reader& reader) {
   if (ended) throw StartError("decode: " + name + " has no frame: give it a log of candump");
 }
 
-}  // namespace
-
-std::shared_ptr<CLI::App> decode_app() {
-  const auto made = std::make_shared<DecodeApp>();
-  return {made, &made->app};
-}
-
-int run_decode(int argc, const char* const* argv) {
-  DecodeApp given;
-  if (!parse_arguments(given.app, argc, argv)) return 0;
+int explain(const CLI::App& app, const RawDecode& given) {
   std::error_code unreadable;
   const bool recorded = std::filesystem::is_directory(given.file, unreadable);
   const std::string log =
@@ -263,18 +252,24 @@ int run_decode(int argc, const char* const* argv) {
     read_log(log, guesser);
     return 0;
   }
-  DecodeOptions options = read_options(given);
+  DecodeOptions options = read_options(app, given);
   if (recorded) {
-    for (const char* option : {"--generation", "--motor"}) {
-      if (given.app.count(option) == 0) continue;
-      throw StartError(std::string("decode: ") + option +
-                       " is for logs; a recording contains its own");
-    }
+    refuse_options(app, {"--generation", "--motor"},
+                   "decode: {} is for logs; a recording contains its own");
     options.buses = read_recording(given.file).buses;
   }
   Decoder decoder(std::move(options));
   read_log(log, decoder);
   return 0;
+}
+
+}  // namespace
+
+RunCommand declare_decode(CLI::App& app, Arguments /*arguments*/) {
+  const auto raw = std::make_shared<RawDecode>();
+  app.footer(kDecodeFooter);
+  add_options(app, *raw);
+  return [raw, &app] { return explain(app, *raw); };
 }
 
 }  // namespace lk::emulator

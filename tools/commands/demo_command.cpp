@@ -12,9 +12,8 @@
 
 #include "emulator/core/start_error.hpp"
 #include "emulator/files/profile_files.hpp"
-#include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
-#include "tools/commands/python_commands.hpp"
+#include "tools/commands/processes.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -40,23 +39,6 @@ std::vector<Demo> demos() {
           {"arm", "six_joint_arm", {"arm_square.py", "six", "--forever"}}};
 }
 
-struct DemoApp {
-  CLI::App app{"Show a robot that walks or draws, in the browser", "lk-emu demo"};
-  std::string word;
-  bool no_browser = false;
-
-  DemoApp() {
-    app.footer(kDemoFooter);
-    std::string words;
-    for (const Demo& demo : demos()) words += (words.empty() ? "" : "|") + std::string(demo.word);
-    app.add_option("ROBOT", word, "which: a dog that walks to and fro, an arm that draws squares")
-        ->type_name(words)
-        ->required();
-    app.add_flag("--no-browser", no_browser,
-                 "print the dashboard's address without opening a browser");
-  }
-};
-
 Demo find_demo(const std::string& word) {
   std::string known;
   for (const Demo& demo : demos()) {
@@ -73,15 +55,6 @@ fs::path demo_script() {
   throw StartError("demo: python/examples/demo.py not found in " + config_directory().string());
 }
 
-/// Replaces this process by the program `words[0]`, found in PATH. Returns errno if that fails.
-int become(std::vector<std::string> words) {
-  std::vector<char*> pointers;
-  for (std::string& word : words) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
-  ::execvp(pointers.front(), pointers.data());
-  return errno;
-}
-
 /// Returns the program with bodies: this one, or lk-emu-body in the same directory.
 fs::path program_with_bodies() {
   const fs::path self = fs::read_symlink("/proc/self/exe");
@@ -91,19 +64,10 @@ fs::path program_with_bodies() {
   throw StartError("demo: its robots have a body: this needs the package lk-emu-body");
 }
 
-}  // namespace
-
-std::shared_ptr<CLI::App> demo_app() {
-  const auto made = std::make_shared<DemoApp>();
-  return {made, &made->app};
-}
-
-int run_demo(int argc, const char* const* argv) {
-  DemoApp given;
-  if (!parse_arguments(given.app, argc, argv)) return 0;
-  const Demo demo = find_demo(given.word);
+[[noreturn]] void show_demo(const std::string& word, bool no_browser) {
+  const Demo demo = find_demo(word);
   std::vector<std::string> words{"python3", "-B", demo_script().string()};
-  if (given.no_browser) words.emplace_back("--no-browser");
+  if (no_browser) words.emplace_back("--no-browser");
   words.insert(words.end(),
                {program_with_bodies().string(), shipped_file(kRobots, demo.robot).string()});
   words.insert(words.end(), demo.host.begin(), demo.host.end());
@@ -112,6 +76,26 @@ int run_demo(int argc, const char* const* argv) {
     throw StartError("demo: its host needs python3 and python-can: apt install python3-can");
   }
   throw StartError(std::string("demo: python3: ") + std::strerror(error));
+}
+
+}  // namespace
+
+RunCommand declare_demo(CLI::App& app, Arguments /*arguments*/) {
+  struct Given {
+    std::string word;
+    bool no_browser = false;
+  };
+  const auto given = std::make_shared<Given>();
+  app.footer(kDemoFooter);
+  std::string words;
+  for (const Demo& demo : demos()) words += (words.empty() ? "" : "|") + std::string(demo.word);
+  app.add_option("ROBOT", given->word,
+                 "which: a dog that walks to and fro, an arm that draws squares")
+      ->type_name(words)
+      ->required();
+  app.add_flag("--no-browser", given->no_browser,
+               "print the dashboard's address without opening a browser");
+  return [given]() -> int { show_demo(given->word, given->no_browser); };
 }
 
 }  // namespace lk::emulator

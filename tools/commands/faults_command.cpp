@@ -13,7 +13,6 @@
 #include "emulator/core/faults/fault_table.hpp"
 #include "emulator/core/start_error.hpp"
 #include "emulator/io/control/control_json.hpp"
-#include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
 
 namespace lk::emulator {
@@ -126,40 +125,32 @@ void print_one(const std::string& word) {
 constexpr const char* kFaultsFooter = R"(
 Exit status: 0 done, 1 it could not be printed, 2 unusable input.)";
 
-struct FaultsApp {
-  CLI::App app{"List the faults that can be injected, or show one of them", "lk-emu faults"};
-  std::string word;
-  bool markdown = false;
-  bool json = false;
-
-  FaultsApp() {
-    app.footer(kFaultsFooter);
-    app.add_option("FAULT", word, "fault to show");
-    app.add_flag("--json", json, "print all faults with their parameters as JSON");
-    app.add_flag("--markdown", markdown, "print all faults as tables for docs/reference/events.md");
-  }
-};
-
 }  // namespace
 
-std::shared_ptr<CLI::App> faults_app() {
-  const auto made = std::make_shared<FaultsApp>();
-  return {made, &made->app};
-}
-
-int run_faults(int argc, const char* const* argv) {
-  FaultsApp given;
-  if (!parse_arguments(given.app, argc, argv)) return 0;
-  if (given.markdown) {
-    std::fputs(fault_page().c_str(), stdout);
-  } else if (given.json) {
-    std::fputs((fault_kinds_json().dump(1) + '\n').c_str(), stdout);
-  } else if (given.word.empty()) {
-    std::fputs(list_faults().c_str(), stdout);
-  } else {
-    print_one(given.word);
-  }
-  return 0;
+RunCommand declare_faults(CLI::App& app, Arguments /*arguments*/) {
+  struct Given {
+    std::string word;
+    bool markdown = false;
+    bool json = false;
+  };
+  const auto given = std::make_shared<Given>();
+  app.footer(kFaultsFooter);
+  app.add_option("FAULT", given->word, "fault to show");
+  app.add_flag("--json", given->json, "print all faults with their parameters as JSON");
+  app.add_flag("--markdown", given->markdown,
+               "print all faults as tables for docs/reference/events.md");
+  return [given] {
+    if (given->markdown) {
+      std::fputs(fault_page().c_str(), stdout);
+    } else if (given->json) {
+      std::fputs((fault_kinds_json().dump(1) + '\n').c_str(), stdout);
+    } else if (given->word.empty()) {
+      std::fputs(list_faults().c_str(), stdout);
+    } else {
+      print_one(given->word);
+    }
+    return 0;
+  };
 }
 
 }  // namespace lk::emulator

@@ -1,5 +1,3 @@
-#include "tools/commands/motors_command.hpp"
-
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -14,7 +12,6 @@
 #include "emulator/core/start_error.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/io/program/loop_margins.hpp"
-#include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
 
 namespace lk::emulator {
@@ -142,8 +139,7 @@ std::string origin(const Profile& profile) {
   return text;
 }
 
-}  // namespace
-
+/// Returns all shipped profiles as a table, one line each. Throws ConfigError.
 std::string list_motors() {
   std::string text =
       "profile     model       series supply  torque, Nm       speed, rpm     gear  encoder  seen "
@@ -157,6 +153,7 @@ std::string list_motors() {
          "One of them in detail:\n  lk-emu motors MOTOR\n";
 }
 
+/// Returns one profile with its derived figures.
 std::string describe_motor(const Profile& profile) {
   const Rating& r = profile.rating;
   return fmt::format("{} ({}, series {}), {:.4g} V\n", profile.name, profile.model,
@@ -175,41 +172,26 @@ std::string describe_motor(const Profile& profile) {
          derived(profile);
 }
 
-namespace {
-
 constexpr const char* kMotorsFooter = R"(
 Exit status: 0 done, 1 it could not be printed, 2 unusable input.)";
 
-struct MotorsApp {
-  CLI::App app{"List the motor profiles, or show one of them", "lk-emu motors"};
-  std::string name;
-
-  MotorsApp() {
-    app.footer(kMotorsFooter);
-    app.add_option("MOTOR", name, "motor to show with its derived figures: a name or a file");
-  }
-};
-
 }  // namespace
 
-std::shared_ptr<CLI::App> motors_app() {
-  const auto made = std::make_shared<MotorsApp>();
-  return {made, &made->app};
-}
-
-int run_motors(int argc, const char* const* argv) {
-  MotorsApp given;
-  if (!parse_arguments(given.app, argc, argv)) return 0;
-  try {
-    const std::string text =
-        given.name.empty() ? list_motors() : describe_motor(load_profile(given.name));
-    std::fputs(text.c_str(), stdout);
-  } catch (const ConfigError& problem) {
-    throw StartError(problem.what());
-  } catch (const UnknownMotor& problem) {
-    throw StartError(std::string("motors: ") + problem.what());
-  }
-  return 0;
+RunCommand declare_motors(CLI::App& app, Arguments /*arguments*/) {
+  app.footer(kMotorsFooter);
+  const auto name = std::make_shared<std::string>();
+  app.add_option("MOTOR", *name, "motor to show with its derived figures: a name or a file");
+  return [name] {
+    try {
+      const std::string text = name->empty() ? list_motors() : describe_motor(load_profile(*name));
+      std::fputs(text.c_str(), stdout);
+    } catch (const ConfigError& problem) {
+      throw StartError(problem.what());
+    } catch (const UnknownMotor& problem) {
+      throw StartError(std::string("motors: ") + problem.what());
+    }
+    return 0;
+  };
 }
 
 }  // namespace lk::emulator

@@ -1,5 +1,3 @@
-#include "tools/commands/python_commands.hpp"
-
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -7,9 +5,9 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
-#include <memory>
+#include <filesystem>
 #include <string>
-#include <thread>
+#include <utility>
 #include <vector>
 
 #include "emulator/config/config.hpp"
@@ -17,9 +15,9 @@
 #include "emulator/core/start_error.hpp"
 #include "emulator/core/text.hpp"
 #include "emulator/files/profile_files.hpp"
-#include "tools/commands/cli.hpp"
+#include "tools/commands/arguments.hpp"
 #include "tools/commands/commands.hpp"
-#include "tools/commands/language_option.hpp"
+#include "tools/commands/processes.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -67,22 +65,76 @@ fs::path python_directory() {
   return fs::exists(sources / "python/lkemu", none_there) ? sources / "python" : fs::path();
 }
 
-void become_python(const std::string& module, int argc, const char* const* argv) {
-  const fs::path program = fs::read_symlink("/proc/self/exe");
-  std::vector<std::string> words = {interpreter(program),       "-B", "-c", kStart, argv[0], module,
-                                    python_directory().string()};
-  words.insert(words.end(), argv + 1, argv + argc);
+int become(std::vector<std::string> words) {
   std::vector<char*> pointers;
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
-  ::setenv("LKEMU", program.c_str(), 1);  // NOLINT(concurrency-mt-unsafe): one thread
   ::execvp(pointers.front(), pointers.data());
-  const int error = errno;
-  throw StartError(std::string(argv[0]) + ": " + words.front() + ": " + std::strerror(error) +
-                   (error == ENOENT ? ": apt install python3" : ""));
+  return errno;
 }
 
 namespace {
+
+/// Returns what replaces this process by `python3 -m MODULE`, a module of the package lkemu. Python
+/// runs this program as $LKEMU.
+RunCommand run_module(std::string module, Arguments arguments) {
+  return [module = std::move(module), arguments]() -> int {
+    const fs::path program = fs::read_symlink("/proc/self/exe");
+    const std::string word = arguments.front();
+    const std::string python = interpreter(program);
+    std::vector<std::string> words = {
+        python, "-B", "-c", kStart, word, module, python_directory().string()};
+    words.insert(words.end(), arguments.begin() + 1, arguments.end());
+    ::setenv("LKEMU", program.c_str(), 1);  // NOLINT(concurrency-mt-unsafe): one thread
+    const int error = become(std::move(words));
+    throw StartError(word + ": " + python + ": " + std::strerror(error) +
+                     (error == ENOENT ? ": apt install python3" : ""));
+  };
+}
+
+enum class Takes : std::uint8_t { kNothing, kText, kTexts, kTextEachTime, kNumber };
+
+/// An option of a Python command. Only the help, the completions and their check need it here:
+/// Python itself reads the values.
+struct PythonOption {
+  const char* names;
+  Takes takes;
+  const char* type;  // in the help; null: the library's
+  std::string about;
+  bool required = false;
+  int most = 0;  // of a number, from 1; 0: any
+};
+
+template <class T>
+CLI::Option* add_value(CLI::App& app, const PythonOption& option) {
+  return app.add_option_function<T>(
+      option.names, [](const T& /*given*/) {}, option.about);
+}
+
+CLI::Option* add_option(CLI::App& app, const PythonOption& option) {
+  switch (option.takes) {
+    case Takes::kNothing:
+      return app.add_flag_callback(
+          option.names, [] {}, option.about);
+    case Takes::kText:
+      return add_value<std::string>(app, option);
+    case Takes::kTexts:
+      return add_value<std::vector<std::string>>(app, option);
+    case Takes::kTextEachTime:
+      return add_value<std::vector<std::string>>(app, option)->allow_extra_args(false);
+    case Takes::kNumber:
+      break;
+  }
+  return add_value<std::uint64_t>(app, option);
+}
+
+void add_options(CLI::App& app, const std::vector<PythonOption>& options) {
+  for (const PythonOption& option : options) {
+    CLI::Option* const added = add_option(app, option)->required(option.required);
+    if (option.type != nullptr) added->type_name(option.type);
+    if (option.most > 0) added->check(CLI::Range(1, option.most));
+  }
+}
 
 constexpr const char* kCampaignFooter = R"(
 Examples:
@@ -96,99 +148,72 @@ Exit status: 0 done, 1 a --require does not hold (compare: cases are worse; merg
 Needs Python 3.11 or newer with scipy, jinja2 and regex:
 apt install python3-scipy python3-jinja2 python3-regex.)";
 
-/// The options of python/lkemu/campaign, for the help, the completions and their check.
-struct CampaignApp {
-  CLI::App app{"Run many cases of a scenario with faults, and report the results",
-               "lk-emu campaign"};
-  std::string text;
-  std::vector<std::string> texts;
-  int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  std::uint64_t number = 0;
-  bool flag = false;
+const std::vector<PythonOption>& report_options() {
+  static const std::vector<PythonOption> options = {
+      {"--html", Takes::kText, "FILE", "write the report as a page"},
+      {"--json", Takes::kText, "FILE", "write the report as JSON"},
+      {"--junit", Takes::kText, "FILE", "write a test for each kind of fault, as JUnit XML"},
+      {"--require", Takes::kTextEachTime, "TEXT",
+       "requirement: \"coverage>=0.99\" or \"silently_wrong<=0\" (repeatable)"}};
+  return options;
+}
 
-  CampaignApp() {
-    app.footer(kCampaignFooter);
-    add_run_options();
-    add_case_options();
-    add_report_options(app);
-    CLI::App* const merge = app.add_subcommand("merge", "merge the shards of a campaign");
-    merge->add_option("-o,--output", text, "file to write")->required()->type_name("FILE");
-    merge->add_option("PART", texts, "results files of shards or merges")->required();
-    CLI::App* const report = app.add_subcommand("report", "report the results of a campaign");
-    report->add_option("RESULTS", text, "results file of a campaign")->required();
-    add_report_options(*report);
-    CLI::App* const compare = app.add_subcommand(
-        "compare", "compare two campaigns case by case, and list what got worse");
-    compare->add_option("BEFORE", text, "earlier results file of the same plan")->required();
-    compare->add_option("NOW", text, "later results file")->required();
-    compare->add_option("--html", text, "write an HTML page, with the report of NOW")
-        ->type_name("FILE");
-    compare->add_option("--json", text, "write the comparison as JSON")->type_name("FILE");
-    CLI::App* const canonical = app.add_subcommand(
-        "export",
-        "print all cases as CSV, byte for byte the same for any --jobs, shards and workers");
-    canonical->add_option("RESULTS", text, "results file of a campaign")->required();
-  }
-
- private:
-  void add_run_options() {
-    app.add_option("PLAN", text,
-                   "a plan: a file, or the name of a shipped one (docs/guides/campaigns.md)")
-        ->type_name("PLAN");
-    app.add_option("-o,--output", text, "results, an SQLite file (default: the plan's name, .db)")
-        ->type_name("FILE");
-    app.add_option("-j,--jobs", jobs, "cases at once (default: number of processors)")
-        ->check(CLI::Range(1, 1024))
-        ->type_name("N");
-    app.add_option(
-           "--dask", text,
-           "run the cases on the workers of a dask scheduler: 127.0.0.1:PORT, tls://HOST:PORT")
-        ->type_name("ADDRESS");
-    app.add_option("--shard", text, "only the cases whose number divided by N leaves I, from 0")
-        ->type_name("I/N");
-    app.add_flag("--resume", flag, "resume an existing results file");
-    app.add_flag("--dry-run", flag,
-                 "print the number of cases by dimension and the cost; run nothing");
-    app.add_flag("--yes", flag, "allow more than 1000 million cases");
-    app.add_flag("--quiet", flag, "print problems only");
-  }
-  void add_case_options() {
-    app.add_option("--case", number, "run one case and show it")->type_name("NUMBER");
-    app.add_option("--set", texts, "override a value of this case: NAME=VALUE")
-        ->allow_extra_args(false)
-        ->type_name("NAME=VALUE");
-    app.add_option("--csv", text, "write signals of this case")->type_name("FILE");
-    app.add_option("--signals", text, "signals to write: true_angle_deg,speed_dps,…")
-        ->type_name("SIGNALS");
-    app.add_option("--rate", text, "rows per simulated second (default 100)")->type_name("HZ");
-    app.add_option("--candump", text, "write all frames of this case, as candump -L does")
-        ->type_name("FILE");
-    app.add_option("--scenario", text, "write this case as a scenario, for lk-emu run")
-        ->type_name("FILE");
-  }
-  void add_report_options(CLI::App& to) {
-    to.add_option("--html", text, "write the report as a page")->type_name("FILE");
-    to.add_option("--json", text, "write the report as JSON")->type_name("FILE");
-    to.add_option("--junit", text, "write a test for each kind of fault, as JUnit XML")
-        ->type_name("FILE");
-    to.add_option("--require", texts,
-                  "requirement: \"coverage>=0.99\" or \"silently_wrong<=0\" (repeatable)")
-        ->allow_extra_args(false)
-        ->type_name("TEXT");
-  }
-};
+void add_subcommands(CLI::App& app) {
+  add_options(*app.add_subcommand("merge", "merge the shards of a campaign"),
+              {{"-o,--output", Takes::kText, "FILE", "file to write", true},
+               {"PART", Takes::kTexts, nullptr, "results files of shards or merges", true}});
+  CLI::App* const report = app.add_subcommand("report", "report the results of a campaign");
+  const PythonOption results = {"RESULTS", Takes::kText, nullptr, "results file of a campaign",
+                                true};
+  add_options(*report, {results});
+  add_options(*report, report_options());
+  add_options(
+      *app.add_subcommand("compare", "compare two campaigns case by case, and list what got worse"),
+      {{"BEFORE", Takes::kText, nullptr, "earlier results file of the same plan", true},
+       {"NOW", Takes::kText, nullptr, "later results file", true},
+       {"--html", Takes::kText, "FILE", "write an HTML page, with the report of NOW"},
+       {"--json", Takes::kText, "FILE", "write the comparison as JSON"}});
+  add_options(
+      *app.add_subcommand(
+          "export",
+          "print all cases as CSV, byte for byte the same for any --jobs, shards and workers"),
+      {results});
+}
 
 }  // namespace
 
-std::shared_ptr<CLI::App> campaign_app() {
-  const auto made = std::make_shared<CampaignApp>();
-  return {made, &made->app};
-}
-
-int run_campaigns(int argc, const char* const* argv) {
-  CampaignApp given;
-  if (!parse_arguments(given.app, argc, argv)) return 0;
-  become_python("lkemu.campaign", argc, argv);
+RunCommand declare_campaign(CLI::App& app, Arguments arguments) {
+  app.footer(kCampaignFooter);
+  add_options(
+      app,
+      {{"PLAN", Takes::kText, "PLAN",
+        "a plan: a file, or the name of a shipped one (docs/guides/campaigns.md)"},
+       {"-o,--output", Takes::kText, "FILE",
+        "results, an SQLite file (default: the plan's name, .db)"},
+       {.names = "-j,--jobs",
+        .takes = Takes::kNumber,
+        .type = "N",
+        .about = "cases at once (default: number of processors)",
+        .most = 1024},
+       {"--dask", Takes::kText, "ADDRESS",
+        "run the cases on the workers of a dask scheduler: 127.0.0.1:PORT, tls://HOST:PORT"},
+       {"--shard", Takes::kText, "I/N",
+        "only the cases whose number divided by N leaves I, from 0"},
+       {"--resume", Takes::kNothing, nullptr, "resume an existing results file"},
+       {"--dry-run", Takes::kNothing, nullptr,
+        "print the number of cases by dimension and the cost; run nothing"},
+       {"--yes", Takes::kNothing, nullptr, "allow more than 1000 million cases"},
+       {"--quiet", Takes::kNothing, nullptr, "print problems only"},
+       {"--case", Takes::kNumber, "NUMBER", "run one case and show it"},
+       {"--set", Takes::kTextEachTime, "NAME=VALUE", "override a value of this case: NAME=VALUE"},
+       {"--csv", Takes::kText, "FILE", "write signals of this case"},
+       {"--signals", Takes::kText, "SIGNALS", "signals to write: true_angle_deg,speed_dps,…"},
+       {"--rate", Takes::kText, "HZ", "rows per simulated second (default 100)"},
+       {"--candump", Takes::kText, "FILE", "write all frames of this case, as candump -L does"},
+       {"--scenario", Takes::kText, "FILE", "write this case as a scenario, for lk-emu run"}});
+  add_options(app, report_options());
+  add_subcommands(app);
+  return run_module("lkemu.campaign", arguments);
 }
 
 namespace {
@@ -205,53 +230,33 @@ apt install python3-numpy python3-scipy python3-matplotlib.
 
 Exit status: 0 done, 1 a value differs from --expect, 2 unusable input.)";
 
-/// The options of python/lkemu/identify, for the help, the completions and their check.
-struct IdentifyApp {
-  CLI::App app{"Estimate a motor's parameters from its logs, and write a motor file",
-               "lk-emu identify"};
-  std::vector<std::string> logs;
-  std::string given;
-  int id = 0;
-
-  IdentifyApp() {
-    app.footer(kIdentifyFooter);
-    app.add_option("LOG", logs,
-                   "log of the running motor, from candump -L or from the script of --plan");
-    app.add_option("--motor", given,
-                   std::string("motor whose gear, encoder and torque constant are used: a name or "
-                               "a file (default ") +
-                       kDefaultMotor + ")")
-        ->type_name("MOTOR");
-    app.add_option("--generation", given,
-                   "firmware of the drives, one of " + comma_list(generation_words()) +
-                       " (default: as the log shows)")
-        ->type_name("GENERATION");
-    app.add_option("--id", id, "only this drive (default: all in the log)")
-        ->type_name("ID")
-        ->check(CLI::Range(1, kMaxId));
-    app.add_option("-o,--output", given, "motor file to write")->type_name("FILE");
-    app.add_option("--report", given, "report with plots to write, one HTML file")
-        ->type_name("FILE");
-    app.add_option("--expect", given, "earlier motor file to compare with; prints what has changed")
-        ->type_name("FILE");
-    app.add_option("--plan", given,
-                   "write a Python script that moves drive --id for 30 s and logs it, instead of "
-                   "reading a log")
-        ->type_name("FILE");
-  }
-};
-
 }  // namespace
 
-std::shared_ptr<CLI::App> identify_app() {
-  const auto made = std::make_shared<IdentifyApp>();
-  return {made, &made->app};
-}
-
-int run_identify(int argc, const char* const* argv) {
-  IdentifyApp given;
-  if (!parse_arguments(given.app, argc, argv)) return 0;
-  become_python("lkemu.identify", argc, argv);
+RunCommand declare_identify(CLI::App& app, Arguments arguments) {
+  app.footer(kIdentifyFooter);
+  add_options(
+      app, {{"LOG", Takes::kTexts, nullptr,
+             "log of the running motor, from candump -L or from the script of --plan"},
+            {"--motor", Takes::kText, "MOTOR",
+             std::string("motor whose gear, encoder and torque constant are used: a name or a file "
+                         "(default ") +
+                 kDefaultMotor + ")"},
+            {"--generation", Takes::kText, "GENERATION",
+             "firmware of the drives, one of " + comma_list(generation_words()) +
+                 " (default: as the log shows)"},
+            {.names = "--id",
+             .takes = Takes::kNumber,
+             .type = "ID",
+             .about = "only this drive (default: all in the log)",
+             .most = kMaxId},
+            {"-o,--output", Takes::kText, "FILE", "motor file to write"},
+            {"--report", Takes::kText, "FILE", "report with plots to write, one HTML file"},
+            {"--expect", Takes::kText, "FILE",
+             "earlier motor file to compare with; prints what has changed"},
+            {"--plan", Takes::kText, "FILE",
+             "write a Python script that moves drive --id for 30 s and logs it, instead of reading "
+             "a log"}});
+  return run_module("lkemu.identify", arguments);
 }
 
 namespace {
@@ -261,36 +266,19 @@ Needs Python 3.11 or newer with matplotlib: apt install python3-matplotlib.
 
 Exit status: 0 drawn, 1 failed while running, 2 unusable input, or the picture cannot be written.)";
 
-/// The options of python/lkemu/plot.py, for the help, the completions and their check.
-struct PlotApp {
-  CLI::App app{"Draw a CSV file of lk-emu run or lk-emu replay as SVG or PNG", "lk-emu plot"};
-  std::string given;
-  std::string language;
-
-  PlotApp() {
-    app.footer(kPlotFooter);
-    app.add_option("FILE", given, "CSV file from --csv")->required();
-    app.add_option("-o,--output", given,
-                   "picture to write, .svg or .png (default: .svg beside the CSV file)")
-        ->type_name("FILE");
-    app.add_option("--bus", given, "drives of this bus only")->type_name("BUS");
-    app.add_option("--ids", given, "drives to draw (default: the first six): 1-4 or 1,3,7-9")
-        ->type_name("LIST");
-    add_language_option(app, language);
-  }
-};
-
 }  // namespace
 
-std::shared_ptr<CLI::App> plot_app() {
-  const auto made = std::make_shared<PlotApp>();
-  return {made, &made->app};
-}
-
-int run_plot(int argc, const char* const* argv) {
-  PlotApp given;
-  if (!parse_arguments(given.app, argc, argv)) return 0;
-  become_python("lkemu.plot", argc, argv);
+RunCommand declare_plot(CLI::App& app, Arguments arguments) {
+  app.description("Draw a CSV file of lk-emu run or lk-emu replay as SVG or PNG");
+  app.footer(kPlotFooter);
+  add_options(app, {{"FILE", Takes::kText, nullptr, "CSV file from --csv", true},
+                    {"-o,--output", Takes::kText, "FILE",
+                     "picture to write, .svg or .png (default: .svg beside the CSV file)"},
+                    {"--bus", Takes::kText, "BUS", "drives of this bus only"},
+                    {"--ids", Takes::kText, "LIST",
+                     "drives to draw (default: the first six): 1-4 or 1,3,7-9"},
+                    {"--lang", Takes::kText, "LANG", kLanguageAbout}});
+  return run_module("lkemu.plot", arguments);
 }
 
 }  // namespace lk::emulator

@@ -20,6 +20,7 @@
 #include "emulator/monitor/scenario/csv_writer.hpp"
 #include "emulator/monitor/scenario/scenario_report.hpp"
 #include "emulator/monitor/scenario/scenario_runner.hpp"
+#include "tools/commands/arguments.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
 
@@ -68,39 +69,20 @@ void add_options(CLI::App& app, ReplayRequest& request) {
       ->type_name("FILE");
 }
 
-struct ReplayApp {
-  CLI::App app{"Run a recording again and compare, or compare a real robot's log", "lk-emu replay"};
-  ReplayRequest request;
-
-  ReplayApp() {
-    app.footer(kReplayFooter);
-    add_options(app, request);
-  }
-};
-
 void check(const CLI::App& app, const ReplayRequest& request) {
   const bool log = app.count("--log") > 0;
   if (log == !request.directory.empty()) {
     throw StartError(log ? "replay: a recording or a --log, not both"
                          : "replay: needs the directory of a recording, or --log FILE");
   }
-  for (const char* option : {"--config", "--bus", "--report"}) {
-    if (!log && app.count(option) > 0) {
-      throw StartError(std::string("replay: ") + option + " belongs to --log");
-    }
+  if (log) {
+    refuse_options(app, {"--candump", "--capture", "--csv"}, "replay: {} belongs to a recording");
+  } else {
+    refuse_options(app, {"--config", "--bus", "--report"}, "replay: {} belongs to --log");
   }
-  for (const char* option : {"--candump", "--capture", "--csv"}) {
-    if (log && app.count(option) > 0) {
-      throw StartError(std::string("replay: ") + option + " belongs to a recording");
-    }
-  }
-  if (request.marks && request.candump.empty()) {
-    throw StartError("replay: --marks belongs to --candump");
-  }
-  for (const char* option : {"--signals", "--rate"}) {
-    if (app.count(option) > 0 && request.csv.empty()) {
-      throw StartError(std::string("replay: ") + option + " belongs to --csv");
-    }
+  if (request.candump.empty()) refuse_options(app, {"--marks"}, "replay: {} belongs to --candump");
+  if (request.csv.empty()) {
+    refuse_options(app, {"--signals", "--rate"}, "replay: {} belongs to --csv");
   }
   if (log && request.config.empty()) {
     throw StartError("replay: --log needs --config, the robot that produced the log");
@@ -284,18 +266,14 @@ int compare(const ReplayRequest& request) {
 
 }  // namespace
 
-std::shared_ptr<CLI::App> replay_app() {
-  const auto made = std::make_shared<ReplayApp>();
-  return {made, &made->app};
-}
-
-int run_replay(int argc, const char* const* argv) {
-  ReplayApp given;
-  if (!parse_arguments(given.app, argc, argv)) return 0;
-  const ReplayRequest& request = given.request;
-  check(given.app, request);
-  if (!request.log.empty()) return compare(request);
-  return replay_recorded(request);
+RunCommand declare_replay(CLI::App& app, Arguments /*arguments*/) {
+  const auto request = std::make_shared<ReplayRequest>();
+  app.footer(kReplayFooter);
+  add_options(app, *request);
+  return [request, &app] {
+    check(app, *request);
+    return request->log.empty() ? replay_recorded(*request) : compare(*request);
+  };
 }
 
 }  // namespace lk::emulator

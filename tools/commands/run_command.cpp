@@ -14,9 +14,8 @@
 #include "emulator/monitor/scenario/scenario_report.hpp"
 #include "emulator/monitor/scenario/scenario_runner.hpp"
 #include "tools/cases/case_stream.hpp"
-#include "tools/commands/cli.hpp"
+#include "tools/commands/arguments.hpp"
 #include "tools/commands/commands.hpp"
-#include "tools/commands/language_option.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -77,16 +76,6 @@ void add_options(CLI::App& app, RawRun& raw) {
       ->type_name("FILE");
 }
 
-struct ScenariosApp {
-  CLI::App app{"Run scenarios in simulated time, without a CAN bus", "lk-emu run"};
-  RawRun raw;
-
-  ScenariosApp() {
-    app.footer(kRunFooter);
-    add_options(app, raw);
-  }
-};
-
 RunOutputs::Csv read_csv(const RawRun& raw) {
   RunOutputs::Csv csv;
   csv.file = raw.csv;
@@ -103,16 +92,12 @@ RunOutputs::Csv read_csv(const RawRun& raw) {
 
 RunOutputs read_outputs(const CLI::App& app, const RawRun& raw) {
   RunOutputs outputs;
-  for (const char* option : {"--signals", "--ids", "--rate"}) {
-    if (app.count(option) > 0 && raw.csv.empty()) {
-      throw StartError(std::string(option) + ": belongs to --csv");
-    }
+  if (raw.csv.empty()) {
+    refuse_options(app, {"--signals", "--ids", "--rate"}, "{}: belongs to --csv");
   }
-  if (raw.marks && app.count("--candump") == 0) throw StartError("--marks: belongs to --candump");
-  for (const char* option : {"--csv", "--candump", "--capture"}) {
-    if (app.count(option) > 0 && raw.files.size() > 1) {
-      throw StartError(std::string(option) + ": takes one scenario at a time");
-    }
+  if (app.count("--candump") == 0) refuse_options(app, {"--marks"}, "{}: belongs to --candump");
+  if (raw.files.size() > 1) {
+    refuse_options(app, {"--csv", "--candump", "--capture"}, "{}: takes one scenario at a time");
   }
   if (app.count("--csv") > 0) outputs.csv = read_csv(raw);
   if (app.count("--candump") > 0) outputs.frames.candump = raw.candump;
@@ -164,31 +149,15 @@ Outcome worse(Outcome a, Outcome b) {
   return a == Outcome::kPassed ? b : a;
 }
 
-int run_cases_alone(const CLI::App& app, const RawRun& raw) {
-  for (const char* option : {"SCENARIO", "--seed", "--junit", "--csv", "--candump", "--capture",
-                             "--rom", "--strict", "--quiet"}) {
-    if (app.count(option) > 0)
-      throw StartError(std::string(option) + ": not together with --cases");
+int run(const CLI::App& app, const RawRun& raw) {
+  if (app.count("--cases") > 0) {
+    refuse_options(app,
+                   {"SCENARIO", "--seed", "--junit", "--csv", "--candump", "--capture", "--rom",
+                    "--strict", "--quiet"},
+                   "{}: not together with --cases");
+    return run_cases(raw.cases) ? 0 : 1;
   }
-  return run_cases(raw.cases) ? 0 : 1;
-}
-
-}  // namespace
-
-std::shared_ptr<CLI::App> scenarios_app() {
-  const auto made = std::make_shared<ScenariosApp>();
-  return {made, &made->app};
-}
-
-int run_scenarios(int argc, const char* const* argv) {
-  ScenariosApp given;
-  CLI::App& app = given.app;
-  const RawRun& raw = given.raw;
-  if (!parse_arguments(app, argc, argv)) return 0;
-  if (app.count("--cases") > 0) return run_cases_alone(app, raw);
-  for (const char* option : {"--jobs", "--check", "--scenario"}) {
-    if (app.count(option) > 0) throw StartError(std::string(option) + ": belongs to --cases");
-  }
+  refuse_options(app, {"--jobs", "--check", "--scenario"}, "{}: belongs to --cases");
   if (raw.files.empty()) throw StartError("run: SCENARIO is required");
   const std::optional<std::uint64_t> seed = read_seed(app, raw);
   const RunOutputs outputs = read_outputs(app, raw);
@@ -215,6 +184,15 @@ int run_scenarios(int argc, const char* const* argv) {
     junit->commit();
   }
   return exit_status(outcome);
+}
+
+}  // namespace
+
+RunCommand declare_run(CLI::App& app, Arguments /*arguments*/) {
+  const auto raw = std::make_shared<RawRun>();
+  app.footer(kRunFooter);
+  add_options(app, *raw);
+  return [raw, &app] { return run(app, *raw); };
 }
 
 }  // namespace lk::emulator

@@ -20,7 +20,6 @@
 #include "emulator/monitor/scenario/scenario_runner.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
-#include "tools/commands/complete_command.hpp"
 #include "tools/main/bodies.hpp"
 
 namespace {
@@ -33,13 +32,14 @@ void start_logging(const std::string& level) {
 
 int run(int argc, char** argv) {
   lk::emulator::provide_bodies();
-  for (const lk::emulator::Command& command : lk::emulator::commands()) {
-    if (argc > 1 && std::string_view(argv[1]) == command.word) {
-      return command.run(argc - 1, argv + 1);
+  if (argc > 1) {
+    const lk::emulator::Arguments arguments(argv + 1, static_cast<std::size_t>(argc) - 1);
+    if (const auto* command = lk::emulator::find_command(arguments.front())) {
+      return lk::emulator::run_command(*command, arguments);
     }
-  }
-  if (argc > 1 && std::string_view(argv[1]) == "__complete") {
-    return lk::emulator::run_complete(argc - 1, argv + 1);
+    if (arguments.front() == std::string_view("__complete")) {
+      return lk::emulator::run_complete(arguments);
+    }
   }
   const auto command_line = lk::emulator::parse_command_line(argc, argv);
   if (!command_line) return 0;

@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 #include "emulator/core/start_error.hpp"
-#include "tools/commands/language_option.hpp"
+#include "tools/commands/arguments.hpp"
 
 namespace lk::emulator {
 namespace language_test {

@@ -21,12 +21,12 @@ class TwoPorts : public testing::Test {
   /// Returns the report, or the error message if there is none.
   std::string report(const std::vector<std::string>& options) const {
     std::vector<std::string> words{
-        "lk-emu replay", "--log", log_, "--config", robot_, "--report", own_.path("report")};
+        "replay", "--log", log_, "--config", robot_, "--report", own_.path("report")};
     words.insert(words.end(), options.begin(), options.end());
     std::vector<const char*> argv;
     for (const std::string& word : words) argv.push_back(word.c_str());
     try {
-      EXPECT_EQ(run_replay(static_cast<int>(argv.size()), argv.data()), 0);
+      EXPECT_EQ(run_command(*find_command("replay"), argv), 0);
     } catch (const StartError& problem) {
       return problem.what();
     }
