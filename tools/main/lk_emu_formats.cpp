@@ -8,10 +8,7 @@
 #include <sstream>
 #include <string>
 
-#include "tools/formats/command_page.hpp"
-#include "tools/formats/dbc.hpp"
-#include "tools/formats/dissector.hpp"
-#include "tools/formats/generation_page.hpp"
+#include "tools/formats/formats.hpp"
 
 namespace {
 
@@ -48,13 +45,12 @@ void write_dbc(const std::filesystem::path& directory, const lk::protocol::Gener
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc == 1) return std::fputs(lk::formats::command_page().c_str(), stdout) < 0 ? 1 : 0;
-  if (argc == 2 && std::string(argv[1]) == "--generations") {
-    return std::fputs(lk::formats::generation_page().c_str(), stdout) < 0 ? 1 : 0;
-  }
-  if (argc == 2 && std::string(argv[1]) == "--serial") {
-    return std::fputs(lk::formats::serial_command_page().c_str(), stdout) < 0 ? 1 : 0;
-  }
+  const std::string option = argc == 2 ? argv[1] : "";
+  const auto page = argc == 1                   ? lk::formats::command_page
+                    : option == "--generations" ? lk::formats::generation_page
+                    : option == "--serial"      ? lk::formats::serial_command_page
+                                                : nullptr;
+  if (page != nullptr) return std::fputs(page().c_str(), stdout) < 0 ? 1 : 0;
   if (argc != 3) return 2;
   try {
     const std::filesystem::path directory = argv[2];

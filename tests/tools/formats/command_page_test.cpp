@@ -1,13 +1,11 @@
 // docs/reference/protocol.md §3 agrees with the table of commands.
 
-#include "tools/formats/command_page.hpp"
-
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <sstream>
 
-#include "tools/formats/generation_page.hpp"
+#include "tools/formats/formats.hpp"
 
 namespace lk::formats {
 namespace command_page_test {

@@ -1,30 +1,39 @@
-#include "tools/formats/command_page.hpp"
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cstdio>
+#include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "protocol/command_info.hpp"
+#include "protocol/wire_format.hpp"
+#include "tools/formats/formats.hpp"
 
 namespace lk::formats {
 namespace {
 
 using protocol::CommandInfo;
+using protocol::Framing;
+using protocol::Series;
 using WireField = protocol::Field;
 
-std::string hex_text(unsigned number) {
-  char buffer[16];
-  std::snprintf(buffer, sizeof buffer, "0x%02X", number);
-  return buffer;
+std::string hex_text(unsigned number) { return fmt::format("0x{:02X}", number); }
+
+std::string hex_text(protocol::Opcode opcode) { return hex_text(static_cast<unsigned>(opcode)); }
+
+/// Returns text like "`[4:7]`" or "`[1]`"; `first` is the byte that counts as 0.
+std::string place_text(const WireField& field, int first = 0, std::string_view name = "") {
+  const int from = field.byte - first;
+  const int last = from + protocol::bytes_of(field.wire) - 1;
+  return last > from ? fmt::format("`{}[{}:{}]`", name, from, last)
+                     : fmt::format("`{}[{}]`", name, from);
 }
 
-/// Returns text like "`[4:7]`" or "`[1]`".
-std::string place_text(const WireField& field) {
-  const int last = field.byte + protocol::bytes_of(field.wire) - 1;
-  std::string text = "`[" + std::to_string(field.byte);
-  if (last > field.byte) text += ":" + std::to_string(last);
-  return text + "]`";
+/// Returns " (words)" of what a field depends on.
+std::string when_text(const WireField& field) {
+  return field.when.words.empty() ? "" : fmt::format(" ({})", field.when.words);
 }
 
 std::string_view type_text(protocol::Wire wire) {
@@ -49,8 +58,7 @@ std::string fields_text(std::span<const WireField> fields) {
     if (!text.empty()) text += with != before ? "; " : ", ";
     if (with != before) text += with + ": ";
     before = with;
-    text.append(place_text(field)).append(" ").append(field.key);
-    if (!field.when.words.empty()) text.append(" (").append(field.when.words).append(")");
+    text += fmt::format("{} {}{}", place_text(field), field.key, when_text(field));
   }
   return text.empty() ? "–" : text;
 }
@@ -63,7 +71,7 @@ std::string reply_text(const CommandInfo& command) {
     if (&first == &command) break;
     if (!first.echoed &&
         std::ranges::equal(first.reply, command.reply, {}, &WireField::name, &WireField::name)) {
-      return "as " + hex_text(static_cast<unsigned>(first.opcode));
+      return "as " + hex_text(first.opcode);
     }
   }
   return fields_text(command.reply);
@@ -114,22 +122,21 @@ std::string command_rows() {
   std::string text =
       "| DATA[0] | name | query | reply | only with | |\n|---|---|---|---|---|---|\n";
   for (const CommandInfo& command : protocol::commands()) {
-    text += "| " + hex_text(static_cast<unsigned>(command.opcode)) + " | " +
-            std::string(command.name) + " | " + fields_text(command.query) + " | " +
-            reply_text(command) + " | " + exists(command) + " | " +
-            std::string(letters(command.source)) + " |\n";
+    text += fmt::format("| {} | {} | {} | {} | {} | {} |\n", hex_text(command.opcode), command.name,
+                        fields_text(command.query), reply_text(command), exists(command),
+                        letters(command.source));
   }
   text +=
       "\n| identifier | name | for the drives 1 to 4 | one LSB | only with | "
       "|\n|---|---|---|---|---|---|\n";
   for (const CommandInfo& command : protocol::multi_drive_commands()) {
-    text += "| " + hex_text(command.identifier) + " | " + std::string(command.name) + " | ";
-    for (const WireField& field : command.query) text += place_text(field) + " ";
+    std::string places;
+    for (const WireField& field : command.query) places += place_text(field) + " ";
     const WireField& first = command.query.front();
-    text.append(type_text(first.wire)).append(" | ");
-    if (first.unit != protocol::Unit::kNone) text.append(lsb_text(first.scale));
-    text.append(unit_text(first.unit)).append(" | ");
-    text += exists(command) + " | " + std::string(letters(command.source)) + " |\n";
+    text += fmt::format("| {} | {} | {}{} | {}{} | {} | {} |\n", hex_text(command.identifier),
+                        command.name, places, type_text(first.wire),
+                        first.unit != protocol::Unit::kNone ? lsb_text(first.scale) : "",
+                        unit_text(first.unit), exists(command), letters(command.source));
   }
   return text;
 }
@@ -140,12 +147,11 @@ std::string range_text(const WireField& field) {
     case Range::kWidth:
       return "";
     case Range::kWords: {
-      std::string text;
+      std::vector<std::string> words;
       for (const protocol::Value& value : field.values) {
-        text += (text.empty() ? "" : "; ") + std::to_string(value.number) + " " +
-                std::string(value.word);
+        words.push_back(fmt::format("{} {}", value.number, value.word));
       }
-      return text;
+      return fmt::format("{}", fmt::join(words, "; "));
     }
     case Range::kIqCommand:
       return "±2000, ±2048 (`iq_command_limit_lsb`)";
@@ -174,7 +180,7 @@ std::string range_text(const WireField& field) {
     case Range::kMaxTorque:
       return "0..2000; MS: 0..850";
     case Range::kBetween:
-      return std::to_string(field.min) + ".." + std::to_string(field.max);
+      return fmt::format("{}..{}", field.min, field.max);
     case Range::kSpeedSetting:
     case Range::kAngleSetting:
     case Range::kCurrentRamp:
@@ -198,10 +204,9 @@ std::string_view beyond_text(const WireField& field) {
 }
 
 std::string field_row(const WireField& field) {
-  return "| " + std::string(field.key) + " | " + std::string(field.label) + " | " +
-         std::string(type_text(field.wire)) + " | " + std::string(lsb_text(field.scale)) +
-         unit_text(field.unit) + " | " + range_text(field) + " | " +
-         std::string(beyond_text(field)) + " |\n";
+  return fmt::format("| {} | {} | {} | {}{} | {} | {} |\n", field.key, field.label,
+                     type_text(field.wire), lsb_text(field.scale), unit_text(field.unit),
+                     range_text(field), beyond_text(field));
 }
 
 std::string field_rows() {
@@ -216,20 +221,10 @@ std::string field_rows() {
       }
     }
   }
-  for (const std::string& row : rows) text += row;
-  return text;
+  return text + fmt::format("{}", fmt::join(rows, ""));
 }
 
 // --- RS-485
-
-/// Returns text like "D[0:3]" or "D[0]".
-std::string data_place(const WireField& field) {
-  const int first = field.byte - 1;
-  const int last = first + protocol::bytes_of(field.wire) - 1;
-  std::string text = "`D[" + std::to_string(first);
-  if (last > first) text += ":" + std::to_string(last);
-  return text + "]`";
-}
 
 /// Describes the fields of a command; fields of parameters count as one.
 std::string data_text(std::span<const WireField> fields) {
@@ -240,46 +235,103 @@ std::string data_text(std::span<const WireField> fields) {
       parameters = true;
       continue;
     }
-    text.append(text.empty() ? "" : ", ").append(data_place(field)).append(" ").append(field.key);
-    text.append(" ").append(type_text(field.wire));
-    if (field.optional) text += ", may be left out";
-    if (!field.when.words.empty()) text.append(" (").append(field.when.words).append(")");
+    text += fmt::format("{}{} {} {}{}{}", text.empty() ? "" : ", ", place_text(field, 1, "D"),
+                        field.key, type_text(field.wire), field.optional ? ", may be left out" : "",
+                        when_text(field));
   }
   if (parameters) text += ", its value";
   return text.empty() ? "–" : text;
 }
 
-/// Lists the generations on a wire that have the command, for a series that has it.
-std::string known_by(const CommandInfo* command, protocol::Framing framing) {
-  if (command == nullptr) return "–";
-  const bool ms = command->fits == protocol::Fits::kMsOnly;
-  std::string text;
-  std::size_t all = 0;
+/// Lists the generations whose format on a wire has what `has` looks for.
+template <class Has>
+std::string generations(Framing framing, Series series, Has has) {
+  std::vector<std::string_view> names;
   for (const protocol::GenerationRow& row : protocol::kGenerationRows) {
-    const protocol::Dialect& dialect =
-        framing == protocol::Framing::kCan ? row.dialect : row.serial;
-    const auto series = ms ? protocol::Series::kMs : protocol::Series::kMf;
-    if (!protocol::knows(protocol::wire_format(dialect, series), *command)) continue;
-    ++all;
-    text.append(text.empty() ? "" : ", ").append(row.name);
+    const protocol::Dialect& dialect = framing == Framing::kCan ? row.dialect : row.serial;
+    if (has(protocol::wire_format(dialect, series))) names.push_back(row.name);
   }
-  if (all == protocol::kGenerationRows.size()) return "all";
+  if (names.size() == protocol::kGenerationRows.size()) return "all";
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// Lists the generations on a wire that have the command, for a series that has it.
+std::string known_by(const CommandInfo* command, Framing framing) {
+  if (command == nullptr) return "–";
+  const Series series = command->fits == protocol::Fits::kMsOnly ? Series::kMs : Series::kMf;
+  const std::string text = generations(
+      framing, series, [&](const auto& format) { return protocol::knows(format, *command); });
   return text.empty() ? "none" : text;
 }
 
 std::string serial_row(const CommandInfo& command, const CommandInfo* on_can) {
   const bool bytes = command.query_len != nullptr;
-  const std::string number = command.identifier != 0
-                                 ? "02 " + hex_text(command.identifier - 0x200).substr(2)
-                                 : hex_text(static_cast<unsigned>(command.opcode));
   const std::string reply = command.echoed          ? "echo"
                             : !command.answered     ? "none"
                             : command.reply.empty() ? "bytes below, or none"
                                                     : data_text(command.reply);
-  return "| " + number + " | " + std::string(command.name) + " | " +
-         (bytes ? std::string("bytes below") : data_text(command.query)) + " | " + reply + " | " +
-         known_by(&command, protocol::Framing::kSerial) + " | " +
-         known_by(on_can, protocol::Framing::kCan) + " |\n";
+  return fmt::format("| {} | {} | {} | {} | {} | {} |\n",
+                     command.identifier != 0 ? fmt::format("02 {:02X}", command.identifier - 0x200)
+                                             : hex_text(command.opcode),
+                     command.name, bytes ? "bytes below" : data_text(command.query), reply,
+                     known_by(&command, Framing::kSerial), known_by(on_can, Framing::kCan));
+}
+
+// --- generations
+
+/// A switch, and all that depends on it.
+struct SwitchRow {
+  protocol::When when;
+  std::vector<std::string> decides;  // "0x8C", "0x9A voltage"
+};
+
+std::string name_of(const CommandInfo& command) {
+  return command.identifier != 0 ? hex_text(command.identifier) : hex_text(command.opcode);
+}
+
+void add(std::vector<SwitchRow>& rows, const protocol::When& when, const std::string& what) {
+  if (when.words.empty()) return;
+  auto row =
+      std::ranges::find(rows, when.words, [](const SwitchRow& one) { return one.when.words; });
+  if (row == rows.end()) row = rows.insert(rows.end(), {when, {}});
+  if (std::ranges::find(row->decides, what) == row->decides.end()) row->decides.push_back(what);
+}
+
+/// Returns the switches of the tables, each once, in the order of first use.
+std::vector<SwitchRow> switch_rows() {
+  std::vector<SwitchRow> rows;
+  for (const auto commands :
+       {protocol::commands(), protocol::multi_drive_commands(), protocol::serial_commands()}) {
+    for (const CommandInfo& command : commands) {
+      add(rows, command.when, name_of(command));
+      for (const auto fields : {command.query, command.reply}) {
+        for (const protocol::Field& field : fields) {
+          if (field.parameter < 0) {
+            add(rows, field.when, fmt::format("{} {}", name_of(command), field.key));
+          }
+        }
+      }
+    }
+  }
+  // These depend on the series, not on the generation.
+  std::erase_if(rows, [](const SwitchRow& row) {
+    return row.when.words == "MS" || row.when.words == "not MS";
+  });
+  return rows;
+}
+
+/// Lists the generations with the switch on a wire whose commands it decides about.
+std::string generations_with(const SwitchRow& row, Framing framing,
+                             std::span<const CommandInfo> single,
+                             std::span<const CommandInfo> several) {
+  const auto has = [&](const auto& one) { return one.when.words == row.when.words; };
+  const auto decided = [&](const CommandInfo& command) {
+    return has(command) || std::ranges::any_of(command.query, has) ||
+           std::ranges::any_of(command.reply, has);
+  };
+  if (!std::ranges::any_of(single, decided) && !std::ranges::any_of(several, decided)) return "–";
+  const std::string text = generations(framing, Series::kMf, row.when.on);
+  return text.empty() ? "–" : text;
 }
 
 }  // namespace
@@ -289,6 +341,18 @@ std::string serial_command_page() {
       "| CMD | name | query | reply | on RS-485 | on CAN |\n|---|---|---|---|---|---|\n";
   for (const CommandInfo& command : protocol::serial_commands()) {
     text += serial_row(command, protocol::find_command(static_cast<std::uint8_t>(command.opcode)));
+  }
+  return text;
+}
+
+std::string generation_page() {
+  std::string text = "| switch | what it decides about | on CAN | on RS-485 |\n|---|---|---|---|\n";
+  for (const SwitchRow& row : switch_rows()) {
+    text += fmt::format("| `{}` | {} | {} | {} |\n", row.when.words, fmt::join(row.decides, ", "),
+                        generations_with(row, Framing::kCan, protocol::commands(),
+                                         protocol::multi_drive_commands()),
+                        generations_with(row, Framing::kSerial, protocol::serial_commands(),
+                                         protocol::serial_multi_drive_commands()));
   }
   return text;
 }
