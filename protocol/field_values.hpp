@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Numbers of a field: their range, their place in DATA, and their quantity.
+/// @file Reads, writes, limits and converts the raw numbers of fields.
 
 #include <algorithm>
 #include <cstdint>

@@ -119,7 +119,8 @@ void MujocoBody::update() {
   if (failure_) return;
   try {
     if (constants_changed_) {
-      // Scales the softness of constraints by the moving masses, at the model's zero pose.
+      // Derived constants, which scale the softness of constraints. They belong to the zero pose,
+      // so mj_setConst gets data of its own.
       const std::unique_ptr<mjData, FreeMujoco> scratch(mj_makeData(model_.get()));
       mj_setConst(model_.get(), scratch.get());
       constants_changed_ = false;

@@ -227,7 +227,7 @@ std::string print_rom(const RomOwner& owner, const Registers& rom, const RomWear
 void read_rom(const std::string& text, const std::string& file, const std::string& bus,
               ServoConfig& servo) {
   const toml::table document = parse_toml(text, file);
-  // The last line ends with a number, and a part of it would still be a number.
+  // Without the last newline the file is truncated: its last number may have lost digits.
   if (!text.ends_with('\n')) {
     const auto lines = std::ranges::count(text, '\n');
     throw ConfigError(file, static_cast<int>(lines) + 1, "", "the file is cut off here");

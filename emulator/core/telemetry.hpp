@@ -10,7 +10,7 @@ namespace lk::emulator {
 class Line;
 struct Signal;
 
-/// Request of a client for periodic samples.
+/// Drives, signals and rate that a client wants sampled.
 struct TelemetryRequest {
   Line* line = nullptr;
   std::vector<int> ids;

@@ -50,7 +50,7 @@ class Bus {
   void take_replies(std::vector<TimedFrame>& out);
   /// ROM writes of drives.
   void take_rom_writes(std::vector<RomWrite>& out);
-  /// Acts on the body.
+  /// Actions on the body that events have asked for.
   void take_body_acts(std::vector<BodyAct>& out);
 
   /// The last write taken from the drive `id` could not be stored: restores its ROM to these

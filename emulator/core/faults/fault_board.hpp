@@ -126,7 +126,7 @@ LiveFault* line_holder(FaultBoard& faults);
 /// Extra time that the drive stays off the bus after a bus-off.
 SimTime recovery(const FaultBoard& faults, int id);
 
-/// Effect of one fault on the motor of one of its drives.
+/// Effect of this fault alone on the motor of the drive `servo`.
 model::Faults plant_faults(const LiveFault& live, const ServoConfig& servo, SimTime now);
 
 }  // namespace lk::emulator

@@ -17,7 +17,8 @@
 
 namespace lk::emulator {
 
-/// All lines of a process and their common clock, on the loop of the process.
+/// All buses of a process, their common clock, and the body that couples their drives. Everything
+/// runs on the event loop `loop`.
 class World {
  public:
   World(boost::asio::io_context& loop, ClockMode mode);

@@ -37,8 +37,9 @@ Complex angle_per_torque(const model::DriveParams& drive, Complex s) {
   return sI_A.partialPivLu().solve(B.cast<Complex>())(0);
 }
 
-/// Response of the current to its reference and to a voltage in the winding, A/A and A/V. It is the
-/// closed loop of model.md §10 with its delay of 1.5 periods; in voltage mode R and L alone.
+/// Frequency response of the current to its reference, A/A, and to a voltage in the winding, A/V.
+/// With a current loop: the closed loop of model.md §10, with its delay of 1.5 periods. In voltage
+/// mode: the winding without feedback. A reference applies one period late in both.
 struct CurrentLoop {
   Complex per_reference, per_voltage;
 };
