@@ -28,7 +28,7 @@ std::optional<ModelProblem> model_problem(const model::DriveParams& drive);
 void check_settings(const TableReader& reader, const model::DriveParams& drive,
                     const Registers& registers);
 
-/// Rejects keys of a drive that are valid alone but conflict. `reader` is that of its
+/// Rejects keys of a drive that are valid alone but conflict. `reader` reads its
 /// [[bus.drive]]. Throws ConfigError.
 void check_drive(TableReader& reader, const ServoConfig& servo);
 
