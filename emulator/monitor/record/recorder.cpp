@@ -45,11 +45,6 @@ void LogWriter::finish(std::string last_lines) {
   changed_.notify_one();
 }
 
-bool LogWriter::done() const {
-  const std::lock_guard lock(mutex_);
-  return done_;
-}
-
 void LogWriter::add(std::size_t log, std::string_view line) {
   bool too_slow = false;
   bool first = false;
@@ -67,19 +62,6 @@ void LogWriter::add(std::size_t log, std::string_view line) {
   if (too_slow) on_end_("the disk is too slow");
 }
 
-bool LogWriter::failed() const {
-  const std::lock_guard lock(mutex_);
-  return failed_;
-}
-
-int LogWriter::write(const Batch& batch) {
-  for (std::size_t n = 0; n < kFiles; ++n) {
-    const int error = write_all(files_[n].get(), batch[n]);
-    if (error != 0) return error;
-  }
-  return 0;
-}
-
 void LogWriter::run() {
   bool refused = false;  // after an error, nothing more may be written
   std::unique_lock lock(mutex_);
@@ -91,11 +73,14 @@ void LogWriter::run() {
     waiting_bytes_ = 0;
     const bool whole = !failed_;
     lock.unlock();
-    int error = refused ? 0 : write(batch);
+    int error = 0;
+    for (std::size_t n = 0; n < kFiles && error == 0 && !refused; ++n) {
+      error = write_all(files_[n].get(), batch[n]);
+    }
     if (error == 0 && last && whole) error = write_all(files_[0].get(), last_lines_);
     refused = refused || error != 0;
     lock.lock();
-    if (error != 0 && !std::exchange(failed_, true)) {
+    if (error != 0 && !failed_.exchange(true)) {
       lock.unlock();
       on_end_(std::generic_category().message(error));
       lock.lock();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
@@ -42,30 +43,28 @@ class LogWriter {
   /// Ends the logs without waiting: after the remaining lines, `last_lines` go to the first log.
   void finish(std::string last_lines);
   /// Finished, and everything is written.
-  bool done() const;
+  bool done() const { return done_; }
 
   /// Adds a line and its end; never waits.
   void add(std::size_t log, std::string_view line);
   /// Returns true after an error.
-  bool failed() const;
+  bool failed() const { return failed_; }
 
  private:
   using Batch = std::array<std::string, kFiles>;  // lines of each log, with their ends
 
   void run();
-  /// Appends to the first file before it appends to the second. Returns 0 or errno.
-  int write(const Batch& batch);
 
   std::array<Descriptor, kFiles> files_;
   OnEnd on_end_;
   std::size_t most_waiting_;
-  mutable std::mutex mutex_;  // protects all members below
+  std::mutex mutex_;  // protects all members below; others may read the flags of the state
   std::condition_variable changed_;
   Batch waiting_;
   std::size_t waiting_bytes_ = 0;
-  bool failed_ = false;
+  std::atomic<bool> failed_ = false;
   bool stop_ = false;
-  bool done_ = false;
+  std::atomic<bool> done_ = false;
   std::string last_lines_;
   std::thread thread_;
 };
