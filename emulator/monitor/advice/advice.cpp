@@ -195,6 +195,9 @@ constexpr std::array<AdviceRow, kAdviceKinds> kTable = {{
       "校准之前先卸下负载，否则不要校准：轴会来回转动，得到的结果也不对"}},
 }};
 // clang-format on
+static_assert(std::ranges::all_of(kTable, [](const AdviceRow& row) {
+  return &row - kTable.data() == static_cast<std::ptrdiff_t>(row.kind) && !row.todo.zh.empty();
+}));
 
 }  // namespace
 

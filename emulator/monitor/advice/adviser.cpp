@@ -154,8 +154,9 @@ class Adviser::Impl {
     SimTime last_unanswerable_at{0};  // time of the last of them
     RomWatch rom;
     GenerationWatch generation;
-    WaitWatch wait;
-    InputWatch input;
+    std::optional<SimTime> last_query_at;
+    int not_waited = 0;  // queries in a row
+    int pauses = 0;      // near the time-out of the lost-input protection
     HostsWatch hosts;
     DuplicateWatch duplicate;
     JumpWatch jump;
@@ -307,14 +308,16 @@ class Adviser::Impl {
   }
 
   void on_decoded_query(Watched& watched, const TimedFrame& in, const protocol::Query& query) {
+    const auto before = std::exchange(watched.last_query_at, in.at);
     const DecodedQuery decoded{in.at, query.data, query.command,
-                               motion_of(query.command, watched.drive.address)};
+                               motion_of(query.command, watched.drive.address),
+                               before ? std::optional(in.at - *before) : std::nullopt};
     const KnownDrive& drive = watched.drive;
     note(drive.id, beyond_range(decoded, drive), in);
     note(drive.id, watched.generation.on_query(decoded, drive), in);
     note(drive.id, watched.rom.on_query(decoded, drive), in);
-    note(drive.id, watched.wait.on_query(decoded, drive), in);
-    note(drive.id, watched.input.on_query(decoded, drive), in);
+    note(drive.id, not_waited(decoded, drive, watched.not_waited), in);
+    note(drive.id, near_timeout(decoded, drive, watched.pauses), in);
     note(drive.id, watched.hosts.on_query(decoded), in);
     note(drive.id, watched.jump.on_query(decoded, drive), in);
     note(drive.id, watched.wind_up.on_query(decoded, drive), in);

@@ -65,25 +65,29 @@ double ms(SimTime time) { return std::chrono::duration<double, std::milli>(time)
 
 }  // namespace
 
-std::optional<Finding> WaitWatch::on_query(const DecodedQuery& query, const KnownDrive& drive) {
-  const std::optional<SimTime> before = std::exchange(last_, query.at);
-  if (!before) return std::nullopt;
-  const SimTime gap = query.at - *before;
+std::optional<Finding> not_waited(const DecodedQuery& query, const KnownDrive& drive,
+                                  int& in_a_row) {
+  // Fewer are allowed: drives queue 16 replies (docs/reference/protocol.md §5).
+  constexpr int kInARow = 20;
   // Equal times: the clock stood still or slipped, and the real gap is unknown.
+  const SimTime gap = query.gap.value_or(SimTime{0});
   if (gap == SimTime{0}) return std::nullopt;
-  in_a_row_ = gap < drive.shortest_answer ? std::min(in_a_row_ + 1, kInARow) : 0;
-  if (in_a_row_ < kInARow) return std::nullopt;
+  if (gap >= drive.shortest_answer) in_a_row = 0;
+  if (gap >= drive.shortest_answer || !reached(in_a_row, kInARow)) return std::nullopt;
   return finding(AdviceKind::kNotWaited, kTooSoon, kInARow, 1000 * ms(gap),
                  1000 * ms(drive.shortest_answer));
 }
 
-std::optional<Finding> InputWatch::on_query(const DecodedQuery& query, const KnownDrive& drive) {
-  const std::optional<SimTime> before = std::exchange(last_, query.at);
-  if (!before || !drive.input_window) return std::nullopt;
-  const double pause_ms = ms(query.at - *before);
+std::optional<Finding> near_timeout(const DecodedQuery& query, const KnownDrive& drive,
+                                    int& pauses) {
+  constexpr double kNear = 0.8;  // share of the trip time (assumed)
+  constexpr double kGone = 3;    // multiple of it: the host was absent (assumed)
+  constexpr int kPauses = 3;     // fewer may be accidents (assumed)
+  if (!query.gap || !drive.input_window) return std::nullopt;
+  const double pause_ms = ms(*query.gap);
   const double window_ms = ms(*drive.input_window);
   if (pause_ms < kNear * window_ms || pause_ms > kGone * window_ms) return std::nullopt;
-  if (!reached(pauses_, kPauses)) return std::nullopt;
+  if (!reached(pauses, kPauses)) return std::nullopt;
   return finding(AdviceKind::kInputWindow, kPause, pause_ms, window_ms);
 }
 

@@ -55,33 +55,13 @@ class WireWatch {
   bool too_fast_ = false;
 };
 
-/// Detects queries that do not wait for the previous reply.
-class WaitWatch {
- public:
-  /// Consecutive queries. Fewer are allowed: drives queue 16 replies (docs/reference/protocol.md
-  /// §5).
-  static constexpr int kInARow = 20;
+/// Detects queries that do not wait for the previous reply. `in_a_row`: their number so far.
+std::optional<Finding> not_waited(const DecodedQuery& query, const KnownDrive& drive,
+                                  int& in_a_row);
 
-  std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
-
- private:
-  std::optional<SimTime> last_;
-  int in_a_row_ = 0;
-};
-
-/// Detects pauses that trip, or nearly trip, the lost-input protection.
-class InputWatch {
- public:
-  static constexpr double kNear = 0.8;  // share of the trip time (assumed)
-  static constexpr double kGone = 3;    // multiple of it: the host was absent (assumed)
-  static constexpr int kPauses = 3;     // fewer may be accidents (assumed)
-
-  std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
-
- private:
-  std::optional<SimTime> last_;
-  int pauses_ = 0;
-};
+/// Detects pauses that trip, or nearly trip, the lost-input protection. `pauses`: their number.
+std::optional<Finding> near_timeout(const DecodedQuery& query, const KnownDrive& drive,
+                                    int& pauses);
 
 /// Detects a step that the motor cannot follow in a stream of targets (0xA3, 0xA4).
 class JumpWatch {

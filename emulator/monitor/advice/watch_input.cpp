@@ -186,7 +186,7 @@ void DeadWatch::on_reply(int id) { polled_[static_cast<std::size_t>(id)].in_a_ro
 
 std::optional<Finding> TimeoutWatch::on_query(const DecodedQuery& query, const KnownDrive& drive) {
   if (drive.adapter_worst == SimTime{0}) return std::nullopt;
-  const SimTime gap = query.at - std::exchange(last_, query.at);
+  const SimTime gap = query.gap.value_or(query.at);
   const SimTime worst = drive.shortest_answer + drive.adapter_worst;
   if (gap > worst) waiting_ = 0;  // the previous reply is lost
   // Faster than the wire can answer means no waiting at all, which is another mistake.

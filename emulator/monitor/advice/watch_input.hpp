@@ -83,6 +83,7 @@ struct DecodedQuery {
   const protocol::Payload& data;  // for a byte of 0x288: a command and zeros
   const protocol::Command& command;
   std::optional<MotionCommand> motion;
+  std::optional<SimTime> gap;  // since the last one for the drive
 
   template <class Wanted>
   bool is() const {
@@ -122,7 +123,6 @@ class TimeoutWatch {
   void on_reply();
 
  private:
-  SimTime last_{0};
   int waiting_ = 0;     // replies
   bool early_ = false;  // the last query came before the previous reply
   int times_ = 0;       // and that reply came later
