@@ -40,7 +40,7 @@ TEST(AdviceClear, WarnsOnRepeatedClears) {
   EXPECT_EQ(host.count(AdviceKind::kTrustsClearReply), 0U);
   clear(host);
   EXPECT_EQ(host.count(AdviceKind::kTrustsClearReply), 1U);
-  EXPECT_EQ(what_text(host.get(AdviceKind::kTrustsClearReply), Language::kEnglish),
+  EXPECT_EQ(host.what(AdviceKind::kTrustsClearReply),
             "0x9B for the 3. time within 1.1 s: the first has cleared the errors, its reply shows "
             "those from before");
 }
@@ -137,7 +137,7 @@ TEST(AdvicePolls, IgnoresDriveOfAnotherProgram) {
     host.repeat(1, 5ms, query(ReadState2{}));
     host.send(query(ReadState2{}, 7));
     host.repeat(1, 1ms, query(ReadState2{}));  // before the other host reads the reply
-    host.repeat(1, 5ms, test::frame("147#9C19000000000008"));
+    host.repeat(1, 5ms, "147#9C19000000000008");
   }
   EXPECT_EQ(host.count(AdviceKind::kPollsDead, 7), 0U);
 }
@@ -192,7 +192,7 @@ TEST(AdviceFirstTarget, WarnsFromHalfATurnIfTheAngleWasNotRead) {
   host.repeat(3, 2ms, query(ReadState2{}));
   host.repeat(2, 2ms, target(225));
   EXPECT_EQ(host.count(AdviceKind::kFirstTargetFar), 1U);
-  EXPECT_EQ(what_text(host.get(AdviceKind::kFirstTargetFar), Language::kEnglish),
+  EXPECT_EQ(host.what(AdviceKind::kFirstTargetFar),
             "the first target after a start, 225°, is 180° from where the rotor stands, 45°");
 }
 

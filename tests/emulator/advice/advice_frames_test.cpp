@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <vector>
+
 #include "tests/emulator/advice/advice_support.hpp"
 #include "tests/support/faults.hpp"
 
@@ -10,21 +12,16 @@ namespace advice_frames_test {
 
 using protocol::PidGains;
 
-/// The adviser receives a frame at `at`, without a bus.
-void receive(AdvisedHost& host, SimTime at, const protocol::Frame& frame) {
-  host.adviser.on_query({at, frame});
-}
-
 TEST(AdviceRom, ReportsTheRemainingLife) {
   AdvisedHost host(test::servo_config(1));
   const auto write = query(protocol::WritePidToRom{PidGains{.angle_kp = 7}});
-  for (int n = 0; n < 9; ++n) receive(host, n * 36s, write);
+  host.receive(9, 0ns, 36s, write);
   EXPECT_EQ(host.count(AdviceKind::kRomWear), 0U) << "nine are not many";
-  receive(host, 9 * 36s, write);
+  host.receive(9 * 36s, write);
   ASSERT_GT(host.count(AdviceKind::kRomWear), 0U);
   // One write in 36 s, and a memory rated for 10,000 writes: 100 h.
   EXPECT_NEAR(host.get(AdviceKind::kRomWear).found.numbers[2], 100, 1e-6);
-  receive(host, 10 * 36s, write);
+  host.receive(10 * 36s, write);
   const Advice advice = host.get(AdviceKind::kRomWear);
   EXPECT_EQ(advice.count, 2U);
   EXPECT_EQ(advice.first, 9 * 36s);
@@ -35,26 +32,24 @@ TEST(AdviceRom, ReportsTheRemainingLife) {
 TEST(AdviceRom, IgnoresOccasionalWrites) {
   AdvisedHost host(test::servo_config(1));
   // 10,000 writes in more than 365 days: 3153.6 s each.
-  for (int n = 0; n < 30; ++n) receive(host, n * 3154s, query(protocol::WriteOffsetToRom{100}));
+  host.receive(30, 0ns, 3154s, query(protocol::WriteOffsetToRom{100}));
   EXPECT_EQ(host.all(), "");
-  for (int n = 0; n < 30; ++n) {  // writes to RAM cause no wear
-    receive(host, 100'000s + n * 1s, query(protocol::WritePidToRam{PidGains{.angle_kp = 7}}));
-  }
+  // Writes to RAM cause no wear.
+  host.receive(30, 100'000s, 1s, query(protocol::WritePidToRam{PidGains{.angle_kp = 7}}));
   EXPECT_EQ(host.all(), "");
-  for (int n = 0; n < 10; ++n)
-    receive(host, 200'000s + n * 3153s, query(protocol::WriteZeroToRom{}));
+  host.receive(10, 200'000s, 3153s, query(protocol::WriteZeroToRom{}));
   EXPECT_EQ(host.count(AdviceKind::kRomWear), 1U);
 }
 
 TEST(AdviceLength, ChecksOnlyFramesForDrives) {
   AdvisedHost host(test::servo_config(1));
-  receive(host, 1ms, test::frame("7FF#01"));  // not for a drive
-  receive(host, 2ms, test::frame("142#9A"));  // no such drive
-  receive(host, 3ms, test::frame("141#9A00000000000000"));
+  host.receive(1ms, "7FF#01");  // not for a drive
+  host.receive(2ms, "142#9A");  // no such drive
+  host.receive(3ms, "141#9A00000000000000");
   EXPECT_EQ(host.all(), "");
-  receive(host, 4ms, test::frame("141#9A"));
+  host.receive(4ms, "141#9A");
   EXPECT_NE(host.all().find("(1 time, first 141#9A at 0.004 s)"), std::string::npos) << host.all();
-  receive(host, 5ms, test::frame("141#9C00"));
+  host.receive(5ms, "141#9C00");
   ASSERT_EQ(host.count(AdviceKind::kWrongLength), 2U);
   const Advice advice = host.get(AdviceKind::kWrongLength);
   EXPECT_EQ(advice.first, 4ms);
@@ -69,38 +64,41 @@ TEST(AdviceLength, ChecksOnlyFramesForDrives) {
   EXPECT_EQ(host.adviser.mark_of(3), "");
 }
 
+/// Each of the frames is out of range; `right`, given before, is not.
+void expect_out_of_range(AdvisedHost& host, const std::vector<const char*>& right,
+                         const std::vector<const char*>& wrong) {
+  for (const char* frame : right) host.receive(1ms, frame);
+  EXPECT_EQ(host.all(), "");
+  std::uint64_t count = 0;
+  for (const char* frame : wrong) {
+    host.receive(6ms, frame);
+    EXPECT_EQ(host.count(AdviceKind::kFieldRange), ++count) << frame;
+  }
+}
+
 TEST(AdviceField, AcceptsTheLastValueOfTheRange) {
   AdvisedHost host(test::servo_config(1));
-  receive(host, 1ms, test::frame("141#A1000000D0070000"));  // 2000
-  receive(host, 2ms, test::frame("141#A100000030F80000"));  // -2000
-  receive(host, 3ms, test::frame("141#A50100009F8C0000"));  // 359.99 deg
-  receive(host, 4ms, test::frame("141#34000000FFFFFF7F"));
-  receive(host, 4ms, test::frame("141#9200000000000000"));  // the host knows the angle
-  receive(host, 5ms, test::frame("141#A3000000FFFFFF7F"));  // Max Angle is off
-  EXPECT_EQ(host.all(), "");
-  for (const char* wrong :
-       {"141#A1000000D1070000", "141#A10000002FF80000", "141#A5000000A08C0000",
-        "141#A502000000000000", "141#3400000000000080", "141#910000000000FFFF"}) {
-    const auto before = host.count(AdviceKind::kFieldRange);
-    receive(host, 6ms, test::frame(wrong));
-    EXPECT_EQ(host.count(AdviceKind::kFieldRange), before + 1) << wrong;
-  }
-  EXPECT_EQ(what_text(host.get(AdviceKind::kFieldRange), Language::kEnglish),
+  expect_out_of_range(host,
+                      {"141#A1000000D0070000",  // 2000
+                       "141#A100000030F80000",  // -2000
+                       "141#A50100009F8C0000",  // 359.99 deg
+                       "141#34000000FFFFFF7F",
+                       "141#9200000000000000",   // the host knows the angle
+                       "141#A3000000FFFFFF7F"},  // Max Angle is off
+                      {"141#A1000000D1070000", "141#A10000002FF80000", "141#A5000000A08C0000",
+                       "141#A502000000000000", "141#3400000000000080", "141#910000000000FFFF"});
+  EXPECT_EQ(host.what(AdviceKind::kFieldRange),
             "iq 2001 is beyond -2000 to 2000: the drive takes the nearest of them");
 }
 
 TEST(AdviceField, KnowsTheRangesOfV236) {
   AdvisedHost host(test::drive(Generation::kV236));
-  receive(host, 1ms, test::frame("141#A100000000080000"));  // 2048
-  receive(host, 2ms, test::frame("141#A200000880380100"));  // iq limit 2048, 800 dps
-  receive(host, 3ms, test::frame("141#C120000064000000"));  // Max Speed 1 dps
-  EXPECT_EQ(host.all(), "");
-  for (const char* wrong : {"141#A100000001080000", "141#A200010800000000", "141#8C02000000000000",
-                            "141#C120000063000000", "141#A200000000000070"}) {
-    const auto before = host.count(AdviceKind::kFieldRange);
-    receive(host, 4ms, test::frame(wrong));
-    EXPECT_EQ(host.count(AdviceKind::kFieldRange), before + 1) << wrong;
-  }
+  expect_out_of_range(host,
+                      {"141#A100000000080000",   // 2048
+                       "141#A200000880380100",   // iq limit 2048, 800 dps
+                       "141#C120000064000000"},  // Max Speed 1 dps
+                      {"141#A100000001080000", "141#A200010800000000", "141#8C02000000000000",
+                       "141#C120000063000000", "141#A200000000000070"});
 }
 
 TEST(AdviceGeneration, RecognisesFieldsOfAnotherGeneration) {
@@ -108,19 +106,23 @@ TEST(AdviceGeneration, RecognisesFieldsOfAnotherGeneration) {
   geared.profile.drive.mechanics.gear_ratio = 10;
   AdvisedHost host(geared);
   // 0xA6 to 98,765 * 0.01 deg, which is below ten turns of the rotor but needs 32 bits: 0x181CD.
-  receive(host, 1ms, test::frame("141#A6006400CD810100"));
+  host.receive(1ms, "141#A6006400CD810100");
   ASSERT_EQ(host.count(AdviceKind::kOtherGeneration), 1U);
-  EXPECT_EQ(what_text(host.get(AdviceKind::kOtherGeneration), Language::kEnglish),
+  EXPECT_EQ(host.what(AdviceKind::kOtherGeneration),
             "a target of 32 bits, 987.65°: this drive reads 16 bits of it, 332.29°");
-  receive(host, 2ms, test::frame("141#9500000028230000"));  // 90 deg
+  host.receive(2ms, "141#9500000028230000");  // 90 deg
   EXPECT_EQ(host.count(AdviceKind::kOtherGeneration), 2U);
+  host.receive(3ms, "141#A60064009F860100");  // 0x1869F: 999.99 deg, 344.63 in 16 bits
+  host.receive(4ms, "141#A6006400F0EA0100");  // 0x1EAF0: 1256.96 deg, 601.44: out of range as well
+  EXPECT_EQ(host.count(AdviceKind::kOtherGeneration), 4U);
+  EXPECT_EQ(host.count(AdviceKind::kFieldRange), 0U) << host.all();
 }
 
 TEST(AdviceGeneration, RecognisesTheIqLimitOf0xA2) {
   AdvisedHost host(test::servo_config(1));
-  for (int n = 0; n < 9; ++n) receive(host, n * 10ms, test::frame("141#A200F40110270000"));
+  host.receive(9, 0ns, 10ms, test::frame("141#A200F40110270000"));
   EXPECT_EQ(host.all(), "");
-  receive(host, 90ms, test::frame("141#A200F40110270000"));
+  host.receive(90ms, "141#A200F40110270000");
   EXPECT_EQ(host.count(AdviceKind::kOtherGeneration), 1U);
 }
 
@@ -128,10 +130,10 @@ TEST(AdviceGeneration, IgnoresUnusedBytes) {
   AdvisedHost host(test::servo_config(1));
   for (int n = 0; n < 40; ++n) {
     const SimTime at = n * 10ms;
-    receive(host, at + 1ms, test::frame("141#A50000001027CDAB"));  // garbage after the target
-    receive(host, at + 2ms, test::frame("141#95000000CCCCCCCC"));
-    receive(host, at + 3ms, test::frame("141#9500000000000000"));
-    receive(host, at + 4ms, test::frame("141#A200CDAB10270000"));  // -21555 means no limit
+    host.receive(at + 1ms, "141#A50000001027CDAB");  // garbage after the target
+    host.receive(at + 2ms, "141#95000000CCCCCCCC");
+    host.receive(at + 3ms, "141#9500000000000000");
+    host.receive(at + 4ms, "141#A200CDAB10270000");  // -21555 means no limit
   }
   EXPECT_EQ(host.count(AdviceKind::kOtherGeneration), 0U) << host.all();
 }
@@ -139,10 +141,10 @@ TEST(AdviceGeneration, IgnoresUnusedBytes) {
 /// Once is enough, since a host may query once and then give up or wait for ever.
 TEST(AdviceUnknown, ReportsEachCommandAtOnce) {
   AdvisedHost host(test::drive(Generation::kV235));
-  receive(host, 1ms, test::frame("141#3000000000000000"));
-  receive(host, 2ms, test::frame("141#3300000000000000"));
-  receive(host, 3ms, test::frame("141#EE00000000000000"));
-  receive(host, 4ms, test::frame("141#EE00000000000000"));
+  host.receive(1ms, "141#3000000000000000");
+  host.receive(2ms, "141#3300000000000000");
+  host.receive(3ms, "141#EE00000000000000");
+  host.receive(4ms, "141#EE00000000000000");
   ASSERT_EQ(host.adviser.advice().size(), 3U) << host.all();
   EXPECT_EQ(advice_line("vcan0", host.adviser.advice()[0], Language::kEnglish),
             "vcan0:1: unknown-command: 0x30, read PID: no answer, this drive does not have the "
@@ -166,48 +168,46 @@ TEST(AdviceUnknown, ReportsAMyActuatorHostOnce) {
     AdvisedHost host(test::drive(generation));
     int n = 0;
     for (const char* const data : {"B2", "B5", "60", "61", "62", "63", "64", "70", "71", "42"}) {
-      receive(host, ++n * 1ms, test::frame("141#" + std::string(data) + "00000000000000"));
+      host.receive(++n * 1ms, test::frame("141#" + std::string(data) + "00000000000000"));
     }
     ASSERT_EQ(host.adviser.advice().size(), 1U) << host.all();
     EXPECT_EQ(host.adviser.advice()[0].count, 10U);
-    EXPECT_EQ(what_text(host.adviser.advice()[0], Language::kEnglish),
+    EXPECT_EQ(host.what(AdviceKind::kUnknownCommand),
               "no answer, LK-TECH drives do not have this command; MyActuator drives from V3 on "
               "do, but are not emulated");
-    receive(host, 20ms, test::frame("141#EE00000000000000"));
+    host.receive(20ms, "141#EE00000000000000");
     EXPECT_EQ(host.adviser.advice().size(), 2U);
   }
-  // A setting of LK-TECH.
-  AdvisedHost host(test::drive(Generation::kLegacy));
-  receive(host, 1ms, test::frame("141#42050A0009000000"));
-  EXPECT_EQ(what_text(host.adviser.advice()[0], Language::kEnglish),
-            "0x42, write setting: no answer, this drive does not have the command; it is one of "
-            "v236b");
 }
 
-TEST(AdviceUnknown, ReportsUnknownParameters) {
-  AdvisedHost host(test::drive(Generation::kV236));
-  receive(host, 1ms, test::frame("141#C077000000000000"));
-  ASSERT_EQ(host.adviser.advice().size(), 1U);
-  EXPECT_EQ(what_text(host.adviser.advice()[0], Language::kEnglish),
-            "0xC0, read parameter: no answer, unknown parameter 119");
-}
-
-TEST(AdviceUnknown, ReportsCommandsOfAnotherSeries) {
-  ServoConfig servo = test::drive(Generation::kV236);
-  servo.profile.series = Series::kMs;
-  AdvisedHost host(servo);
-  receive(host, 1ms, test::frame("141#A100000000000000"));
-  ASSERT_EQ(host.adviser.advice().size(), 1U);
-  EXPECT_EQ(what_text(host.adviser.advice()[0], Language::kEnglish),
-            "0xA1, torque: no answer, drives of this series do not have the command");
+TEST(AdviceUnknown, SaysWhatTheDriveLacks) {
+  const struct {
+    Generation generation;
+    Series series;
+    const char* frame;
+    const char* what;
+  } cases[] = {
+      {Generation::kLegacy, Series::kMg, "141#42050A0009000000",  // a setting of LK-TECH
+       "0x42, write setting: no answer, this drive does not have the command; it is one of v236b"},
+      {Generation::kV236, Series::kMg, "141#C077000000000000",
+       "0xC0, read parameter: no answer, unknown parameter 119"},
+      {Generation::kV236, Series::kMs, "141#A100000000000000",
+       "0xA1, torque: no answer, drives of this series do not have the command"},
+  };
+  for (const auto& [generation, series, frame, what] : cases) {
+    AdvisedHost host(test::drive(generation, series));
+    host.receive(1ms, frame);
+    ASSERT_EQ(host.adviser.advice().size(), 1U);
+    EXPECT_EQ(host.what(AdviceKind::kUnknownCommand), what);
+  }
 }
 
 /// One kind with two causes: each has its own text.
 TEST(AdviceGeneration, ReportsEachCause) {
   AdvisedHost host(test::servo_config(1));
-  receive(host, 1ms, test::frame("141#9500000028230000"));  // 90 deg
-  for (int n = 0; n < 3; ++n) receive(host, 2ms, test::frame("141#8C10000000000000"));
-  receive(host, 3ms, test::frame("141#A500000078790100"));  // 966.32 deg: beyond the widest circle
+  host.receive(1ms, "141#9500000028230000");  // 90 deg
+  for (int n = 0; n < 3; ++n) host.receive(2ms, "141#8C10000000000000");
+  host.receive(3ms, "141#A500000078790100");  // 966.32 deg: beyond the widest circle
   ASSERT_EQ(host.adviser.advice().size(), 2U) << host.all();
   EXPECT_EQ(what_text(host.adviser.advice()[0], Language::kEnglish),
             "0x95 with the angle 90°: this drive ignores it, only v236 sets its angle so");
@@ -218,29 +218,17 @@ TEST(AdviceGeneration, ReportsEachCause) {
   EXPECT_EQ(host.adviser.advice()[1].count, 3U);
 }
 
-/// The lower 16 bits of the second target, 601.44°, are out of range as well.
-TEST(AdviceField, IgnoresTheLowerHalfOfA32BitTarget) {
-  ServoConfig geared = test::servo_config(1);
-  geared.profile.drive.mechanics.gear_ratio = 10;
-  AdvisedHost host(geared);
-  receive(host, 1ms,
-          test::frame("141#A60064009F860100"));  // 0x1869F: 999.99 deg, 344.63 in 16 bits
-  receive(host, 2ms, test::frame("141#A6006400F0EA0100"));  // 0x1EAF0: 1256.96 deg, 601.44
-  EXPECT_EQ(host.count(AdviceKind::kOtherGeneration), 2U);
-  EXPECT_EQ(host.count(AdviceKind::kFieldRange), 0U) << host.all();
-}
-
 TEST(AdviceMulti, ReportsDrivesNotInBroadcastMode) {
   BusConfig config = test::bus_config({1, 2}, 1'000'000);
   AdvisedHost none(config);
-  receive(none, 1ms, test::frame("280#0000000000000000"));
+  none.receive(1ms, "280#0000000000000000");
   EXPECT_EQ(none.count(AdviceKind::kMultiWithoutMode, kWholeBus), 1U);
 
   config.servos[0].rom.broadcast_mode = true;
   AdvisedHost one(config);
-  receive(one, 1ms, test::frame("280#6400000000000000"));
+  one.receive(1ms, "280#6400000000000000");
   EXPECT_EQ(one.all(), "") << "nothing for drive 2";
-  receive(one, 2ms, test::frame("280#6400640000000000"));
+  one.receive(2ms, "280#6400640000000000");
   EXPECT_EQ(one.count(AdviceKind::kMultiWithoutMode, 2), 1U);
   EXPECT_EQ(one.count(AdviceKind::kMultiWithoutMode, 1), 0U);
 }
@@ -254,17 +242,17 @@ TEST(AdviceMulti, FollowsModeChangesByOthers) {
     host.bus.apply({id, Setting{RomParameter::kBroadcastMode, switched}});
   }
   host.wait(100ms);
-  host.repeat(20, 1ms, test::frame("280#6400640000000000"));
+  host.repeat(20, 1ms, "280#6400640000000000");
   EXPECT_EQ(host.all(), "");
 }
 
 /// CANopen uses this identifier too, so a single frame proves nothing.
 TEST(AdviceMulti, ReportsOtherGenerationForUnknownIdentifiers) {
   AdvisedHost host(test::bus_config({1, 2}, 1'000'000));
-  receive(host, 1ms, test::frame("281#6400000000000000"));
-  receive(host, 2ms, test::frame("282#6400000000000000"));
+  host.receive(1ms, "281#6400000000000000");
+  host.receive(2ms, "282#6400000000000000");
   EXPECT_EQ(host.all(), "");
-  receive(host, 3ms, test::frame("288#9C00000000000000"));
+  host.receive(3ms, "288#9C00000000000000");
   EXPECT_EQ(host.count(AdviceKind::kOtherGeneration, kWholeBus), 1U);
   EXPECT_EQ(host.count(AdviceKind::kMultiWithoutMode, kWholeBus), 0U) << "the mode would not help";
 }
@@ -279,12 +267,12 @@ TEST(AdviceField, KnowsTheSlotsOfMultiDriveFrames) {
   config.servos[0].rom.max_speed_dps = 1000;
   config.servos[0].rom.max_angle_deg = 90;
   AdvisedHost host(config);
-  receive(host, 1ms, test::frame("281#E803E80300000000"));  // 1000 dps
-  receive(host, 2ms, test::frame("282#2823204E00000000"));  // 90°, and 200° of drive 2
+  host.receive(1ms, "281#E803E80300000000");  // 1000 dps
+  host.receive(2ms, "282#2823204E00000000");  // 90°, and 200° of drive 2
   EXPECT_EQ(host.all(), "");
-  receive(host, 3ms, test::frame("281#E903000000000000"));
+  host.receive(3ms, "281#E903000000000000");
   EXPECT_EQ(host.count(AdviceKind::kFieldRange, 1), 1U);
-  receive(host, 4ms, test::frame("282#74DC000000000000"));  // -91°
+  host.receive(4ms, "282#74DC000000000000");  // -91°
   EXPECT_EQ(host.count(AdviceKind::kFieldRange, 1), 2U);
   EXPECT_EQ(host.count(AdviceKind::kFieldRange, 2), 0U);
 }
@@ -293,12 +281,12 @@ TEST(AdviceMulti, ReportsSingleCommandsInBroadcastMode) {
   BusConfig config = test::bus_config({1, 2}, 1'000'000);
   config.servos[0].rom.broadcast_mode = true;
   AdvisedHost host(config);
-  for (int n = 0; n < 9; ++n) receive(host, 1ms * n, test::frame("141#9C00000000000000"));
-  for (int n = 0; n < 30; ++n) receive(host, 10ms + 1ms * n, test::frame("142#9C00000000000000"));
-  for (int n = 0; n < 9; ++n) receive(host, 1100ms + 1ms * n, test::frame("141#9C00000000000000"));
+  host.receive(9, 0ns, 1ms, test::frame("141#9C00000000000000"));
+  host.receive(30, 10ms, 1ms, test::frame("142#9C00000000000000"));
+  host.receive(9, 1100ms, 1ms, test::frame("141#9C00000000000000"));
   EXPECT_EQ(host.all(), "") << "it tries how the drive is answered, and some time later again";
-  receive(host, 1200ms, test::frame("141#9C00000000000000"));
-  receive(host, 1201ms, test::frame("141#A100000000000000"));
+  host.receive(1200ms, "141#9C00000000000000");
+  host.receive(1201ms, "141#A100000000000000");
   EXPECT_EQ(host.count(AdviceKind::kSingleInMultiMode, 1), 2U);
   EXPECT_EQ(host.count(AdviceKind::kSingleInMultiMode, 2), 0U);
 }
@@ -306,29 +294,29 @@ TEST(AdviceMulti, ReportsSingleCommandsInBroadcastMode) {
 TEST(AdvicePace, WarnsOnQueriesFasterThanReplies) {
   AdvisedHost host(test::servo_config(1));
   // 2 * 111 bits at 1 Mbit/s plus the reply time of 100 µs: the first reply comes after 322 µs.
-  for (int n = 0; n < 100; ++n) receive(host, n * 330us, query(protocol::ReadState2{}));
+  host.receive(100, 0ns, 330us, query(protocol::ReadState2{}));
   EXPECT_EQ(host.all(), "");
-  for (int n = 0; n < 20; ++n) receive(host, 1s + n * 300us, query(protocol::ReadState2{}));
+  host.receive(20, 1s, 300us, query(protocol::ReadState2{}));
   EXPECT_EQ(host.all(), "") << "the first of them has waited";
-  receive(host, 1s + 20 * 300us, query(protocol::ReadState2{}));
+  host.receive(1s + 20 * 300us, query(protocol::ReadState2{}));
   EXPECT_EQ(host.count(AdviceKind::kNotWaited), 1U);
 }
 
 TEST(AdvicePace, IgnoresShortBursts) {
   AdvisedHost host(test::servo_config(1));
   for (int n = 0; n < 100; ++n) {
-    for (int k = 0; k < 6; ++k) receive(host, n * 10ms + k * 10us, query(protocol::ReadState2{}));
+    for (int k = 0; k < 6; ++k) host.receive(n * 10ms + k * 10us, query(protocol::ReadState2{}));
   }
   EXPECT_EQ(host.all(), "");
   AdvisedHost no_wire(test::servo_config(1), 0);
-  for (int n = 0; n < 100; ++n) receive(no_wire, n * 1us, query(protocol::ReadState2{}));
+  no_wire.receive(100, 0ns, 1us, query(protocol::ReadState2{}));
   EXPECT_EQ(no_wire.all(), "") << "replies come at once";
   // The process or simulated time stood still: all frames of that time arrive at one instant.
   AdvisedHost stood(test::servo_config(1));
   for (int n = 0; n < 50; ++n) {
-    receive(stood, 1s, query(protocol::Position2{100, 45'00 + 50 * n}));
+    stood.receive(1s, query(protocol::Position2{100, 45'00 + 50 * n}));
   }
-  receive(stood, 1s + 1ms, query(protocol::Position2{100, 45'00 + 50 * 50}));
+  stood.receive(1s + 1ms, query(protocol::Position2{100, 45'00 + 50 * 50}));
   EXPECT_EQ(stood.all(), "");
 }
 
@@ -337,14 +325,14 @@ TEST(AdviceInput, WarnsOnPausesNearTheTimeout) {
   auto& input = servo.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)];
   input.threshold = 0.1;
   AdvisedHost off(servo);
-  for (int n = 0; n < 10; ++n) receive(off, n * 90ms, query(protocol::ReadState2{}));
+  off.receive(10, 0ns, 90ms, query(protocol::ReadState2{}));
   EXPECT_EQ(off.all(), "") << "the protection is off";
   input.enabled = true;
   AdvisedHost host(servo);
-  for (int n = 0; n < 20; ++n) receive(host, n * 79ms, query(protocol::ReadState2{}));
-  receive(host, 100s, query(protocol::ReadState2{}));  // the host paused
+  host.receive(20, 0ns, 79ms, query(protocol::ReadState2{}));
+  host.receive(100s, query(protocol::ReadState2{}));  // the host paused
   EXPECT_EQ(host.all(), "");
-  for (int n = 1; n <= 3; ++n) receive(host, 100s + n * 81ms, query(protocol::ReadState2{}));
+  for (int n = 1; n <= 3; ++n) host.receive(100s + n * 81ms, query(protocol::ReadState2{}));
   EXPECT_EQ(host.count(AdviceKind::kInputWindow), 1U);
 }
 

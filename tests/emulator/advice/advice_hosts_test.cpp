@@ -37,54 +37,42 @@ class Merged {
   std::vector<TimedFrame> frames_;
 };
 
-TEST(AdviceHosts, DetectsAlternatingTargets) {
-  Merged both;
-  both.add(0ms, 10ms, 20, target(90));
-  both.add(3ms, 10ms, 20, target(-20));
-  EXPECT_TRUE(both.are_several());
-}
-
-TEST(AdviceHosts, DetectsASlowerSecondHost) {
-  Merged both;
-  both.add(0ms, 5ms, 150, target(50));
-  both.add(2ms, 51ms, 14, query(protocol::Torque{0}));
-  EXPECT_TRUE(both.are_several());
-}
-
-TEST(AdviceHosts, DetectsHostsAtDoubleRate) {
-  Merged both;
-  both.add(0ms, 7ms, 40, target(50));
-  both.add(3ms, 14ms, 20, target(-20));
-  EXPECT_TRUE(both.are_several());
+TEST(AdviceHosts, DetectsTwoPrograms) {
+  Merged alternating;
+  alternating.add(0ms, 10ms, 20, target(90));
+  alternating.add(3ms, 10ms, 20, target(-20));
+  EXPECT_TRUE(alternating.are_several());
+  Merged slower;
+  slower.add(0ms, 5ms, 150, target(50));
+  slower.add(2ms, 51ms, 14, query(protocol::Torque{0}));
+  EXPECT_TRUE(slower.are_several());
+  Merged double_rate;
+  double_rate.add(0ms, 7ms, 40, target(50));
+  double_rate.add(3ms, 14ms, 20, target(-20));
+  EXPECT_TRUE(double_rate.are_several());
 }
 
 TEST(AdviceHosts, IgnoresOneHostThatReverses) {
   AdvisedHost host(test::servo_config(1));
-  for (int n = 0; n < 20; ++n) {  // a new target every 200 ms, sent once or repeatedly
-    host.repeat(1, 200ms, query(Position2{0, cdeg(n % 2 == 0 ? 30 : -30)}));
-  }
-  for (int n = 0; n < 10; ++n) {
-    host.repeat(20, 10ms, query(Position2{0, cdeg(n % 2 == 0 ? 30 : -30)}));
-  }
-  for (int n = 0; n < 200; ++n) {  // dither against friction
-    host.repeat(1, 2ms, query(protocol::Torque{n % 2 == 0 ? 1.0 : -1.0}));
-  }
-  for (int n = 0; n < 500; ++n) {  // a sine
-    host.repeat(1, 2ms, query(protocol::Speed{200 * std::sin(0.1 * n), 0}));
-  }
-  for (int n = 0; n < 200; ++n) {  // bang-bang in pairs, and dither around a gravity torque
-    host.repeat(1, 2ms, query(protocol::Torque{n % 4 < 2 ? 5.0 : 0.0}));
-  }
-  for (int n = 0; n < 200; ++n)
-    host.repeat(1, 2ms, query(protocol::Torque{n % 2 == 0 ? 1.5 : 2.5}));
-  for (int n = 0; n < 400; ++n) {  // a derivative term with a coarse encoder
-    host.repeat(1, 1ms, query(protocol::Torque{n % 10 == 0 ? 1.5 : 1.0}));
-  }
+  const auto torque = [](double iq_A) { return query(protocol::Torque{iq_A}); };
+  const auto reversed = [](int n) { return query(Position2{0, cdeg(n % 2 == 0 ? 30 : -30)}); };
+  // A new target every 200 ms, sent once or repeatedly.
+  for (int n = 0; n < 20; ++n) host.repeat(1, 200ms, reversed(n));
+  for (int n = 0; n < 10; ++n) host.repeat(20, 10ms, reversed(n));
+  // Dither against friction.
+  for (int n = 0; n < 200; ++n) host.repeat(1, 2ms, torque(n % 2 == 0 ? 1.0 : -1.0));
+  // A sine.
+  for (int n = 0; n < 500; ++n) host.repeat(1, 2ms, speed(200 * std::sin(0.1 * n)));
+  // Bang-bang in pairs, and dither around a gravity torque.
+  for (int n = 0; n < 200; ++n) host.repeat(1, 2ms, torque(n % 4 < 2 ? 5.0 : 0.0));
+  for (int n = 0; n < 200; ++n) host.repeat(1, 2ms, torque(n % 2 == 0 ? 1.5 : 2.5));
+  // A derivative term with a coarse encoder.
+  for (int n = 0; n < 400; ++n) host.repeat(1, 1ms, torque(n % 10 == 0 ? 1.5 : 1.0));
   std::uint32_t random = 1;
   for (int n = 0; n < 20'000; ++n) {  // noise of +-2 A at 1 kHz, for 20 s
     random = random * 1664525 + 1013904223;
     const double noise_A = 4.0 * (random >> 8U) / (1U << 24U) - 2;
-    host.adviser.on_query({host.bus.time() + n * 1ms, query(protocol::Torque{noise_A})});
+    host.receive(host.bus.time() + n * 1ms, torque(noise_A));
   }
   EXPECT_EQ(host.count(AdviceKind::kSeveralHosts), 0U) << host.all();
 }

@@ -38,7 +38,7 @@ TEST(AdviceRefused, WarnsOnMotionWhileSwitchedOff) {
   host.repeat(3, 2ms, query(Position2{100, cdeg(90)}));
   ASSERT_EQ(host.count(AdviceKind::kMotionRefused), 3U);
   EXPECT_EQ(host.get(AdviceKind::kMotionRefused).frame, query(Position2{100, cdeg(90)}));
-  EXPECT_EQ(what_text(host.get(AdviceKind::kMotionRefused), Language::kEnglish),
+  EXPECT_EQ(host.what(AdviceKind::kMotionRefused),
             "the drive is off: the command is answered and not executed");
   EXPECT_EQ(todo_text(host.get(AdviceKind::kMotionRefused), Language::kEnglish),
             "switch the drive on with 0x88, then move")
@@ -156,7 +156,7 @@ TEST(AdviceError, WarnsHostThatStopsSending) {
   host.wait(200ms);
   ASSERT_EQ(host.count(AdviceKind::kErrorIgnored), 1U) << host.all();
   EXPECT_EQ(host.get(AdviceKind::kErrorIgnored).frame, query(ReadState2{})) << "its last";
-  EXPECT_EQ(what_text(host.get(AdviceKind::kErrorIgnored), Language::kEnglish),
+  EXPECT_EQ(host.what(AdviceKind::kErrorIgnored),
             "the drive has an error (errorState 1), and the host, which had spoken to it until "
             "then, has been "
             "silent for 5 s without having asked for its state");

@@ -119,8 +119,7 @@ TEST(AdvicePackets, WarnOnCanPayloads) {
   host.write(1, 5ms, "3E A5 01 07 EB 01 00 00 28 23 00 00 4C");
   EXPECT_EQ(host.count(AdviceKind::kCanPadding), 1U) << host.all();
   EXPECT_EQ(host.count(AdviceKind::kWrongLength), 0U);
-  EXPECT_EQ(what_text(host.get(AdviceKind::kCanPadding), Language::kEnglish),
-            "0xA5 with LEN 7, which is CAN's");
+  EXPECT_EQ(host.what(AdviceKind::kCanPadding), "0xA5 with LEN 7, which is CAN's");
   host.write(1, 5ms, "3E 8C 01 07 D2 10 00 00 00 00 00 00 10");
   host.write(1, 5ms, "3E 9A 01 07 E0 (8 x 00)");
   EXPECT_EQ(host.count(AdviceKind::kCanPadding), 3U);
@@ -148,7 +147,7 @@ TEST(AdvicePackets, WarnOnSendingDuringAReply) {
   host.write(1, 300us, torque);
   host.write(1, 20ms, torque);
   EXPECT_EQ(host.count(AdviceKind::kTalksOverReply, kWholeBus), 1U) << host.all();
-  EXPECT_EQ(what_text(host.get(AdviceKind::kTalksOverReply, kWholeBus), Language::kEnglish),
+  EXPECT_EQ(host.what(AdviceKind::kTalksOverReply, kWholeBus),
             "3 times a packet before the reply to the last was over: this one came 300 µs after "
             "it, and the reply ends 360 µs after it at the earliest");
   Wired at_once(not_while_replying);  // the drive owes a reply, and its queue has room
@@ -218,11 +217,11 @@ TEST(AdvicePackets, WarnOnChecksumsModulo255) {
   EXPECT_EQ(header.count(AdviceKind::kSumWrong, kWholeBus), 2U);
   Wired data;
   data.write(3, 5ms, "3E A1 01 02 E2 FF 64 64");  // 163: 64 by 255, 63 by 256
-  EXPECT_EQ(what_text(data.get(AdviceKind::kSumWrong, kWholeBus), Language::kEnglish),
+  EXPECT_EQ(data.what(AdviceKind::kSumWrong, kWholeBus),
             "the sum of the data is the remainder of a division by 255");
   Wired both;
   both.write(3, 5ms, "3E A1 01 02 E2 64 00 46");  // E2 + 64 = 146
-  EXPECT_EQ(what_text(both.get(AdviceKind::kSumWrong, kWholeBus), Language::kEnglish),
+  EXPECT_EQ(both.what(AdviceKind::kSumWrong, kWholeBus),
             "the sum of the data counts the header in");
   Wired noise;
   for (int n = 0; n < 300; ++n) {
@@ -256,7 +255,7 @@ TEST(AdvicePackets, WarnOnTerminalNotInRawMode) {
   host.adviser.on_query(in);
   host.adviser.on_terminal_flags({TerminalFlag::kIcrnl, TerminalFlag::kIxon}, in);
   EXPECT_EQ(host.count(AdviceKind::kTtyNotRaw, kWholeBus), 2U);
-  EXPECT_EQ(what_text(host.get(AdviceKind::kTtyNotRaw, kWholeBus), Language::kEnglish),
+  EXPECT_EQ(host.what(AdviceKind::kTtyNotRaw, kWholeBus),
             "ICRNL is set: a 0x0D in a reply arrives as 0x0A, and its sum is wrong");
   Wired raw;
   raw.adviser.on_terminal_flags({}, in);

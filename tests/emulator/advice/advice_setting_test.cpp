@@ -79,7 +79,7 @@ TEST(AdviceSettings, FollowADriveToItsNewId) {
   for (const protocol::Frame& frame : {kWriteId9, kSave, kRestart}) host.repeat(1, 10ms, frame);
   ASSERT_EQ(host.bus.bus_address(1).id, 9);
   host.repeat(20, 10ms, query(ReadState2{}, 9));
-  host.repeat(1, 10ms, test::frame("149#3000000000000000"));
+  host.repeat(1, 10ms, "149#3000000000000000");
   EXPECT_EQ(host.count(AdviceKind::kUnknownCommand), 1U) << host.all();
 }
 
@@ -89,7 +89,7 @@ TEST(AdviceCalibration, WarnsOnALoadedShaft) {
     servo.profile.rating.torque_rated_Nm = 0.1;
     servo.profile.drive.load.tau = load_Nm;
     AnsweredHost host(servo);
-    host.repeat(1, 5s, test::frame("141#1800000000000000"));
+    host.repeat(1, 5s, "141#1800000000000000");
     EXPECT_EQ(host.count(AdviceKind::kCalibrationUnderLoad), load_Nm > 0 ? 1U : 0U) << host.all();
   }
 }

@@ -36,6 +36,13 @@ class AdvisedHost {
     bus.receive(in);
   }
   void send(std::string_view frame) { send(test::frame(frame)); }
+  /// The adviser receives a frame at `at`, without a bus.
+  void receive(SimTime at, const protocol::Frame& frame) { adviser.on_query({at, frame}); }
+  void receive(SimTime at, std::string_view frame) { receive(at, test::frame(frame)); }
+  /// As above, `times` frames.
+  void receive(int times, SimTime from, SimTime period, const protocol::Frame& frame) {
+    for (int n = 0; n < times; ++n) receive(from + n * period, frame);
+  }
   void wait(SimTime duration) {
     const SimTime end = bus.time() + duration;
     while (bus.time() < end) {
@@ -50,6 +57,9 @@ class AdvisedHost {
       send(frame);
       wait(gap);
     }
+  }
+  void repeat(int times, SimTime gap, std::string_view frame) {
+    repeat(times, gap, test::frame(frame));
   }
 
   /// Returns the count over all causes.
@@ -66,6 +76,10 @@ class AdvisedHost {
       if (advice.found.kind == kind && advice.id == id) return advice;
     }
     throw std::logic_error("no such advice");
+  }
+  /// Returns the problem, in English, of the first advice of the kind. Pre: there is one.
+  std::string what(AdviceKind kind, int id = 1) const {
+    return what_text(get(kind, id), Language::kEnglish);
   }
   /// Returns all kinds of advice, for a message.
   std::string all() const {
