@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -13,6 +11,7 @@
 #include "emulator/config/profile.hpp"
 #include "emulator/config/rom_file.hpp"
 #include "emulator/config/scenario/scenario_file.hpp"
+#include "emulator/files/output_file.hpp"
 #include "emulator/monitor/record/recording.hpp"
 #include "emulator/monitor/record/replay.hpp"
 #include "tests/support/profile.hpp"
@@ -24,10 +23,7 @@ namespace fs = std::filesystem;
 
 const fs::path kEarlier = LKEMU_SOURCE_DIR "/tests/emulator/fixtures/0.1.0";
 
-std::string text_of(const fs::path& file) {
-  std::ifstream stream(file);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
+std::string text_of(const fs::path& file) { return read_regular_file(file, kLongestLog); }
 
 MotorFile motor_of_then(const std::string& name) {
   const fs::path file = kEarlier / "recording/motors" / (name + ".toml");

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <fstream>
+#include <array>
 #include <sstream>
 
 #include "emulator/config/candump_log.hpp"
@@ -22,8 +22,19 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using test::frame;
 
-LoggedFrame logged(SimTime at, const char* text, std::optional<bool> from_host = std::nullopt) {
-  return {{at, frame(text)}, from_host};
+/// Returns a log; a line has a time in us, a frame, and perhaps T (from a host) or R.
+std::vector<LoggedFrame> log_of(const std::vector<const char*>& lines) {
+  std::vector<LoggedFrame> log;
+  for (const char* const line : lines) {
+    std::istringstream words(line);
+    int at_us = 0;
+    std::string text;
+    std::string direction;
+    words >> at_us >> text >> direction;
+    log.push_back({{microseconds(at_us), frame(text)}, std::nullopt});
+    if (!direction.empty()) log.back().from_host = direction == "T";
+  }
+  return log;
 }
 
 /// 31 replies written by hand (tests/golden), each after its query. Four queries have no reply: to
@@ -78,33 +89,85 @@ TEST(LogPairing, InfersDirections) {
   EXPECT_GT(equal, 0U);
 }
 
-TEST(LogPairing, LostReplyDoesNotShiftOthers) {
-  const auto bus = test::bus_config({1});
-  const std::vector<LoggedFrame> log = {
-      logged(milliseconds(0), "141#9C00000000000000"),  // no reply
-      logged(milliseconds(10), "141#9C00000000000000"),
-      logged(milliseconds(11), "141#9C19000000000008"),
-      logged(milliseconds(20), "141#9C00000000000000"),
-      logged(milliseconds(21), "141#9C19000000000008"),
+TEST(LogPairing, FindsTheReplyOfEachQuery) {
+  const struct {
+    const char* about;
+    std::vector<const char*> log;
+    std::vector<int> replies;             // of each exchange: place in the log; -1: none
+    std::array<std::uint64_t, 4> counts;  // sent, ambiguous, orphans, of unknown drives
+    bool broadcast = false;               // drives 1 and 3 answer only multi-drive queries
+  } cases[] = {
+      {"a lost reply does not shift others; the first reply fits two queries",
+       {"0 141#9C00000000000000", "10000 141#9C00000000000000", "11000 141#9C19000000000008",
+        "20000 141#9C00000000000000", "21000 141#9C19000000000008"},
+       {-1, 2, 4},
+       {3, 1, 0, 0}},
+      {"a batch with directions keeps its order",
+       {"0 141#A100000064000000 T", "1 141#8100000000000000 T", "2 141#A100000065000000 T",
+        "3 141#8100000000000000 T", "4 141#A119000000000008 R", "5 141#8100000000000000 R",
+        "6 141#A11A000000000008 R", "7 141#8100000000000000 R"},
+       {4, 5, 6, 7},
+       {4, 0, 0, 0}},
+      {"a batch is answered in order",
+       {"0 141#A100000064000000", "1 141#A100000065000000", "2 141#A119000000000008",
+        "3 141#A11A000000000008"},
+       {2, 3},
+       {2, 1, 0, 0}},
+      {"identifiers of their own mark replies",
+       {"0 141#8100000000000000", "1 241#8100000000000000", "2 141#8100000000000000",
+        "3 141#8100000000000000", "4 241#8100000000000000", "5 241#8100000000000000"},
+       {1, 4, 5},
+       {3, 0, 0, 0}},
+      {"a log begins with a reply",
+       {"0 141#9C19000000000008", "1000 141#9C00000000000000", "2000 141#9C19000000000008"},
+       {2},
+       {1, 1, 1, 0}},
+      {"drives in broadcast mode answer a multi-drive query",
+       {"0 280#6400640064006400", "300 141#A119000000000008", "600 143#A119000000000008"},
+       {1, 2},
+       {1, 0, 0, 0},
+       true},
+      {"unknown drives are left out; a third party's frame takes time on the wire",
+       {"0 145#9C00000000000000", "1000 145#9C19000000000008", "2000 7FF#00"},
+       {},
+       {1, 0, 0, 2}},
   };
-  const PairedLog paired = pair_log(log, bus);
-  ASSERT_EQ(paired.exchanges.size(), 3U);
-  EXPECT_FALSE(paired.exchanges[0].reply);
-  EXPECT_EQ(paired.exchanges[1].reply, log[2].timed);
-  EXPECT_EQ(paired.exchanges[2].reply, log[4].timed);
-  EXPECT_EQ(paired.ambiguous, 1U);  // the first reply fits two queries
+  for (const auto& one : cases) {
+    SCOPED_TRACE(one.about);
+    auto bus = test::bus_config({1, 2, 3});
+    for (const std::size_t n : {0U, 2U}) bus.servos[n].rom.broadcast_mode = one.broadcast;
+    const auto log = log_of(one.log);
+    const PairedLog paired = pair_log(log, bus);
+    EXPECT_EQ(one.counts,
+              (std::array<std::uint64_t, 4>{paired.sent.size(), paired.ambiguous, paired.orphans,
+                                            paired.unknown_drive_frames}));
+    ASSERT_EQ(paired.exchanges.size(), one.replies.size());
+    for (std::size_t n = 0; n < one.replies.size(); ++n) {
+      const int place = one.replies[n];
+      const auto reply =
+          place < 0 ? std::nullopt : std::optional(log[static_cast<std::size_t>(place)].timed);
+      EXPECT_EQ(paired.exchanges[n].reply, reply) << n;
+    }
+  }
 }
 
-// Fifty queries, the eleventh without a reply: 49 exchanges, each with the latency of the log.
+/// Fifty queries at 50 Hz, the eleventh without a reply, and replies after 300 us.
+std::vector<LoggedFrame> fifty(const char* reply, bool has_directions) {
+  std::vector<LoggedFrame> log;
+  const auto add = [&](SimTime at, const char* text, bool from_host) {
+    log.push_back({{at, frame(text)}, has_directions ? std::optional(from_host) : std::nullopt});
+  };
+  for (int n = 0; n < 50; ++n) {
+    add(n * milliseconds(20), "141#9C00000000000000", true);
+    if (n != 10) add(n * milliseconds(20) + microseconds(300), reply, false);
+  }
+  return log;
+}
+
 TEST(LogPairing, LostReplyDoesNotShiftOthersWithDirections) {
   const auto bus = test::bus_config({1});
   for (const char* reply : {"141#9C19000000000008", "241#9C19000000000008"}) {
-    std::vector<LoggedFrame> log;
-    for (int n = 0; n < 50; ++n) {
-      log.push_back(logged(n * milliseconds(20), "141#9C00000000000000", true));
-      if (n != 10) log.push_back(logged(n * milliseconds(20) + microseconds(300), reply, false));
-    }
-    const PairedLog paired = pair_log(log, bus);
+    const PairedLog paired = pair_log(fifty(reply, true), bus);
     EXPECT_EQ(paired.ambiguous, 0U);
     EXPECT_EQ(paired.orphans, 0U);
     ASSERT_EQ(paired.exchanges.size(), 50U);
@@ -121,107 +184,17 @@ TEST(LogPairing, LostReplyDoesNotShiftOthersWithDirections) {
 TEST(LogPairing, PairsRepliesWithOwnIdentifiers) {
   auto bus = test::bus_config({1});
   bus.servos[0].quirks.dialect.reply_id_base = 0x180;
-  for (const bool told : {true, false}) {
-    std::vector<LoggedFrame> log;
-    for (int n = 0; n < 20; ++n) {
-      const auto from = [told](bool host) { return told ? std::optional(host) : std::nullopt; };
-      log.push_back(logged(n * milliseconds(20), "141#9C00000000000000", from(true)));
-      log.push_back(
-          logged(n * milliseconds(20) + microseconds(300), "181#9C19000000000008", from(false)));
-    }
-    const LogComparison comparison = compare_log(log, bus);
+  for (const bool has_directions : {true, false}) {
+    const LogComparison comparison =
+        compare_log(fifty("181#9C19000000000008", has_directions), bus);
     const ComparedCommand* state = find(comparison, 0x9C);
     ASSERT_NE(state, nullptr);
-    EXPECT_EQ(state->queries, 20U);
-    EXPECT_EQ(state->in_log, 20U);
-    EXPECT_EQ(state->emulated, 20U);
-    EXPECT_EQ(state->missing + state->extra + comparison.orphans, 0U);
+    EXPECT_EQ(state->queries, 50U);
+    EXPECT_EQ(state->in_log, 49U);
+    EXPECT_EQ(state->emulated, 50U);
+    EXPECT_EQ(state->extra, 1U);
+    EXPECT_EQ(state->missing + comparison.orphans, 0U);
   }
-}
-
-TEST(LogPairing, KeepsOrderOfABatchWithDirections) {
-  const auto bus = test::bus_config({1});
-  const std::vector<LoggedFrame> log = {
-      logged(microseconds(0), "141#A100000064000000", true),
-      logged(microseconds(1), "141#8100000000000000", true),
-      logged(microseconds(2), "141#A100000065000000", true),
-      logged(microseconds(3), "141#8100000000000000", true),
-      logged(microseconds(4), "141#A119000000000008", false),
-      logged(microseconds(5), "141#8100000000000000", false),
-      logged(microseconds(6), "141#A11A000000000008", false),
-      logged(microseconds(7), "141#8100000000000000", false),
-  };
-  const PairedLog paired = pair_log(log, bus);
-  ASSERT_EQ(paired.exchanges.size(), 4U);
-  for (std::size_t n = 0; n < 4; ++n) EXPECT_EQ(paired.exchanges[n].reply, log[4 + n].timed) << n;
-}
-
-TEST(LogPairing, PairsRepliesInABatchInOrder) {
-  const auto bus = test::bus_config({1});
-  const std::vector<LoggedFrame> log = {
-      logged(microseconds(0), "141#A100000064000000"),
-      logged(microseconds(1), "141#A100000065000000"),
-      logged(microseconds(2), "141#A119000000000008"),
-      logged(microseconds(3), "141#A11A000000000008"),
-  };
-  const PairedLog paired = pair_log(log, bus);
-  ASSERT_EQ(paired.exchanges.size(), 2U);
-  EXPECT_EQ(paired.exchanges[0].reply, log[2].timed);
-  EXPECT_EQ(paired.exchanges[1].reply, log[3].timed);
-}
-
-TEST(LogPairing, OwnIdentifiersMarkReplies) {
-  const auto bus = test::bus_config({1});
-  const std::vector<LoggedFrame> log = {
-      logged(microseconds(0), "141#8100000000000000"),
-      logged(microseconds(1), "241#8100000000000000"),
-      logged(microseconds(2), "141#8100000000000000"),
-      logged(microseconds(3), "141#8100000000000000"),
-      logged(microseconds(4), "241#8100000000000000"),
-      logged(microseconds(5), "241#8100000000000000"),
-  };
-  const PairedLog paired = pair_log(log, bus);
-  EXPECT_EQ(paired.sent.size(), 3U);
-  EXPECT_EQ(paired.ambiguous, 0U);
-  ASSERT_EQ(paired.exchanges.size(), 3U);
-  EXPECT_EQ(paired.exchanges[1].reply, log[4].timed);
-  EXPECT_EQ(paired.exchanges[2].reply, log[5].timed);
-}
-
-TEST(LogPairing, ReportsALogThatBeginsWithAReply) {
-  const auto bus = test::bus_config({1});
-  const PairedLog paired = pair_log({logged(milliseconds(0), "141#9C19000000000008"),
-                                     logged(milliseconds(1), "141#9C00000000000000"),
-                                     logged(milliseconds(2), "141#9C19000000000008")},
-                                    bus);
-  EXPECT_EQ(paired.orphans, 1U);
-  EXPECT_EQ(paired.sent.size(), 1U);
-  ASSERT_EQ(paired.exchanges.size(), 1U);
-  EXPECT_TRUE(paired.exchanges[0].reply);
-}
-
-TEST(LogPairing, PairsMultiDriveQueries) {
-  auto bus = test::bus_config({1, 2, 3});
-  for (const std::size_t n : {0U, 2U}) bus.servos[n].rom.broadcast_mode = true;
-  const std::vector<LoggedFrame> log = {
-      logged(microseconds(0), "280#6400640064006400"),
-      logged(microseconds(300), "141#A119000000000008"),
-      logged(microseconds(600), "143#A119000000000008"),
-  };
-  const PairedLog paired = pair_log(log, bus);
-  ASSERT_EQ(paired.sent.size(), 1U);
-  ASSERT_EQ(paired.exchanges.size(), 2U);
-  EXPECT_EQ(paired.exchanges[0].reply, log[1].timed);
-  EXPECT_EQ(paired.exchanges[1].reply, log[2].timed);
-}
-
-TEST(LogPairing, OmitsUnknownDrives) {
-  const PairedLog paired =
-      pair_log({logged(milliseconds(0), "145#9C00000000000000"),
-                logged(milliseconds(1), "145#9C19000000000008"), logged(milliseconds(2), "7FF#00")},
-               test::bus_config({1}));
-  EXPECT_EQ(paired.unknown_drive_frames, 2U);
-  EXPECT_EQ(paired.sent.size(), 1U);  // a third party's frame, which takes time on the wire
 }
 
 // --- comparison
@@ -303,9 +276,8 @@ TEST(LogComparison, ShiftAppearsInOneQuantityOnly) {
 // The drive is at 2048 of 16384 counts; 16380 is 2052 counts back, not 14332 ahead.
 TEST(LogComparison, HandlesEncoderWrap) {
   const auto bus = test::bus_config({1});
-  const auto comparison = compare_log({logged(milliseconds(0), "141#9C00000000000000"),
-                                       logged(milliseconds(1), "141#9C1900000000FC3F")},
-                                      bus);
+  const auto comparison =
+      compare_log(log_of({"0 141#9C00000000000000", "1000 141#9C1900000000FC3F"}), bus);
   const auto* encoder = find(comparison, 0x9C, "encoder_counts");
   ASSERT_NE(encoder, nullptr);
   EXPECT_DOUBLE_EQ(encoder->most, 2052);
@@ -313,10 +285,9 @@ TEST(LogComparison, HandlesEncoderWrap) {
 
 TEST(LogComparison, CountsRepliesMissingOnOneSide) {
   const auto bus = test::bus_config({1});
-  const auto comparison = compare_log({logged(milliseconds(0), "141#9A00000000000000"),
-                                       logged(milliseconds(1), "141#9C00000000000000"),
-                                       logged(milliseconds(2), "141#9C19000000000008")},
-                                      bus);
+  const auto comparison = compare_log(
+      log_of({"0 141#9A00000000000000", "1000 141#9C00000000000000", "2000 141#9C19000000000008"}),
+      bus);
   ASSERT_NE(find(comparison, 0x9A), nullptr);
   EXPECT_EQ(find(comparison, 0x9A)->extra, 1U);
   EXPECT_EQ(find(comparison, 0x9A)->missing, 0U);
