@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "emulator/core/faults/fault_table.hpp"
 #include "emulator/core/faults/make_fault.hpp"
 #include "tests/support/test_bus.hpp"
 
@@ -33,7 +32,22 @@ class Live : public testing::Test {
     return {0, 1, replies, {Period::Kind::kThroughout, 0ns, 1s}, ""};
   }
 
-  static std::optional<std::string> well() { return std::nullopt; }
+  LiveScenario begin(const Scenario& plan) {
+    return {plan, {&line_}, [this] { ++overs_; }, [] { return std::nullopt; }};
+  }
+  /// Runs the scenario until its end.
+  Verdict run(const Scenario& plan) {
+    LiveScenario live = begin(plan);
+    return finish(live, 11s);
+  }
+  Verdict finish(LiveScenario& live, SimTime until) {
+    go_to(until);
+    live.finish();
+    return live.report().verdict;
+  }
+  static Directive set_fault(const char* kind, int id) {
+    return {kWholeBus, SetFault{make_fault(kind, {}, {id})}};
+  }
 
   Line line_{test::bus_config({1, 2})};
   int overs_ = 0;
@@ -43,8 +57,7 @@ TEST_F(Live, ReceivesFramesOfTheHostAndItsOwn) {
   Scenario plan = scenario();
   plan.sends = {{0, 200ms, test::frame("141#9C00000000000000"), 100ms, 2}};
   plan.expectations = {answered(3)};
-  LiveScenario live(
-      plan, {&line_}, [this] { ++overs_; }, well);
+  LiveScenario live = begin(plan);
   line_.accept({10s + 500ms, test::frame("141#9C00000000000000")});
   go_to(11s - 1ms);
   EXPECT_EQ(overs_, 0);
@@ -53,10 +66,8 @@ TEST_F(Live, ReceivesFramesOfTheHostAndItsOwn) {
   EXPECT_EQ(overs_, 1);
   // Later frames do not belong to the scenario.
   line_.accept({12s, test::frame("141#9C00000000000000")});
-  go_to(13s);
-  live.finish();
+  EXPECT_EQ(finish(live, 13s).outcome, Outcome::kPassed);
   EXPECT_EQ(overs_, 1);
-  EXPECT_EQ(live.report().verdict.outcome, Outcome::kPassed);
   EXPECT_EQ(live.report().simulated, 1s);
 }
 
@@ -66,11 +77,9 @@ TEST_F(Live, ReportsAHashOfTheReplies) {
   plan.expectations = {answered(0)};
   const auto account_of = [&](const char* query, SimTime delay) {
     const SimTime start = line_.bus().time();
-    LiveScenario live(
-        plan, {&line_}, [] {}, well);
+    LiveScenario live = begin(plan);
     line_.accept({start + delay, test::frame(query)});
-    go_to(start + 1s);
-    live.finish();
+    finish(live, start + 1s);
     // Later frames do not belong to the scenario.
     line_.accept({start + 1s, test::frame(query)});
     go_to(start + 2s);
@@ -88,18 +97,11 @@ TEST_F(Live, ReportsAHashOfTheReplies) {
 }
 
 TEST_F(Live, UsesRelativeTimesAndClearsItsFaults) {
-  Fault hang;
-  hang.row = find_fault("hang");
-  hang.ids = {1};
   Scenario plan = scenario();
-  plan.robot[0].events = {{500ms, {kWholeBus, SetFault{hang}}, std::nullopt}};
+  plan.robot[0].events = {{500ms, set_fault("hang", 1), std::nullopt}};
   plan.sends = {{0, 400ms, test::frame("141#9C00000000000000"), 200ms, 2}};
   plan.expectations = {answered(1)};
-  LiveScenario live(
-      plan, {&line_}, [this] { ++overs_; }, well);
-  go_to(11s);
-  live.finish();
-  const Verdict verdict = live.report().verdict;
+  const Verdict verdict = run(plan);
   EXPECT_EQ(verdict.outcome, Outcome::kPassed);
   ASSERT_EQ(verdict.faults.size(), 1U);
   EXPECT_EQ(verdict.faults[0].report.evidence.began_at, 500ms);
@@ -109,15 +111,11 @@ TEST_F(Live, UsesRelativeTimesAndClearsItsFaults) {
 
 /// The verdict is invalid if data for it is missing.
 TEST_F(Live, IsInvalidIfFaultsWereEvicted) {
-  LiveScenario live(
-      scenario(), {&line_}, [] {}, well);
+  LiveScenario live = begin(scenario());
   for (std::size_t n = 0; n < Bus::kMaxFaults + 2; ++n) {
-    const Fault reset = make_fault("reset", {}, {1});
-    ASSERT_TRUE(line_.perform({line_.bus().time(), {kWholeBus, SetFault{reset}}, std::nullopt}));
+    ASSERT_TRUE(line_.perform({line_.bus().time(), set_fault("reset", 1), std::nullopt}));
   }
-  go_to(11s);
-  live.finish();
-  const Verdict verdict = live.report().verdict;
+  const Verdict verdict = finish(live, 11s);
   EXPECT_EQ(verdict.outcome, Outcome::kInvalid);
   ASSERT_EQ(verdict.invalid.size(), 1U);
   EXPECT_EQ(verdict.invalid[0], line_.name() +
@@ -127,17 +125,12 @@ TEST_F(Live, IsInvalidIfFaultsWereEvicted) {
 
 TEST_F(Live, IsInvalidIfAFaultWasRejected) {
   Scenario plan = scenario();
-  plan.robot[0].events = {
-      {500ms, {kWholeBus, SetFault{make_fault("hang", {}, {1})}}, std::nullopt}};
-  LiveScenario live(
-      plan, {&line_}, [] {}, well);
+  plan.robot[0].events = {{500ms, set_fault("hang", 1), std::nullopt}};
+  LiveScenario live = begin(plan);
   for (std::size_t n = 0; n < Bus::kMaxFaults; ++n) {
-    const Fault later = make_fault("reset", {}, {2});
-    ASSERT_TRUE(line_.perform({10s + 900ms, {kWholeBus, SetFault{later}}, std::nullopt}));
+    ASSERT_TRUE(line_.perform({10s + 900ms, set_fault("reset", 2), std::nullopt}));
   }
-  go_to(11s);
-  live.finish();
-  const Verdict verdict = live.report().verdict;
+  const Verdict verdict = finish(live, 11s);
   EXPECT_EQ(verdict.outcome, Outcome::kInvalid);
   ASSERT_FALSE(verdict.invalid.empty());
   EXPECT_EQ(verdict.invalid.back(), line_.name() +
@@ -146,52 +139,35 @@ TEST_F(Live, IsInvalidIfAFaultWasRejected) {
 }
 
 TEST_F(Live, IgnoresEarlierFaults) {
-  Fault hang;
-  hang.row = find_fault("hang");
-  hang.ids = {2};
-  line_.perform({10s, {kWholeBus, SetFault{hang}}, std::nullopt});
+  line_.perform({10s, set_fault("hang", 2), std::nullopt});
   Scenario plan = scenario();
   plan.expectations = {answered(0)};
-  LiveScenario live(
-      plan, {&line_}, [this] { ++overs_; }, well);
-  go_to(11s);
-  live.finish();
-  EXPECT_EQ(live.report().verdict.outcome, Outcome::kPassed);
-  EXPECT_TRUE(live.report().verdict.faults.empty());
+  const Verdict verdict = run(plan);
+  EXPECT_EQ(verdict.outcome, Outcome::kPassed);
+  EXPECT_TRUE(verdict.faults.empty());
   EXPECT_EQ(line_.bus().faults().at(0).evidence.state, FaultEvidence::State::kActive);
 }
 
 TEST_F(Live, IsInvalidIfItEndsEarly) {
-  Fault hang;
-  hang.row = find_fault("hang");
-  hang.ids = {1};
   Scenario plan = scenario();
-  plan.robot[0].events = {{500ms, {kWholeBus, SetFault{hang}}, std::nullopt}};
+  plan.robot[0].events = {{500ms, set_fault("hang", 1), std::nullopt}};
   plan.expectations = {
       {0, 1, SignalWithin{find_signal("alive"), {1, 1}}, {Period::Kind::kAt, 0ns, 100ms}, ""}};
-  LiveScenario live(
-      plan, {&line_}, [this] { ++overs_; }, well);
-  go_to(10s + 300ms);
-  live.finish();
-  const Verdict verdict = live.report().verdict;
+  LiveScenario live = begin(plan);
+  const Verdict verdict = finish(live, 10s + 300ms);
   EXPECT_EQ(verdict.expectations.at(0).status, ExpectationResult::Status::kPassed);
   EXPECT_EQ(verdict.outcome, Outcome::kInvalid);
   EXPECT_EQ(verdict.invalid.size(), 2U);  // the time, and the fault that never began
 }
 
 TEST_F(Live, IgnoresEventsAfterItsEnd) {
-  Fault hang;
-  hang.row = find_fault("hang");
-  hang.ids = {1};
   Scenario plan = scenario();
-  plan.robot[0].events = {{500ms, {kWholeBus, SetFault{hang}}, std::nullopt}};
-  LiveScenario live(
-      plan, {&line_}, [this] { ++overs_; }, well);
+  plan.robot[0].events = {{500ms, set_fault("hang", 1), std::nullopt}};
+  LiveScenario live = begin(plan);
   go_to(11s + 200ms);  // the listener runs late
   line_.accept({11s + 200ms, test::frame("141#9C00000000000000")});
-  go_to(11s + 300ms);
-  live.finish();
-  EXPECT_EQ(live.report().verdict.outcome, Outcome::kInvalid);  // the fault had no effect in time
+  EXPECT_EQ(finish(live, 11s + 300ms).outcome,
+            Outcome::kInvalid);  // the fault had no effect in time
   EXPECT_EQ(line_.bus().faults().at(0).evidence.effects, 0U);
 }
 
@@ -200,11 +176,8 @@ TEST_F(Live, CancelsPlannedEventsWhenStopped) {
   plan.robot[0].events = {{500ms, {1, TurnShaft{90}}, std::nullopt}};
   plan.expectations = {answered(0)};
   {
-    LiveScenario live(
-        plan, {&line_}, [this] { ++overs_; }, well);
-    go_to(10s + 100ms);
-    live.finish();
-    EXPECT_EQ(live.report().verdict.outcome, Outcome::kInvalid);
+    LiveScenario live = begin(plan);
+    EXPECT_EQ(finish(live, 10s + 100ms).outcome, Outcome::kInvalid);
   }
   const double before = line_.bus().truth(1).theta_out;
   go_to(12s);

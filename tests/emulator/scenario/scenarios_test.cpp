@@ -4,13 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <sstream>
 
 #include "emulator/config/scenario/config_scenario.hpp"
 #include "emulator/core/scenario/scenario_run.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
+#include "emulator/files/output_file.hpp"
 #include "emulator/monitor/scenario/scenario_report.hpp"
 #include "tests/support/frames.hpp"
 #include "tests/support/profile.hpp"
@@ -24,11 +24,7 @@ constexpr double kInf = std::numeric_limits<double>::infinity();
 
 const fs::path kConfigs = fs::path(LKEMU_SOURCE_DIR) / "configs";
 
-std::string text_of(const fs::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
-}
+std::string text_of(const fs::path& file) { return read_regular_file(file, kLongestLog); }
 
 const ScenarioFiles kFiles{
     .robot =
