@@ -64,8 +64,6 @@ std::string read_regular_file(const fs::path& file, std::uintmax_t longest) {
   fail(file, "is longer than " + std::to_string(longest) + " bytes");
 }
 
-namespace fs = std::filesystem;
-
 namespace {
 
 bool is_link(const fs::path& path) {

@@ -18,12 +18,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Names of the TOML files there, sorted.
-std::vector<std::string> names_in(const char* folder) {
+/// Names of the files there with this extension, sorted.
+std::vector<std::string> names_in(const char* folder, const char* extension = ".toml") {
   std::vector<std::string> names;
   std::error_code none_there;
   for (const auto& entry : fs::directory_iterator(config_directory() / folder, none_there)) {
-    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
+    if (entry.path().extension() == extension) names.push_back(entry.path().stem().string());
   }
   std::ranges::sort(names);
   return names;
@@ -230,12 +230,7 @@ Profile load_profile(const std::string& motor) {
 
 namespace {
 
-namespace fs = std::filesystem;
-
-BodyMaker& maker() {
-  static BodyMaker made_by = nullptr;
-  return made_by;
-}
+BodyMaker body_maker = nullptr;
 
 }  // namespace
 
@@ -254,21 +249,17 @@ fs::path body_file(const std::string& robot_file, const std::string& model) {
   const fs::path file = shelf / (model + ".xml");
   std::error_code none_there;
   if (fs::exists(file, none_there)) return file;
-  std::vector<std::string> known;
-  for (const auto& entry : fs::directory_iterator(shelf, none_there)) {
-    if (entry.path().extension() == ".xml") known.push_back(entry.path().stem().string());
-  }
-  std::ranges::sort(known);
-  throw std::invalid_argument("no body \"" + model + "\" (in " + shelf.string() + " there are: " +
-                              comma_list(known) + "; or give a path to an .xml file)");
+  throw std::invalid_argument("no body \"" + model + "\" (in " + shelf.string() +
+                              " there are: " + comma_list(names_in("bodies", ".xml")) +
+                              "; or give a path to an .xml file)");
 }
 
-void use_bodies(BodyMaker made_by) { maker() = made_by; }
+void use_bodies(BodyMaker maker) { body_maker = maker; }
 
 LoadBody body_loader() {
-  if (maker() == nullptr) return {};
+  if (body_maker == nullptr) return {};
   return [](const std::string& file, const std::string& model, SimTime step) {
-    return maker()(body_file(file, model), step);
+    return body_maker(body_file(file, model), step);
   };
 }
 

@@ -183,6 +183,13 @@ void RomDirectory::lock() {
 
 namespace {
 
+/// Directory for the ROM of a bus: the given one, or the user's; empty: none.
+fs::path directory_for(const RomOptions& options, const std::string& bus) {
+  if (options.directory) return *options.directory;
+  const fs::path base = state_directory(std::getenv("XDG_STATE_HOME"), std::getenv("HOME"));
+  return base.empty() ? base : base / bus_file_name(bus);
+}
+
 /// Loads the file into `servo`.
 void load(const fs::path& file, const std::string& bus, ServoConfig& servo) {
   try {
@@ -219,11 +226,9 @@ RomStore::RomStore(const RomOptions& options, std::vector<BusConfig>& buses) {
 
 void load_rom_read_only(const RomOptions& options, std::vector<BusConfig>& buses) {
   if (options.in_memory || options.wipe) return;
-  const fs::path base = state_directory(std::getenv("XDG_STATE_HOME"), std::getenv("HOME"));
-  if (!options.directory && base.empty()) return;
   for (BusConfig& bus : buses) {
-    const fs::path directory =
-        options.directory ? fs::path(*options.directory) : base / bus_file_name(bus.interface);
+    const fs::path directory = directory_for(options, bus.interface);
+    if (directory.empty()) return;
     for (ServoConfig& servo : bus.servos) {
       const fs::path file = directory / rom_file_name(bus.interface, servo.id);
       if (std::error_code error; fs::exists(fs::symlink_status(file, error))) {
@@ -248,15 +253,14 @@ void RomStore::take_directories(const RomOptions& options, const std::vector<Bus
     directories_.emplace_back(*options.directory, "");
     return;
   }
-  const fs::path base = state_directory(std::getenv("XDG_STATE_HOME"), std::getenv("HOME"));
-  if (base.empty()) {
-    throw StartError(
-        "no directory for ROM: neither HOME nor XDG_STATE_HOME is set; give --rom DIR, or --rom "
-        ":memory:");
-  }
   for (const BusConfig& bus : buses) {
-    directories_.emplace_back(base / bus_file_name(bus.interface),
-                              "; give --rom DIR, or --rom :memory:");
+    const fs::path path = directory_for(options, bus.interface);
+    if (path.empty()) {
+      throw StartError(
+          "no directory for ROM: neither HOME nor XDG_STATE_HOME is set; give --rom DIR, or --rom "
+          ":memory:");
+    }
+    directories_.emplace_back(path, "; give --rom DIR, or --rom :memory:");
   }
 }
 
