@@ -108,7 +108,7 @@ ApiResponse error_response(int status, const std::string& where, const std::stri
 
 Line& line_of(World& world, const std::string* bus) {
   if (bus != nullptr) {
-    if (Line* const line = world.find_line(*bus)) return *line;
+    if (Line* const line = find_line(world, *bus)) return *line;
     throw ApiError(400, "bus", "unknown bus " + *bus);
   }
   if (world.lines().size() > 1) throw ApiError(400, "bus", "missing; there are several buses");
@@ -162,7 +162,7 @@ void get_drives(const ApiCall& call) {
 void get_drive(const ApiCall& call) {
   call.world.serve_all();
   const std::string bus = decode_percent(call.parts[0], "path");
-  const Line* const line = call.world.find_line(bus);
+  const Line* const line = find_line(call.world, bus);
   if (line == nullptr) throw ApiError(404, "path", "unknown bus " + bus);
   const auto number = number_of(call.parts[1], 10, protocol::kMaxId);
   const int id = static_cast<int>(number.value_or(0));
@@ -375,7 +375,7 @@ void post_advance(const ApiCall& call) {
 }
 
 void delete_advance(const ApiCall& call) {
-  call.world.cancel_advance();
+  call.world.end_advance();
   call.reply({200, {{"time_s", in_seconds(call.world.time())}}, ""});
 }
 

@@ -73,7 +73,7 @@ class ControlApi {
   /// Calls `reply` once: at once, or for an advance when it ends. Does not throw.
   void handle(const ApiRequest& request, const ApiReply& reply);
   /// Cancels the advance of a client that has gone.
-  void abandon() { world_.cancel_advance(); }
+  void abandon() { world_.end_advance(); }
   World& world() { return world_; }
 
   static std::span<const ApiRoute> routes();

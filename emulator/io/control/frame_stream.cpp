@@ -31,7 +31,7 @@ class FrameStream : public StreamClient {
     Listener listener;
     listener.query = make_callback(Direction::kQuery);
     listener.reply = make_callback(Direction::kReply);
-    listener_ = line_.add_listener(std::move(listener));
+    listener_ = line_.listeners.insert(line_.listeners.end(), std::move(listener));
     const Json introduction = {{"bus", line_.name()}};
     send(introduction.dump());
   }
@@ -107,7 +107,7 @@ class FrameStream : public StreamClient {
   }
 
   void end() override {
-    if (listener_) line_.remove_listener(*listener_);
+    if (listener_) line_.listeners.erase(*listener_);
     listener_.reset();
   }
 

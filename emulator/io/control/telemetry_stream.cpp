@@ -127,13 +127,14 @@ class TelemetryStream : public StreamClient {
     sampler_.emplace(std::move(columns), wanted_.line->bus().time(), wanted_.period);
     send(introduction());
     // Does not own this stream, which may end earlier.
-    watcher_ = wanted_.line->add_watcher({[this, weak = weak_from_this()] {
-                                            const auto self = weak.lock();
-                                            return self ? sampler_->next_due() : SimTime::max();
-                                          },
-                                          [this, weak = weak_from_this()](const Bus& bus) {
-                                            if (const auto self = weak.lock()) sample(bus);
-                                          }});
+    watcher_ = wanted_.line->watchers.insert(wanted_.line->watchers.end(),
+                                             {[this, weak = weak_from_this()] {
+                                                const auto self = weak.lock();
+                                                return self ? sampler_->next_due() : SimTime::max();
+                                              },
+                                              [this, weak = weak_from_this()](const Bus& bus) {
+                                                if (const auto self = weak.lock()) sample(bus);
+                                              }});
   }
 
   std::string introduction() const {
@@ -204,7 +205,7 @@ class TelemetryStream : public StreamClient {
   }
 
   void end() override {
-    if (watcher_) wanted_.line->remove_watcher(*watcher_);
+    if (watcher_) wanted_.line->watchers.erase(*watcher_);
     watcher_.reset();
   }
 

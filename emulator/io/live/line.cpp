@@ -98,7 +98,7 @@ void Line::accept(const TimedFrame& in) {
   }
   // Called here, as the bus alone would advance without calling watchers.
   if (in.at > bus_.time() &&
-      (bus_.state().wire.host_queue_full() || bus_.state().adapted() || !listeners_.empty())) {
+      (bus_.state().wire.host_queue_full() || bus_.state().adapted() || !listeners.empty())) {
     advance_watched(in.at);
   }
   put_on_bus(in);
@@ -107,7 +107,7 @@ void Line::accept(const TimedFrame& in) {
 void Line::put_on_bus(const TimedFrame& in) {
   TimedFrame effective = in;
   effective.at = frame_instant(in.at, bus_.time());
-  if (!listeners_.empty()) {  // listeners get earlier replies before this frame
+  if (!listeners.empty()) {  // listeners get earlier replies before this frame
     bus_.advance_to(effective.at);
     send_replies();
   }
@@ -117,7 +117,7 @@ void Line::put_on_bus(const TimedFrame& in) {
     terminal_advised_ = !flags.empty();
     adviser_.on_terminal_flags(flags, effective);
   }
-  for (const Listener& listener : listeners_) {
+  for (const Listener& listener : listeners) {
     if (listener.query) listener.query(effective);
   }
   bus_.receive(effective);
@@ -155,16 +155,12 @@ void Line::take_from_backlog() {
 }
 
 void Line::advance_watched(SimTime until) {
-  AllWatchers all{watchers_};
+  AllWatchers all{watchers};
   const bool from_watcher = std::exchange(advancing_, true);
   deliver_watched(bus_, until, all);
   advancing_ = from_watcher;
   send_replies();  // replies do not wait for unrelated motors
   bus_.settle();
-  update_advice();
-}
-
-void Line::update_advice() {
   if (std::exchange(address_changes_, bus_.state().nodes.address_changes()) !=
           bus_.state().nodes.address_changes() &&
       on_address_change)
@@ -203,7 +199,7 @@ Line::Progress Line::reach(SimTime due, MonoTime deadline, WaitPolicy policy) {
 }
 
 void Line::announce(const std::string& json) const {
-  for (const Listener& listener : listeners_) {
+  for (const Listener& listener : listeners) {
     if (listener.directive) listener.directive(bus_.time(), json);
   }
 }
@@ -214,7 +210,16 @@ bool Line::perform(const TimedDirective& directive) {
 }
 
 void Line::send_replies() {
-  keep_rom();
+  rom_writes_.clear();
+  bus_.take_rom_writes(rom_writes_);
+  for (const RomWrite& write : rom_writes_) {
+    gate_.begin(write);
+    if (on_rom_write) {
+      on_rom_write(write);
+    } else {
+      settle_rom(write, 0);
+    }
+  }
   replies_.clear();
   bus_.take_replies(replies_);
   const bool up = is_up();
@@ -229,7 +234,7 @@ void Line::send_replies() {
       if (up) ++sent_[static_cast<std::size_t>(id)];
       adviser_.on_reply(reply.frame);
     }
-    for (const Listener& listener : listeners_) {
+    for (const Listener& listener : listeners) {
       if (listener.reply) listener.reply(reply);
     }
     gate_.pass(reply, leaving_);
@@ -241,19 +246,6 @@ void Line::send_replies() {
 void Line::send_leaving() {
   if (port_ && !leaving_.empty()) port_->send(leaving_);
   leaving_.clear();
-}
-
-void Line::keep_rom() {
-  rom_writes_.clear();
-  bus_.take_rom_writes(rom_writes_);
-  for (const RomWrite& write : rom_writes_) {
-    gate_.begin(write);
-    if (on_rom_write) {
-      on_rom_write(write);
-    } else {
-      settle_rom(write, 0);
-    }
-  }
 }
 
 void Line::settle_rom(const RomWrite& write, int error) {
@@ -268,7 +260,7 @@ void Line::settle_rom(const RomWrite& write, int error) {
   }
   if (const auto* kept = gate_.settle(write, error == 0, leaving_)) {
     bus_.restore_rom(write.id, kept->rom, kept->wear);
-    for (const Listener& listener : listeners_) {
+    for (const Listener& listener : listeners) {
       if (listener.restored_rom) listener.restored_rom(bus_.time(), write.id, *kept);
     }
   }

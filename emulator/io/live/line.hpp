@@ -107,18 +107,12 @@ class Line {
   void settle_rom(const RomWrite& write, int error);
 
   /// Kept until removed. A callback of the line must not remove any.
+  std::list<Watcher> watchers;
+  std::list<Listener> listeners;
   using WatcherKey = std::list<Watcher>::iterator;
-  WatcherKey add_watcher(Watcher watcher) {
-    return watchers_.insert(watchers_.end(), std::move(watcher));
-  }
-  void remove_watcher(WatcherKey watcher) { watchers_.erase(watcher); }
   using ListenerKey = std::list<Listener>::iterator;
-  ListenerKey add_listener(Listener listener) {
-    return listeners_.insert(listeners_.end(), std::move(listener));
-  }
-  void remove_listener(ListenerKey listener) { listeners_.erase(listener); }
   /// Returns true if an observer needs events without delay.
-  bool watched() const { return !watchers_.empty() || !listeners_.empty(); }
+  bool watched() const { return !watchers.empty() || !listeners.empty(); }
 
   std::size_t backlog() const { return backlog_.size(); }
   std::uint64_t backlog_lost() const { return backlog_lost_; }
@@ -130,8 +124,6 @@ class Line {
   bool backlog_waits() const;
   /// Advances to `until`, calls watchers, and sends replies that are due.
   void advance_watched(SimTime until);
-  void keep_rom();
-  void update_advice();
   void send_replies();
   void send_leaving();
 
@@ -143,8 +135,6 @@ class Line {
   bool terminal_advised_ = false;  // that the host's terminal is not raw
   std::size_t advice_reported_ = 0;
   std::unique_ptr<Port> port_;
-  std::list<Watcher> watchers_;
-  std::list<Listener> listeners_;
   std::deque<TimedFrame> backlog_;     // not on the bus yet: time stands still, or the wire is full
   bool waits_for_quiet_line_ = false;  // after a slip: frames wait until the line is quiet,
   SimTime waits_at_least_until_{0};    // at least until then

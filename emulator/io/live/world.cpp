@@ -58,13 +58,6 @@ Line& World::add(const BusConfig& bus) {
   return *lines_.back();
 }
 
-Line* World::find_line(const std::string& bus) {
-  for (const auto& line : lines_) {
-    if (line->name() == bus) return line.get();
-  }
-  return nullptr;
-}
-
 SimTime World::time() const {
   SimTime time = SimTime::max();
   for (const auto& line : lines_) time = std::min(time, line->bus().time());
@@ -86,7 +79,7 @@ void World::start() {
 
 void World::stop() {
   stopped_ = true;
-  end_advance(Advanced::kCancelled);
+  end_advance();
 }
 
 /// A query needs as few system calls as possible, as on some machines one takes as long as the rest
@@ -121,7 +114,11 @@ void World::poll_sockets() {
       if (!line->replies_have_left()) return;  // they wait for an event of the loop
       sockets_.push_back({line->port() != nullptr ? line->port()->descriptor() : -1, POLLIN, 0});
     }
-    if (only_frames_are_waited_for()) {
+    const Line& first = *lines_.front();
+    const bool only_frames_are_waited_for =
+        lines_.size() == 1 && !coupling_ && first.port() != nullptr && first.port()->can_wait() &&
+        !first.watched() && next_due() > seen_ + kLongestReceive;
+    if (only_frames_are_waited_for) {  // a receive that waits saves the call that asks for sockets
       if (take_in(*lines_.front(), Port::Wait::kForOne).any) {
         advance_to_now(*lines_.front());
         continue;
@@ -141,13 +138,6 @@ void World::poll_sockets() {
     }
     if (!any && due > seen_) return;
   }
-}
-
-/// A receive that waits saves the call that asks for readable sockets.
-bool World::only_frames_are_waited_for() const {
-  const Port* const port = lines_.front()->port();
-  return lines_.size() == 1 && !coupling_ && port != nullptr && port->can_wait() &&
-         !lines_.front()->watched() && next_due() > seen_ + kLongestReceive;
 }
 
 /// Takes frames that have arrived on a line. Updates `seen_` even if there were only invalid bytes:
@@ -207,27 +197,24 @@ Line::Progress World::advance_all_to(SimTime until, MonoTime deadline, Line::Wai
       const auto progress = line->reach(due, deadline, policy);
       if (progress != Line::Progress::kReached) return progress;
     }
-    if (!exchange()) return due == until ? Line::Progress::kReached : Line::Progress::kBlocked;
+    const bool was_well = !coupling_->failure();
+    if (coupling_->under_way()) {
+      coupling_->finish(buses_);
+      body_is_ready_ = !on_body_step || on_body_step();
+    }
+    if (!std::exchange(body_is_ready_, false)) {
+      return due == until ? Line::Progress::kReached : Line::Progress::kBlocked;
+    }
+    coupling_->begin(buses_);
+    if (was_well && coupling_->failure()) {
+      spdlog::error("body simulation stopped: {}", *coupling_->failure());
+    }
   }
   for (const auto& line : lines_) {
     const auto progress = line->advance_to(std::max(until, line->bus().time()), deadline, policy);
     if (progress != Line::Progress::kReached) return progress;
   }
   return Line::Progress::kReached;
-}
-
-bool World::exchange() {
-  const bool was_well = !coupling_->failure();
-  if (coupling_->under_way()) {
-    coupling_->finish(buses_);
-    body_is_ready_ = !on_body_step || on_body_step();
-  }
-  if (!std::exchange(body_is_ready_, false)) return false;
-  coupling_->begin(buses_);
-  if (was_well && coupling_->failure()) {
-    spdlog::error("body simulation stopped: {}", *coupling_->failure());
-  }
-  return true;
 }
 
 void World::couple(std::unique_ptr<Mechanism> body, std::span<const CoupledDrive> drives) {
@@ -277,7 +264,7 @@ void World::arm_timer() {
 void World::set_clock(ClockMode mode) {
   if (stopped_) return;
   serve_all();
-  end_advance(Advanced::kCancelled);
+  end_advance();
   const SimTime now = latest(lines_);
   clock_.switch_to(mode, monotonic_now(), now);
   serve_all();
@@ -307,42 +294,29 @@ void World::post_continue_advance() {
 }
 
 void World::continue_advance() {
-  const Line::Progress progress = advance_slice(monotonic_now() + kSlice);
+  const MonoTime deadline = monotonic_now() + kSlice;
+  auto progress = Line::Progress::kReached;
+  SimTime next = clock_.stepped_time();
+  do {
+    next = std::min(advance_->to, time() + kStride);
+    progress = advance_all_to(next, deadline, Line::WaitPolicy::kForReplies);
+    if (progress == Line::Progress::kReached) clock_.step_to(next);
+  } while (progress == Line::Progress::kReached && next < advance_->to &&
+           monotonic_now() < deadline);
+  const bool reached = progress == Line::Progress::kReached;
   if (progress == Line::Progress::kBlocked && waits_for_body()) return;  // until body_is_ready
-  if (progress == Line::Progress::kOutOfTime) {
-    post_continue_advance();
-    return;
+  if (progress == Line::Progress::kOutOfTime || (reached && next < advance_->to)) {
+    return post_continue_advance();
   }
   const bool left =
       std::ranges::all_of(lines_, [](const auto& line) { return line->replies_have_left(); });
-  if (progress == Line::Progress::kReached && left) {
-    end_advance(Advanced::kReached);
-  } else {
-    wait_for_replies();
-  }
-}
-
-Line::Progress World::advance_slice(MonoTime deadline) {
-  for (;;) {
-    const SimTime next = std::min(advance_->to, time() + kStride);
-    const auto progress = advance_all_to(next, deadline, Line::WaitPolicy::kForReplies);
-    if (progress != Line::Progress::kReached) return progress;
-    clock_.step_to(next);
-    if (next >= advance_->to) return Line::Progress::kReached;
-    if (monotonic_now() >= deadline) return Line::Progress::kOutOfTime;
-  }
-}
-
-void World::wait_for_replies() {
-  const MonoTime now = monotonic_now();
+  if (reached && left) return end_advance(Advanced::kReached);
   std::uint64_t sent = 0;
   for (const auto& line : lines_) sent += line->port() != nullptr ? line->port()->stats().sent : 0;
+  const MonoTime now = monotonic_now();
   if (!advance_->deadline || sent != advance_->sent) advance_->deadline = now + kReplyTimeout;
   advance_->sent = sent;
-  if (now >= *advance_->deadline) {
-    end_advance(Advanced::kStuck);
-    return;
-  }
+  if (now >= *advance_->deadline) return end_advance(Advanced::kStuck);
   reply_timer_.expires_after(kReplyPoll);
   reply_timer_.async_wait([this, mine = advance_->number](const auto& /*error*/) {
     if (advance_ && advance_->number == mine) continue_advance();
@@ -356,6 +330,12 @@ void World::end_advance(Advanced how) {
   const SimTime now = latest(lines_);
   clock_.step_to(now);
   done(how);
+}
+
+Line* find_line(const World& world, const std::string& bus) {
+  const auto found =
+      std::ranges::find_if(world.lines(), [&](const auto& line) { return line->name() == bus; });
+  return found == world.lines().end() ? nullptr : found->get();
 }
 
 }  // namespace lk::emulator

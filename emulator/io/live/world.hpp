@@ -25,9 +25,7 @@ class World {
   /// Pre: `start` was not called yet.
   Line& add(const BusConfig& bus);
 
-  std::vector<std::unique_ptr<Line>>& lines() { return lines_; }
   const std::vector<std::unique_ptr<Line>>& lines() const { return lines_; }
-  Line* find_line(const std::string& bus);
   const SimClock& clock() const { return clock_; }
   /// Time that all lines have reached.
   SimTime time() const;
@@ -42,15 +40,17 @@ class World {
 
   /// Processes frames of a line, sends replies, and waits briefly for more frames.
   void serve(std::size_t index);
+  /// Which sockets to look into: without traffic the timer need not.
+  enum class Sockets : std::uint8_t { kAll, kOfBusyLines };
   /// Brings all lines to now, with all frames that have arrived.
-  void serve_all() { serve_all(Sockets::kAll); }
+  void serve_all(Sockets sockets = Sockets::kAll);
 
   /// Changes the clock at the present instant. Cancels an advance.
   void set_clock(ClockMode mode);
 
   enum class Advanced : std::uint8_t {
     kReached,    // all replies up to then are handed to the interfaces
-    kCancelled,  // by `cancel_advance`, a change of clock, or the end
+    kCancelled,  // by `end_advance`, a change of clock, or the end
     kStuck,      // replies cannot leave: the disk or an interface does not take them
   };
   using OnAdvanced = std::function<void(Advanced)>;
@@ -58,7 +58,8 @@ class World {
   /// sent before are then on the buses. Calls `done` once, from the loop.
   void advance(SimTime to, OnAdvanced done);
   bool advancing() const { return advance_.has_value(); }
-  void cancel_advance() { end_advance(Advanced::kCancelled); }
+  /// Ends the advance that is running, if any.
+  void end_advance(Advanced how = Advanced::kCancelled);
 
   /// Couples these drives to the joints of `body`. Its steps begin at multiples of their length.
   void couple(std::unique_ptr<Mechanism> body, std::span<const CoupledDrive> drives);
@@ -84,11 +85,7 @@ class World {
     std::uint64_t sent;                // replies sent before the last wait
   };
 
-  /// Which sockets to look into: without traffic the timer need not.
-  enum class Sockets : std::uint8_t { kAll, kOfBusyLines };
-  void serve_all(Sockets sockets);
   void poll_sockets();
-  bool only_frames_are_waited_for() const;
   MonoTime next_due() const;
   struct Taken {
     bool any = false;
@@ -100,15 +97,9 @@ class World {
   /// Advances all lines and the body of their drives. kBlocked: the body has not done its step, or
   /// as for a line.
   Line::Progress advance_all_to(SimTime until, MonoTime deadline, Line::WaitPolicy policy);
-  /// Exchanges values at the end of a step. Returns false if the body has not done it yet.
-  bool exchange();
   bool waits_for_body() const { return coupling_ && !coupling_->under_way() && !body_is_ready_; }
   void continue_advance();
   void post_continue_advance();
-  /// Does one slice of an advance.
-  Line::Progress advance_slice(MonoTime deadline);
-  void wait_for_replies();
-  void end_advance(Advanced how);
   bool busy() const;
   void arm_timer();
 
@@ -129,5 +120,8 @@ class World {
   unsigned advances_ = 0;
   bool stopped_ = false;
 };
+
+/// Returns the line of this bus; null: none.
+Line* find_line(const World& world, const std::string& bus);
 
 }  // namespace lk::emulator

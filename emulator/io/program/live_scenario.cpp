@@ -55,13 +55,13 @@ LiveScenario::LiveScenario(Scenario scenario, std::vector<Line*> lines,
     Watcher watcher;
     watcher.next_due = [this, &part] { return next_due(part); };
     watcher.sample = [this, &part](const Bus& at) { on_due(part, at); };
-    part.watcher = part.line->add_watcher(std::move(watcher));
+    part.watcher = part.line->watchers.insert(part.line->watchers.end(), std::move(watcher));
     Listener listener;
     listener.query = [&part](const TimedFrame& query) {
       part.judge.on_query(query, part.line->bus());
     };
     listener.reply = [&part](const TimedFrame& reply) { on_reply(part, reply); };
-    part.listener = part.line->add_listener(std::move(listener));
+    part.listener = part.line->listeners.insert(part.line->listeners.end(), std::move(listener));
   }
 }
 
@@ -181,8 +181,8 @@ void LiveScenario::finish() {
   }
   final_ = report();
   for (const auto& part : parts_) {
-    part->line->remove_watcher(part->watcher);
-    part->line->remove_listener(part->listener);
+    part->line->watchers.erase(part->watcher);
+    part->line->listeners.erase(part->listener);
   }
 }
 

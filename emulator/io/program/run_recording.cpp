@@ -43,7 +43,8 @@ void RunRecording::start(const std::filesystem::path& directory, From from) {
     listener.restored_rom = [this, n](SimTime now, int id, const RomGate::Kept& kept) {
       recorder_->restored_rom(n, now, id, kept.rom, kept.wear);
     };
-    listeners_.push_back(world_.lines()[n]->add_listener(std::move(listener)));
+    std::list<Listener>& all = world_.lines()[n]->listeners;
+    listeners_.push_back(all.insert(all.end(), std::move(listener)));
   }
 }
 
@@ -51,7 +52,7 @@ void RunRecording::stop() {
   if (!running()) return;
   std::vector<SimTime> times;
   for (std::size_t n = 0; n < listeners_.size(); ++n) {
-    world_.lines()[n]->remove_listener(listeners_[n]);
+    world_.lines()[n]->listeners.erase(listeners_[n]);
     times.push_back(world_.lines()[n]->bus().time());
   }
   listeners_.clear();

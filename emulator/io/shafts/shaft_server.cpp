@@ -371,7 +371,7 @@ void ShaftServer::uncouple_drives() {
   step_is_due_ = false;
   world_.uncouple();
   world_.clock_owner.clear();
-  world_.cancel_advance();
+  world_.end_advance();
   for (std::size_t n = 0; n < loads.size(); ++n) {
     const Shaft& shaft = shafts_[simulator_->taken[n]];
     world_.lines()[shaft.bus]->bus_on_body().set_load(shaft.id, loads[n]);

@@ -84,7 +84,7 @@ TEST(Line, QueuesAFloodInOrderAfterASlip) {
   std::vector<int> heard;
   Listener listener;
   listener.query = [&](const TimedFrame& in) { heard.push_back(in.frame.data[0]); };
-  line.add_listener(listener);
+  line.listeners.insert(line.listeners.end(), listener);
   std::vector<int> sent;
   const auto send = [&](int count) {
     for (int n = 0; n < count; ++n) {
