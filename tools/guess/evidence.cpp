@@ -67,10 +67,8 @@ void add(Frames& to, const Frames& more) {
 
 void Evidence::see(Trait trait, ValueSet allowed, Weight weight, const Sighting& sighting) {
   Frames one;
-  one.sure = weight == Weight::kSure ? 1 : 0;
-  one.likely = weight == Weight::kLikely ? 1 : 0;
-  one.hints = weight == Weight::kHint ? 1 : 0;
-  one.silent = weight == Weight::kSilence ? 1 : 0;
+  std::uint64_t* const counters[] = {&one.sure, &one.likely, &one.hints, &one.silent};
+  *counters[static_cast<std::size_t>(weight)] = 1;
   if (weight != Weight::kHint) one.first.push_back(sighting);
   see(trait, allowed, one);
 }
@@ -120,22 +118,14 @@ bool Evidence::excluded(Trait trait, std::size_t value) const {
          (against.sure + against.likely) * kContradictionDivisor > all.sure + all.likely;
 }
 
-std::uint64_t Evidence::frames_for(Trait trait, std::size_t value) const {
+std::uint64_t Evidence::count(Trait trait, std::size_t value, bool allowed) const {
   const auto found = seen_.find(trait);
   if (found == seen_.end()) return 0;
   std::uint64_t count = 0;
   for (std::size_t set = 1; set < found->second.size(); ++set) {
-    if (contains(static_cast<ValueSet>(set), value)) count += found->second.at(set).count();
-  }
-  return count;
-}
-
-std::uint64_t Evidence::frames_against(Trait trait, std::size_t value) const {
-  const auto found = seen_.find(trait);
-  if (found == seen_.end()) return 0;
-  std::uint64_t count = 0;
-  for (std::size_t set = 1; set < found->second.size(); ++set) {
-    if (!contains(static_cast<ValueSet>(set), value)) count += found->second.at(set).count();
+    if (contains(static_cast<ValueSet>(set), value) == allowed) {
+      count += found->second.at(set).count();
+    }
   }
   return count;
 }

@@ -68,13 +68,18 @@ class Evidence {
   ValueSet open(Trait trait) const;
   bool decided(Trait trait) const;
   /// Return the number of frames that allow, or exclude, the value.
-  std::uint64_t frames_for(Trait trait, std::size_t value) const;
-  std::uint64_t frames_against(Trait trait, std::size_t value) const;
+  std::uint64_t frames_for(Trait trait, std::size_t value) const {
+    return count(trait, value, true);
+  }
+  std::uint64_t frames_against(Trait trait, std::size_t value) const {
+    return count(trait, value, false);
+  }
   /// Returns examples of frames that allow the value, the most specific ones first.
   std::vector<Sighting> examples(Trait trait, std::size_t value) const;
 
  private:
   using BySet = std::array<Frames, 1U << kMaxValues>;
+  std::uint64_t count(Trait trait, std::size_t value, bool allowed) const;
   bool excluded(Trait trait, std::size_t value) const;
   std::uint64_t enough_silence() const;
 

@@ -82,6 +82,7 @@ Guess guess_of(const Evidence& evidence) {
     guess.quirks.push_back(
         {row_of(trait).key, row_of(trait).values.at(likeliest(trait, evidence))});
   }
+  const ValueSet series = evidence.open(Trait::kSeries);
   for (std::size_t n = 0; n < kTraitCount; ++n) {
     const auto trait = static_cast<Trait>(n);
     const ValueSet open = evidence.open(trait);
@@ -90,14 +91,13 @@ Guess guess_of(const Evidence& evidence) {
     } else if (open != all_of(trait)) {
       guess.decided.push_back(trait);
     }
-    const ValueSet series = evidence.open(Trait::kSeries);
     const bool relevant = shows_on(trait, guess.framing) &&
                           (trait != Trait::kOpenLoop || series != only(kNotMs)) &&
                           (trait != Trait::kSpeedLimit || series != only(kMs));
     if (relevant && open != 0 && !evidence.decided(trait)) guess.unknown.push_back(trait);
   }
   guess.foreign = evidence.open(Trait::kReplyId) == only(kForeignReplies);
-  guess.ms = evidence.open(Trait::kSeries) == only(kMs);
+  guess.ms = series == only(kMs);
   if (evidence.decided(Trait::kEncoderSpan)) {
     guess.encoder_span =
         row_of(Trait::kEncoderSpan).values.at(likeliest(Trait::kEncoderSpan, evidence));

@@ -1,10 +1,8 @@
-#include "tools/guess/guess_json.hpp"
-
 #include <nlohmann/json.hpp>
 
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/generation.hpp"
-#include "tools/guess/guess_text.hpp"
+#include "tools/guess/guess_output.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -1,5 +1,3 @@
-#include "tools/guess/guess_text.hpp"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -12,6 +10,7 @@
 
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/generation.hpp"
+#include "tools/guess/guess_output.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -64,7 +63,7 @@ std::string finding(Trait trait, const Evidence& evidence, std::optional<SimTime
   const TraitRow& row = row_of(trait);
   std::string text = "    ";
   if (!row.key.empty()) {
-    const std::string between(BilingualText{" or ", " 或 "}.in(language));
+    const std::string between = say({" or ", " 或 "}, language);
     text += fmt::format("{} = {}: ", row.key,
                         fmt::join(possible_value_names(trait, evidence), between));
   }
@@ -107,7 +106,7 @@ std::string generation_lines(const Guess& guess, Language language) {
     text += say({"    {:<12} {} (frames for it: {}, against: {})\n",
                  "    {:<12} {}（支持的帧：{}，反对的帧：{}）\n"},
                 language, generation_name(fit.generation),
-                fits ? std::string(BilingualText{"fits", "符合"}.in(language))
+                fits ? say({"fits", "符合"}, language)
                      : say({"does not fit: {}", "不符：{}"}, language, key_list(fit.against)),
                 fit.frames_for, fit.frames_against);
   }
@@ -116,23 +115,22 @@ std::string generation_lines(const Guess& guess, Language language) {
 
 std::string summary_of(const Guess& guess, Language language) {
   if (guess.foreign) {
-    return std::string(BilingualText{
-        "replies on 0x240 + ID: not an LK-TECH drive; MyActuator drives from V3 on do that, "
-        "and are not "
-        "emulated",
-        "回复帧标识符为 0x240 + ID：不是瓴控驱动器；MyActuator V3 起如此，本仿真器不支持"}
-                           .in(language));
+    return say(
+        {"replies on 0x240 + ID: not an LK-TECH drive; MyActuator drives from V3 on do that, "
+         "and are not "
+         "emulated",
+         "回复帧标识符为 0x240 + ID：不是瓴控驱动器；MyActuator V3 起如此，本仿真器不支持"},
+        language);
   }
   if (guess.fits.empty()) {
     return say({"a mixture, nearest to {}", "混合型，最接近 {}"}, language,
                generation_name(guess.nearest));
   }
   if (guess.fits.size() == guess.generations.size()) {
-    return std::string(BilingualText{"nothing in the log tells the generations apart",
-                                     "日志里没有能分辨固件代的内容"}
-                           .in(language));
+    return say({"nothing in the log tells the generations apart", "日志里没有能分辨固件代的内容"},
+               language);
   }
-  return names(guess.fits, BilingualText{" or ", " 或 "}.in(language));
+  return names(guess.fits, say({" or ", " 或 "}, language));
 }
 
 /// Describes the query to send, or the event to wait for, to know more.
@@ -155,12 +153,11 @@ std::string unknown_lines(const Guess& guess, int drive, Language language) {
   std::string text;
   const std::vector<Trait> apart = telling(guess);
   for (const Trait trait : apart) text += probe_line(trait, drive, guess.framing, language);
-  const auto contains = [](const std::vector<Trait>& traits, Trait trait) {
-    return std::ranges::find(traits, trait) != traits.end();
-  };
   std::vector<Trait> others;
   for (const Trait trait : guess.unknown) {
-    if (!contains(apart, trait) && !contains(guess.decided, trait)) others.push_back(trait);
+    if (std::ranges::count(apart, trait) + std::ranges::count(guess.decided, trait) == 0) {
+      others.push_back(trait);
+    }
   }
   const std::string rest = key_list(others);
   return rest.empty() ? text
@@ -187,16 +184,11 @@ std::string oddities(const DriveWatch& drive, Language language) {
   return text;
 }
 
-std::string product_text(const ProductInfo& product, Language language) {
-  return say({"calls itself {} with driver {}, firmware {}", "自称 {}，驱动板 {}，固件 {}"},
-             language, product.motor, product.driver, product.firmware);
-}
-
 /// Describes the width of the encoder field and its counts per turn.
 std::string encoder_text(const DriveWatch& drive, Language language) {
   const EncoderWatch& encoder = drive.encoder();
   if (!encoder.largest()) return "";
-  std::string text = say({"encoder up to {}: {} bits or more", "编码器最大 {}：至少 {} 位"},
+  std::string text = say({"; encoder up to {}: {} bits or more", "；编码器最大 {}：至少 {} 位"},
                          language, *encoder.largest(), std::bit_width(*encoder.largest()));
   if (const auto counts = encoder.counts_per_turn()) {
     text +=
@@ -210,15 +202,16 @@ std::string conclusion(const std::string& interface, int id, const DriveWatch& d
                        Language language) {
   std::string text = say({"{}, drive {}: ", "{}，驱动器 {}："}, language, interface, id);
   if (drive.replies() == 0) {
-    text += BilingualText{"no reply: no conclusion possible", "没有回复：无法判断"}.in(language);
+    text += say({"no reply: no conclusion possible", "没有回复：无法判断"}, language);
   } else {
     const Evidence& evidence = drive.evidence();
     text += summary_of(guess_of(evidence), language);
-    const std::string product =
-        evidence.product() ? product_text(*evidence.product(), language) : "";
-    for (const std::string& more : {product, encoder_text(drive, language)}) {
-      if (!more.empty()) text += std::string(BilingualText{"; ", "；"}.in(language)) + more;
+    if (const auto& product = evidence.product()) {
+      text +=
+          say({"; calls itself {} with driver {}, firmware {}", "；自称 {}，驱动板 {}，固件 {}"},
+              language, product->motor, product->driver, product->firmware);
     }
+    text += encoder_text(drive, language);
   }
   return text + say({" (queries: {}, replies: {})\n", "（命令帧：{}，回复帧：{}）\n"}, language,
                     drive.queries(), drive.replies());
@@ -294,9 +287,8 @@ std::map<std::string, Kind> kinds_of(const Guesser& guesser, const GuessedBus& b
     if (guess.foreign) continue;
     Kind& kind = kinds.try_emplace(guess.options(), Kind{guess, {}}).first->second;
     kind.ids.push_back(id);
-    std::erase_if(kind.guess.fits, [&guess](Generation one) {
-      return std::ranges::find(guess.fits, one) == guess.fits.end();
-    });
+    std::erase_if(kind.guess.fits,
+                  [&guess](Generation one) { return std::ranges::count(guess.fits, one) == 0; });
   }
   return kinds;
 }
@@ -315,7 +307,7 @@ std::vector<std::string> doubts(const Guess& guess, Language language) {
   } else if (guess.fits.size() > 1) {
     const std::vector<Generation> others(guess.fits.begin() + 1, guess.fits.end());
     notes.push_back(say({"or generation {}", "或固件代 {}"}, language,
-                        names(others, BilingualText{" or ", " 或 "}.in(language))));
+                        names(others, say({" or ", " 或 "}, language))));
   }
   if (guess.ms && guess.motor.empty()) {
     notes.push_back(say({"{} is a stand-in: the log does not show which MS motor it is",
@@ -348,27 +340,25 @@ std::string toml_drive(const Kind& kind, Language language) {
   return text;
 }
 
-std::string command_text(const std::vector<StartCommand>& commands, Language language) {
-  if (commands.empty()) return "";
-  std::string text(BilingualText{"To emulate them (--motor takes the motor by its label):\n",
-                                 "仿真它们（--motor 给出电机型号）：\n"}
-                       .in(language));
-  for (const StartCommand& command : commands) {
+std::string starts_text(const Starts& starts, Language language) {
+  std::string text;
+  if (!starts.commands.empty()) {
+    text += say({"To emulate them (--motor takes the motor by its label):\n",
+                 "仿真它们（--motor 给出电机型号）：\n"},
+                language);
+  }
+  for (const StartCommand& command : starts.commands) {
     text += "  " + command.line + "\n";
     for (const std::string& doubt : command.doubts) text += "    " + doubt + "\n";
   }
-  return text;
-}
-
-std::string robot_text(const std::string& robot, Language language) {
-  if (robot.empty()) return "";
-  return std::string(
-             BilingualText{"As robot.toml, for lk-emu --config ./robot.toml (motor = takes the "
-                           "motor by its label):\n\n",
-                           "存为 robot.toml，用 lk-emu --config ./robot.toml 启动（motor = "
-                           "给出电机型号）：\n\n"}
-                 .in(language)) +
-         robot;
+  if (starts.robot.empty()) return text;
+  return text +
+         say({"As robot.toml, for lk-emu --config ./robot.toml (motor = takes the motor by its "
+              "label):\n\n",
+              "存为 robot.toml，用 lk-emu --config ./robot.toml 启动（motor = "
+              "给出电机型号）：\n\n"},
+             language) +
+         starts.robot;
 }
 
 std::string left_out(const Guesser& guesser, Language language) {
@@ -429,7 +419,7 @@ std::string guess_text(const Guesser& guesser, Language language) {
       text += drive_text(id, drive, guesser.begin(), language);
     }
     if (bus.drives.empty()) {
-      text += BilingualText{"  no drive's frames\n", "  没有驱动器的帧\n"}.in(language);
+      text += say({"  no drive's frames\n", "  没有驱动器的帧\n"}, language);
     }
     text += "\n";
   }
@@ -437,9 +427,7 @@ std::string guess_text(const Guesser& guesser, Language language) {
     text += say({"Never visible in frames: {}.\n", "帧里永远看不出：{}。\n"}, language,
                 fmt::format("{}", fmt::join(kNeverShown, ", ")));
   }
-  const Starts starts = starts_of(guesser, language);
-  return text + left_out(guesser, language) + command_text(starts.commands, language) +
-         robot_text(starts.robot, language);
+  return text + left_out(guesser, language) + starts_text(starts_of(guesser, language), language);
 }
 
 }  // namespace lk::emulator

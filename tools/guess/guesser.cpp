@@ -2,8 +2,7 @@
 
 #include <utility>
 
-#include "tools/guess/guess_json.hpp"
-#include "tools/guess/guess_text.hpp"
+#include "tools/guess/guess_output.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -50,6 +49,12 @@ std::vector<FrameReader> serial_readers() {
           every_command(Series::kMs, protocol::kM35Dialect)};
 }
 
+void settle(GuessedBus& bus) {
+  for (const QueryOutcome& settled : bus.conversation.take_outcomes()) {
+    bus.drives[settled.drive].settle(settled);
+  }
+}
+
 }  // namespace
 
 Guesser::Guesser(Options options)
@@ -87,9 +92,7 @@ std::string Guesser::take(std::string_view line) {
 
 void Guesser::classify(GuessedBus& bus, const BusFrame& observed) {
   const FrameInfo info = bus.conversation.classify(observed);
-  for (const QueryOutcome& settled : bus.conversation.take_outcomes()) {
-    bus.drives[settled.drive].settle(settled);
-  }
+  settle(bus);
   if (info.role == Role::kQuery && info.drive == 0) {
     for (auto& [id, drive] : bus.drives) drive.query(info, observed.at);
   } else if (info.role == Role::kQuery) {
@@ -106,9 +109,7 @@ void Guesser::classify(GuessedBus& bus, const BusFrame& observed) {
 std::string Guesser::finish() {
   for (auto& [wire, bus] : buses_) {
     bus.conversation.end();
-    for (const QueryOutcome& settled : bus.conversation.take_outcomes()) {
-      bus.drives[settled.drive].settle(settled);
-    }
+    settle(bus);
   }
   return options_.json ? guess_json(*this) : guess_text(*this, options_.language);
 }

@@ -104,8 +104,6 @@ bool is_motion(const protocol::Frame& frame) {
 
 }  // namespace
 
-void MotionWatch::forget_run() { run_ = Run::kNone; }
-
 void MotionWatch::query(const Sighting& query) {
   if (!query.at) return;
   const auto& data = query.frame.data;
@@ -125,7 +123,7 @@ void MotionWatch::query(const Sighting& query) {
     if (run_ == Run::kStayed && enough) {
       speed_dps_ = speed_dps;
     } else if (!enough) {
-      forget_run();
+      run_ = Run::kNone;
     } else if (speed_dps != speed_dps_ || (run_ != Run::kAsked && run_ != Run::kTurning)) {
       run_ = Run::kAsked;
       speed_dps_ = speed_dps;
@@ -134,7 +132,7 @@ void MotionWatch::query(const Sighting& query) {
     return;
   }
   if (several || is_motion(query.frame)) {
-    forget_run();
+    run_ = Run::kNone;
     limit_lsb_ = 0;
     return;
   }
@@ -147,7 +145,7 @@ void MotionWatch::query(const Sighting& query) {
   } else if (command == protocol::ClearAngle::kOpcode) {
     cleared_to_cdeg_ = {*query.at, get_le<std::int32_t>(data, 4)};
   } else if (command == protocol::Off::kOpcode || command == protocol::ClearErrors::kOpcode) {
-    forget_run();
+    run_ = Run::kNone;
     limit_lsb_ = 0;
     if (command == protocol::ClearErrors::kOpcode) return;
     angle_cdeg_.reset();  // the turn count is lost
@@ -184,7 +182,7 @@ void MotionWatch::state_2(const Sighting& reply, Evidence& evidence) {
       if (turns) {
         run_ = Run::kTurning;
         rise_ = *reply.at - since_;
-        if (rise_ < SimTime{0} || rise_ > kSlowestRise) forget_run();
+        if (rise_ < SimTime{0} || rise_ > kSlowestRise) run_ = Run::kNone;
       }
       break;
     case Run::kStopping:
@@ -193,7 +191,7 @@ void MotionWatch::state_2(const Sighting& reply, Evidence& evidence) {
     case Run::kRunSent:
       if (turns) {
         evidence.see(Trait::kRunResumes, only(kSwitchedOn), Weight::kLikely, reply);
-        forget_run();
+        run_ = Run::kNone;
       } else if (rests && *reply.at - run_at_ >= kStaysFor + 2 * rise_) {
         run_ = Run::kStayed;
         stayed_ = reply;

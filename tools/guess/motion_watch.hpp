@@ -50,7 +50,6 @@ class MotionWatch {
  private:
   void state_2(const Sighting& reply, Evidence& evidence);
   void angle(const Sighting& reply, Evidence& evidence);
-  void forget_run();
 
   // 0x88 after 0x81: progress of a speed command.
   enum class Run : std::uint8_t { kNone, kAsked, kTurning, kStopping, kResting, kRunSent, kStayed };

@@ -10,6 +10,9 @@ namespace lk::emulator {
 
 /// Returns the findings as text.
 std::string guess_text(const Guesser& guesser, Language language);
+/// Returns the findings as JSON lines: one object per drive, then a summary
+/// (docs/reference/formats.md).
+std::string guess_json(const Guesser& guesser);
 
 /// A command that emulates a bus, and its assumptions.
 struct StartCommand {
