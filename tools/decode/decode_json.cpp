@@ -1,11 +1,10 @@
-#include "tools/decode/decode_json.hpp"
-
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/generation.hpp"
 #include "emulator/monitor/frames/decode_words.hpp"
+#include "tools/decode/decode_output.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -27,19 +26,8 @@ Json number(double value) {
   return value;
 }
 
-const char* role_word(Role role) {
-  switch (role) {
-    case Role::kQuery:
-      return "query";
-    case Role::kReply:
-      return "reply";
-    case Role::kUnclear:
-      return "unclear";
-    case Role::kOther:
-      break;
-  }
-  return "other";
-}
+/// In the order of Role.
+constexpr const char* kRoleWords[] = {"query", "reply", "unclear", "other"};
 
 Json latency_json(const LatencyHistogram& latency) {
   return {{"count", latency.count()},
@@ -97,7 +85,7 @@ std::string frame_json(const DecodedFrame& frame) {
   if (frame.at) json["time_s"] = in_seconds(*frame.at);
   json["interface"] = frame.interface;
   json["frame"] = frame_text(frame.frame);
-  json["role"] = role_word(info.role);
+  json["role"] = kRoleWords[static_cast<std::size_t>(info.role)];
   if (info.role != Role::kOther) {
     json["sure"] = info.sure;
     json["drive"] = info.drive;

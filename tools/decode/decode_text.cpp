@@ -1,12 +1,9 @@
-#include "tools/decode/decode_text.hpp"
-
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/generation.hpp"
 #include "emulator/monitor/frames/decode_words.hpp"
+#include "tools/decode/decode_output.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -58,21 +55,19 @@ std::string remark(const DecodedFrame& frame, Language language) {
     std::string text(in_language(frame.words.problem, language));
     if (frame.frame.kind == protocol::FrameKind::kError) {
       const std::string about = listed(error_frame_words(frame.frame.id), language);
-      if (!about.empty()) text += (language == Language::kChinese ? "：" : ": ") + about;
+      if (!about.empty()) text += say({": {}", "：{}"}, language, about);
     }
     return text;
   }
   if (frame.info.role == Role::kUnclear) {
-    return std::string(BilingualText{"query or reply?", "命令帧还是回复帧？"}.in(language));
+    return say({"query or reply?", "命令帧还是回复帧？"}, language);
   }
   if (frame.info.role != Role::kReply) return "";
   if (frame.info.match_count == 0) {
-    return std::string(BilingualText{"no query for it", "没有对应的命令帧"}.in(language));
+    return say({"no query for it", "没有对应的命令帧"}, language);
   }
   if (frame.info.match_count == 1) return "";
-  const std::string_view format =
-      BilingualText{"to one of {} queries", "对应 {} 个命令帧之一"}.in(language);
-  return fmt::format(fmt::runtime(format), frame.info.match_count);
+  return say({"to one of {} queries", "对应 {} 个命令帧之一"}, language, frame.info.match_count);
 }
 
 std::string drive_text(const DecodedFrame& frame) {
@@ -102,9 +97,7 @@ std::string frame_line(const DecodedFrame& frame, const DecodeOptions& options) 
   const std::string beside = remark(frame, language);
   if (!beside.empty()) {
     line += quantities.empty() ? "" : "  ";
-    const std::string in_brackets =
-        fmt::format(fmt::runtime(BilingualText{"({})", "（{}）"}.in(language)), beside);
-    line += paint(in_brackets, error ? kRed : kYellow, options);
+    line += paint(say({"({})", "（{}）"}, language, beside), error ? kRed : kYellow, options);
   }
   line.erase(line.find_last_not_of(' ') + 1);
   return line + "\n";
@@ -116,37 +109,32 @@ std::string note_line(const BilingualText& words, const DecodeOptions& options) 
 
 std::string assumption_line(const DecodeOptions& options, protocol::Framing framing) {
   if (!options.buses.empty() || (options.generation_given && options.motor_given)) return "";
-  const bool chinese = options.language == Language::kChinese;
+  const Language language = options.language;
   const auto format =
       protocol::wire_format(quirks_of(options.generation, framing).dialect, options.profile.series);
-  std::string what;
+  std::string text = say({"# assumed: ", "# 假定："}, language);
   if (!options.generation_given) {
-    what += fmt::format(
-        fmt::runtime(chinese ? "固件代 {}（--generation）" : "firmware {} (--generation)"),
-        generation_name(options.generation));
+    text += say({"firmware {} (--generation)", "固件代 {}（--generation）"}, language,
+                generation_name(options.generation));
   }
+  if (!options.generation_given && !options.motor_given) text += say({", ", "，"}, language);
   if (!options.motor_given) {
-    what += what.empty() ? "" : chinese ? "，" : ", ";
-    what += fmt::format(fmt::runtime(chinese ? "电机 {}（--motor）" : "motor {} (--motor)"),
-                        options.profile.name);
+    text += say({"motor {} (--motor)", "电机 {}（--motor）"}, language, options.profile.name);
   }
-  const std::string scale =
-      options.profile.series == Series::kMs
-          ? ""
-          : fmt::format(
-                fmt::runtime(chinese ? "；转矩电流每计数：命令 {} mA，回复 {} mA"
-                                     : "; a count of iq is {} mA in commands, {} mA in replies"),
-                three_decimals(format.iq_command_lsb_A * 1000),
+  if (options.profile.series != Series::kMs) {
+    text += say({"; a count of iq is {} mA in commands, {} mA in replies",
+                 "；转矩电流每计数：命令 {} mA，回复 {} mA"},
+                language, three_decimals(format.iq_command_lsb_A * 1000),
                 three_decimals(format.iq_reply_lsb_A * 1000));
-  const std::string text = (chinese ? "假定：" : "assumed: ") + what + scale;
-  return paint("# " + text, kDim, options) + "\n";
+  }
+  return paint(text, kDim, options) + "\n";
 }
 
 std::string bad_line(std::uint64_t line, const std::string& problem, const DecodeOptions& options) {
-  const std::string_view format = BilingualText{"# line {} is not a frame of candump, skipped: {}",
-                                                "# 第 {} 行不是 candump 的帧，略过：{}"}
-                                      .in(options.language);
-  return paint(fmt::format(fmt::runtime(format), line, problem), kYellow, options) + "\n";
+  const std::string text = say(
+      {"# line {} is not a frame of candump, skipped: {}", "# 第 {} 行不是 candump 的帧，略过：{}"},
+      options.language, line, problem);
+  return paint(text, kYellow, options) + "\n";
 }
 
 }  // namespace lk::emulator

@@ -4,8 +4,7 @@
 #include <utility>
 
 #include "emulator/core/generation.hpp"
-#include "tools/decode/decode_json.hpp"
-#include "tools/decode/decode_text.hpp"
+#include "tools/decode/decode_output.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -1,7 +1,5 @@
 #include "tools/decode/summary.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -9,7 +7,7 @@
 
 #include "emulator/core/generation.hpp"
 #include "emulator/monitor/frames/decode_words.hpp"
-#include "tools/decode/decode_text.hpp"
+#include "tools/decode/decode_output.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -174,19 +172,13 @@ std::string instant(const std::optional<SimTime>& at, const BusTally& bus) {
   return fmt::format("{:.6f} s", in_seconds(*at - *bus.first_at));
 }
 
-/// Formats a line by the text of the language.
-template <class... Values>
-std::string format_line(const BilingualText& format, Language language, const Values&... values) {
-  return fmt::format("  {}\n", fmt::format(fmt::runtime(format.in(language)), values...));
-}
-
 std::string errors_of(const BusTally& bus, Language language) {
   std::string text;
   for (const auto& [key, error] : bus.errors) {
-    text += format_line({"drive {}: {}, replies with it: {}, first {} after the first frame",
-                         "驱动器 {}：{}，见于 {} 个回复帧，首次在第一帧之后 {}"},
-                        language, key.first, in_language(key.second, language), error.replies,
-                        instant(error.first_at, bus));
+    text += say({"  drive {}: {}, replies with it: {}, first {} after the first frame\n",
+                 "  驱动器 {}：{}，见于 {} 个回复帧，首次在第一帧之后 {}\n"},
+                language, key.first, in_language(key.second, language), error.replies,
+                instant(error.first_at, bus));
   }
   return text;
 }
@@ -199,29 +191,26 @@ std::string doubts_of(const BusTally& bus, const DecodeOptions& options) {
     all.open += command.open;
     all.orphans += command.orphans;
   }
+  const std::pair<std::uint64_t, BilingualText> doubts[] = {
+      {all.unclear,
+       {"  frames that could be query or reply: {}\n", "  分不清是命令帧还是回复帧的帧：{}\n"}},
+      {all.open,
+       {"  queries that may or may not have been answered: {}\n",
+        "  不知道有没有得到应答的命令帧：{}\n"}},
+      {all.orphans,
+       {"  replies to no query in the log: {}\n", "  日志里没有对应命令帧的回复帧：{}\n"}}};
   std::string text;
-  if (all.unclear > 0) {
-    text +=
-        format_line({"frames that could be query or reply: {}", "分不清是命令帧还是回复帧的帧：{}"},
-                    language, all.unclear);
-  }
-  if (all.open > 0) {
-    text += format_line(
-        {"queries that may or may not have been answered: {}", "不知道有没有得到应答的命令帧：{}"},
-        language, all.open);
-  }
-  if (all.orphans > 0) {
-    text += format_line({"replies to no query in the log: {}", "日志里没有对应命令帧的回复帧：{}"},
-                        language, all.orphans);
+  for (const auto& [count, words] : doubts) {
+    if (count > 0) text += say(words, language, count);
   }
   for (const auto& [why, count] : bus.meaningless) {
-    text += format_line({"{}: {}", "{}：{}"}, language, in_language(why, language), count);
+    text += say({"  {}: {}\n", "  {}：{}\n"}, language, in_language(why, language), count);
   }
   if (bus.of_newer_firmware > 0) {
-    text += format_line({"known commands that such a drive of {} firmware does not take (see "
-                         "--generation, --motor): {}",
-                         "这样的 {} 驱动器不接受的已知命令（见 --generation、--motor）：{}"},
-                        language, generation_name(options.generation), bus.of_newer_firmware);
+    text += say({"  known commands that such a drive of {} firmware does not take (see "
+                 "--generation, --motor): {}\n",
+                 "  这样的 {} 驱动器不接受的已知命令（见 --generation、--motor）：{}\n"},
+                language, generation_name(options.generation), bus.of_newer_firmware);
   }
   return text;
 }
@@ -231,10 +220,9 @@ std::string bus_text(const std::string& interface, const BusTally& bus,
   const Language language = options.language;
   const BilingualText frames = bus.frames == 1 ? BilingualText{"\n{}: {} frame", "\n{}：{} 帧"}
                                                : BilingualText{"\n{}: {} frames", "\n{}：{} 帧"};
-  std::string text = fmt::format(fmt::runtime(frames.in(language)), interface, bus.frames);
+  std::string text = say(frames, language, interface, bus.frames);
   if (const auto duration = bus.duration_s()) {
-    text += fmt::format(fmt::runtime(BilingualText{" in {:.6f} s", "，历时 {:.6f} s"}.in(language)),
-                        *duration);
+    text += say({" in {:.6f} s", "，历时 {:.6f} s"}, language, *duration);
   }
   text += "\n";
   std::vector<Row> rows(1);
@@ -257,17 +245,13 @@ std::string summary_text(const DecodeSummary& summary, const DecodeOptions& opti
     for (const auto& [key, command] : bus.commands) latencies |= command.latency.count() > 0;
   }
   if (latencies) {
-    text += fmt::format("\n{}\n",
-                        BilingualText{"Latencies are from stamp to stamp; median and p99 are "
-                                      "right to 1.6 %.",
-                                      "延迟为两个时间戳之差；中位数和 p99 的误差不超过 1.6 %。"}
-                            .in(options.language));
+    text += say({"\nLatencies are from stamp to stamp; median and p99 are right to 1.6 %.\n",
+                 "\n延迟为两个时间戳之差；中位数和 p99 的误差不超过 1.6 %。\n"},
+                options.language);
   }
   if (summary.bad_lines > 0) {
-    text += fmt::format(
-        fmt::runtime(BilingualText{"\nLines that are not frames: {}\n", "\n不是帧的行：{}\n"}.in(
-            options.language)),
-        summary.bad_lines);
+    text += say({"\nLines that are not frames: {}\n", "\n不是帧的行：{}\n"}, options.language,
+                summary.bad_lines);
   }
   return text;
 }
