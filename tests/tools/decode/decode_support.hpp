@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tests/tools/reader_output.hpp"
 #include "tools/decode/decoder.hpp"
 
 namespace lk::emulator {
@@ -28,25 +29,12 @@ inline DecodeOptions json_options(Generation generation = Generation::kLegacy,
 /// Returns the output for the lines; the last object is the summary.
 inline std::vector<Json> decode(const std::vector<std::string>& lines,
                                 const DecodeOptions& options = json_options()) {
-  Decoder decoder(options);
-  std::string out;
-  for (const std::string& line : lines) out += decoder.take(line);
-  out += decoder.finish();
-  std::vector<Json> objects;
-  for (std::size_t begin = 0; begin < out.size();) {
-    const std::size_t end = out.find('\n', begin);
-    objects.push_back(Json::parse(out.substr(begin, end - begin)));
-    begin = end + 1;
-  }
-  return objects;
+  return test::json_lines(test::output_of(Decoder(options), lines));
 }
 
 inline std::string text(const std::vector<std::string>& lines, DecodeOptions options) {
   options.json = false;
-  Decoder decoder(options);
-  std::string out;
-  for (const std::string& line : lines) out += decoder.take(line);
-  return out + decoder.finish();
+  return test::output_of(Decoder(options), lines);
 }
 
 inline std::vector<std::string> roles(const std::vector<Json>& objects) {

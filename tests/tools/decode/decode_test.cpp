@@ -52,23 +52,15 @@ std::vector<std::string> stops_with_echoes(int count, const std::vector<int>& lo
   return lines;
 }
 
-/// Returns the summary's row of a command.
-Json row_of(const std::vector<Json>& out, std::string_view command) {
-  for (const Json& row : out.back()["buses"][0]["commands"]) {
-    if (row["command"] == command) return row;
-  }
-  return nullptr;
-}
-
 TEST(Decode, TakesALateEchoForARepeatedQuery) {
-  const Json one_lost = row_of(decode(stops_with_echoes(20, {7})), "81");
+  const Json one_lost = tally(decode(stops_with_echoes(20, {7})), 1, "81");
   EXPECT_EQ(one_lost["queries"], 20) << one_lost;
   EXPECT_EQ(one_lost["replies"], 19);
   EXPECT_EQ(one_lost["unanswered"], 1);
 
   std::vector<int> all(20);
   std::iota(all.begin(), all.end(), 0);
-  const Json dead = row_of(decode(stops_with_echoes(20, all)), "81");
+  const Json dead = tally(decode(stops_with_echoes(20, all)), 1, "81");
   EXPECT_EQ(dead["queries"], 20) << dead;
   EXPECT_EQ(dead["replies"], 0);
   EXPECT_EQ(dead["unanswered"], 19) << "the log ends while the last waits";

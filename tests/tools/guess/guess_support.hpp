@@ -18,6 +18,7 @@
 #include "protocol/wire.hpp"
 #include "tests/support/profile.hpp"
 #include "tests/support/test_bus.hpp"
+#include "tests/tools/reader_output.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/guess/guesser.hpp"
 
@@ -82,23 +83,14 @@ inline std::string motor_sold_as(const std::string& label) {
 
 inline std::string guessed_text(const std::vector<std::string>& lines,
                                 emulator::Language language = emulator::Language::kEnglish) {
-  emulator::Guesser guesser({.json = false, .language = language, .motor_of = motor_sold_as});
-  for (const std::string& line : lines) guesser.take(line);
-  return guesser.finish();
+  return output_of(
+      emulator::Guesser({.json = false, .language = language, .motor_of = motor_sold_as}), lines);
 }
 
 /// Returns the output objects; the last is the summary.
 inline std::vector<Json> guessed(const std::vector<std::string>& lines) {
-  emulator::Guesser guesser({.json = true, .language = {}, .motor_of = motor_sold_as});
-  for (const std::string& line : lines) guesser.take(line);
-  std::vector<Json> objects;
-  const std::string out = guesser.finish();
-  for (std::size_t begin = 0; begin < out.size();) {
-    const std::size_t end = out.find('\n', begin);
-    objects.push_back(Json::parse(out.substr(begin, end - begin)));
-    begin = end + 1;
-  }
-  return objects;
+  return json_lines(output_of(
+      emulator::Guesser({.json = true, .language = {}, .motor_of = motor_sold_as}), lines));
 }
 
 /// Returns the remaining values of a switch; empty if nothing is known about it.

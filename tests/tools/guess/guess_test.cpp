@@ -186,21 +186,13 @@ TEST(Guess, InfersMissingCommandsFromRepeatedSilence) {
   EXPECT_EQ(possible_value_names(drive, "pid_commands"), Keys{"false"});
   EXPECT_EQ(drive["fits"], (Keys{"v235", "v236", "v236b"}));
   EXPECT_EQ(drive["findings"][1]["values"][0]["frames"][0]["frame"], "141#3000000000000000");
-}
-
-TEST(Guess, IgnoresASingleMissingReply) {
-  const auto drive = guessed(dialogue({"9C", "30", "9C", "9C", "9C"}, "30"))[0];
-  EXPECT_EQ(possible_value_names(drive, "pid_commands"), Keys{});
-}
-
-/// Without earlier or later replies the drive may not have had power.
-TEST(Guess, IgnoresSilenceAtTheEndsOfALog) {
-  EXPECT_EQ(possible_value_names(guessed(dialogue({"30", "30", "30", "9C", "9C"}, "30"))[0],
-                                 "pid_commands"),
-            Keys{});
-  EXPECT_EQ(possible_value_names(guessed(dialogue({"9C", "9C", "30", "30", "30"}, "30"))[0],
-                                 "pid_commands"),
-            Keys{});
+  for (const Keys& unclear : {Keys{"9C", "30", "9C", "9C", "9C"},
+                              // Without earlier or later replies the drive may have had no power.
+                              {"30", "30", "30", "9C", "9C"},
+                              {"9C", "9C", "30", "30", "30"}}) {
+    EXPECT_EQ(possible_value_names(guessed(dialogue(unclear, "30"))[0], "pid_commands"), Keys{})
+        << testing::PrintToString(unclear);
+  }
 }
 
 /// If every third reply is lost, two missing replies prove nothing.
