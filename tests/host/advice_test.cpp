@@ -35,8 +35,7 @@ class Advice : public testing::Test {
 };
 
 TEST_F(Advice, AppearsInLogApiAndSummary) {
-  EmulatorProcess emulator(arguments({"--lang", "en"}));
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments({"--lang", "en"}));
   Host host(own_bus());
   err(host);
   EXPECT_TRUE(emulator.wait_for_log(own_bus() + ":1: motion-refused: the drive is off"));
@@ -59,8 +58,7 @@ TEST_F(Advice, AppearsInLogApiAndSummary) {
 }
 
 TEST_F(Advice, FailsTheRunWithStrict) {
-  EmulatorProcess emulator(arguments({"--strict", "--lang", "zh"}));
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments({"--strict", "--lang", "zh"}));
   Host host(own_bus());
   err(host);
   EXPECT_TRUE(emulator.wait_for_log("motion-refused"));
@@ -70,8 +68,7 @@ TEST_F(Advice, FailsTheRunWithStrict) {
 }
 
 TEST_F(Advice, IgnoresHostThatWaitsForReplies) {
-  EmulatorProcess emulator(arguments({"--strict"}));
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments({"--strict"}));
   Host host(own_bus());
   EXPECT_TRUE(host.query(1, {0x9B}));
   EXPECT_TRUE(host.query(1, {0x88}));

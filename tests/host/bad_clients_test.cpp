@@ -173,8 +173,7 @@ class BadClients : public MachineTest {
 };
 
 TEST_F(BadClients, AffectNeitherBusNorMemory) {
-  EmulatorProcess emulator(with_tcp());
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(with_tcp());
   const Doors doors = doors_of(emulator);
   const std::vector<Kind> kinds = bad_ones(doors);
   for (const Kind& kind : kinds) {

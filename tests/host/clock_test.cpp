@@ -48,8 +48,7 @@ class WithControl : public testing::Test {
 };
 
 TEST_F(WithControl, SteppedAnswersInOrderOnAdvance) {
-  EmulatorProcess emulator(arguments("stepped", "1000000"));
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments("stepped", "1000000"));
   Host host(own_bus());
   host.send(0x141, kReadState2);
   host.send(0x142, kReadPid);
@@ -67,8 +66,7 @@ TEST_F(WithControl, SteppedAnswersInOrderOnAdvance) {
 }
 
 TEST_F(WithControl, SteppedAnswersOnAdvanceWithoutABitRate) {
-  EmulatorProcess emulator(arguments("stepped", "0"));
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments("stepped", "0"));
   Host host(own_bus());
   host.send(0x141, kReadState2);
   EXPECT_GE(number("status", "time_s"), 0) << "it has had its turn";
@@ -80,8 +78,7 @@ TEST_F(WithControl, SteppedAnswersOnAdvanceWithoutABitRate) {
 /// More frames than the wire model's queue and the default receive buffer hold: the host reads
 /// meanwhile.
 TEST_F(WithControl, SteppedLosesNoFrames) {
-  EmulatorProcess emulator(arguments("stepped", "1000000"));
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments("stepped", "1000000"));
   Host host(own_bus());
   constexpr int kFrames = 5000;
   constexpr int kBurst = 100;
@@ -103,8 +100,7 @@ TEST_F(WithControl, SteppedLosesNoFrames) {
 }
 
 TEST_F(WithControl, RunsTenTimesAsFast) {
-  EmulatorProcess emulator(arguments("x10", "1000000"));
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments("x10", "1000000"));
   const double simulated = number("clock", "time_s");
   const auto wall = Clock::now();
   while (Clock::now() - wall < std::chrono::milliseconds(500)) number("clock", "time_s");
@@ -117,8 +113,7 @@ TEST_F(WithControl, RunsTenTimesAsFast) {
 }
 
 TEST_F(WithControl, SwitchesClockModeWithoutAJump) {
-  EmulatorProcess emulator(arguments("stepped", "1000000"));
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments("stepped", "1000000"));
   EXPECT_EQ(ctl({"advance", "2s"}).status, 0);
   EXPECT_EQ(ctl({"clock", "x0.001"}).status, 0);
   EXPECT_EQ(ctl({"clock", "stepped"}).status, 0);
@@ -132,8 +127,7 @@ TEST_F(WithControl, SwitchesClockModeWithoutAJump) {
 }
 
 TEST_F(WithControl, CtlSendsDirectivesAndPrintsErrors) {
-  EmulatorProcess emulator(arguments("stepped", "1000000"));
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments("stepped", "1000000"));
   struct stat found {};
   ASSERT_EQ(::stat(socket().c_str(), &found), 0);
   EXPECT_EQ(found.st_mode & 0777, 0600U);
@@ -166,15 +160,13 @@ TEST_F(WithControl, CtlSendsDirectivesAndPrintsErrors) {
 TEST_F(WithControl, CtlFindsTheOnlyProgram) {
   ::setenv("XDG_RUNTIME_DIR", directory_.c_str(), 1);
   std::vector<std::string> words = {"--rom", ":memory:", "--bus", own_bus(), "--ids", "1"};
-  EmulatorProcess first(words);
-  ASSERT_TRUE(first.wait_ready());
+  StartedEmulator first(words);
   EXPECT_EQ(EmulatorProcess({"ctl", "drives"}).wait().status, 0);
   struct stat found {};
   ASSERT_EQ(::stat((directory_ + "/lk-emu").c_str(), &found), 0);
   EXPECT_EQ(found.st_mode & 0777, 0700U);
   words[3] = own_bus(1);
-  EmulatorProcess second(words);
-  ASSERT_TRUE(second.wait_ready());
+  StartedEmulator second(words);
   EXPECT_EQ(EmulatorProcess({"ctl", "drives"}).wait().status, 2) << "which one?";
   const auto of_second = EmulatorProcess({"ctl", "--bus", own_bus(1), "drives"}).wait();
   EXPECT_NE(of_second.out.find(own_bus(1)), std::string::npos);

@@ -39,8 +39,7 @@ class DiskTest : public MachineTest {
     // The log goes to a file, because this test sends frames and cannot read a pipe meanwhile.
     const std::vector<std::string> logging = {"sh", "-c", "exec \"$@\" 2>" + path("log"), "sh"};
     launcher.insert(launcher.end(), logging.begin(), logging.end());
-    EmulatorProcess emulator(arguments({"--record", recording}), launcher);
-    ASSERT_TRUE(emulator.wait_ready());
+    StartedEmulator emulator(arguments({"--record", recording}), launcher);
     Host host(bus_);
     ASSERT_TRUE(talk_until_log(host, "recording in " + recording + " has ended: " + why));
     EXPECT_NE(get("/status").body.find("\"failed\":true"), std::string::npos);

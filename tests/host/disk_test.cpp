@@ -53,9 +53,8 @@ TEST_F(Disk, SignalLeavesNoPartialFiles) {
 }
 
 TEST_F(Disk, ServesDrivesWithAnUnwritableLog) {
-  EmulatorProcess emulator(arguments({"--log-level", "trace"}),
+  StartedEmulator emulator(arguments({"--log-level", "trace"}),
                            {"sh", "-c", "exec \"$@\" 2>/dev/full", "sh"});
-  ASSERT_TRUE(emulator.wait_ready());
   Host host(bus_);
   emulator.signal(SIGSTOP);
   emulator.signal(SIGCONT);
@@ -91,12 +90,10 @@ TEST_F(Disk, RemovesSocketsOfKilledPrograms) {
     return names;
   };
   for (int n = 0; n < 3; ++n) {
-    EmulatorProcess emulator(plain, environment);
-    ASSERT_TRUE(emulator.wait_ready());
+    StartedEmulator emulator(plain, environment);
     const std::string own = bus_ + '-' + std::to_string(emulator.pid()) + ".sock";
     EXPECT_EQ(sockets(), std::vector<std::string>{own}) << "start " << n;
-    EmulatorProcess other({"--rom", ":memory:", "--bus", own_bus(1), "--ids", "1"}, environment);
-    ASSERT_TRUE(other.wait_ready());
+    StartedEmulator other({"--rom", ":memory:", "--bus", own_bus(1), "--ids", "1"}, environment);
     EXPECT_EQ(sockets().size(), 2U) << "a live one stays";
     EXPECT_EQ(other.stop().status, 0);
     EXPECT_EQ(emulator.stop(SIGKILL).status, 128 + SIGKILL);

@@ -25,8 +25,7 @@ TEST(Asked, ReportsAndUsesTheObservedGeneration) {
       "mg4010: real drives of this motor use generation late-legacy, this one uses legacy "
       "(--generation seen changes that)\n";
   {
-    EmulatorProcess emulator(plain);
-    ASSERT_TRUE(emulator.wait_ready());
+    StartedEmulator emulator(plain);
     Host host(own_bus());
     EXPECT_GT(single_turn_deg(host), 3600);
     const auto result = emulator.stop();
@@ -35,14 +34,12 @@ TEST(Asked, ReportsAndUsesTheObservedGeneration) {
   auto asked = plain;
   asked.insert(asked.end(), {"--generation", "legacy"});
   {
-    EmulatorProcess emulator(asked);
-    ASSERT_TRUE(emulator.wait_ready());
+    StartedEmulator emulator(asked);
     const auto result = emulator.stop();
     EXPECT_EQ(result.err.find("real drives of this motor use"), std::string::npos) << result.err;
   }
   asked.back() = "seen";
-  EmulatorProcess emulator(asked);
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(asked);
   Host host(own_bus());
   EXPECT_LT(single_turn_deg(host), 3600);
   EXPECT_NEAR(single_turn_deg(host), encoder_deg(host), 2 * 3600.0 / 65536);

@@ -1,6 +1,7 @@
 #include "tests/host/emulator_process.hpp"
 
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <poll.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -124,6 +125,19 @@ EmulatorProcess::Exit EmulatorProcess::stop(int number) {
   return wait();
 }
 
+StartedEmulator::StartedEmulator(const std::vector<std::string>& arguments,
+                                 const std::vector<std::string>& launcher)
+    : EmulatorProcess(arguments, launcher) {
+  if (!wait_ready()) throw std::runtime_error("lk-emu is not ready: " + wait().err);
+}
+
+void expect_refused(EmulatorProcess&& emulator, const std::string& error) {
+  const EmulatorProcess::Exit result = emulator.wait();
+  EXPECT_EQ(result.status, 2);
+  EXPECT_EQ(result.err, error);
+  EXPECT_EQ(result.out, "");
+}
+
 std::vector<std::string> as_another_user() {
   return {"setpriv",
           "--reuid=65534",
@@ -146,6 +160,12 @@ int count_of(const std::string& text, const std::string& what) {
   int count = 0;
   for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++count;
   return count;
+}
+
+std::string text_of(const std::string& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
 }
 
 bool run(const std::string& command) { return std::system(command.c_str()) == 0; }

@@ -49,6 +49,16 @@ class EmulatorProcess {
   Exit exit_;
 };
 
+/// A program that is ready; the constructor throws if it does not get there.
+class StartedEmulator : public EmulatorProcess {
+ public:
+  explicit StartedEmulator(const std::vector<std::string>& arguments,
+                           const std::vector<std::string>& launcher = {});
+};
+
+/// Expects that the program refuses its input: status 2, this error, and no other output.
+void expect_refused(EmulatorProcess&& emulator, const std::string& error);
+
 /// Returns a launcher that runs the program as another user without capabilities, except for access
 /// to the program's directory.
 std::vector<std::string> as_another_user();
@@ -58,6 +68,9 @@ std::map<std::string, std::string> process_status(pid_t pid);
 
 /// Returns the number of occurrences of `what` in `text`.
 int count_of(const std::string& text, const std::string& what);
+
+/// Returns the text of a file; empty if there is none.
+std::string text_of(const std::string& file);
 
 /// Runs a shell command; returns whether it succeeded.
 bool run(const std::string& command);

@@ -187,8 +187,7 @@ TEST_F(KillEverything, LosesNoAcknowledgedWrite) {
       missing += frames.size() - both;
     }
   }
-  EmulatorProcess emulator(everything(kKills));
-  ASSERT_TRUE(emulator.wait_ready()) << emulator.wait().err;
+  StartedEmulator emulator(everything(kKills));
   Host host(own_bus());
   check_rom(host);
   EXPECT_EQ(emulator.stop().status, 0);

@@ -11,9 +11,7 @@
 #include <cstdio>
 #include <deque>
 #include <filesystem>
-#include <fstream>
 #include <random>
-#include <sstream>
 #include <string>
 #include <utility>
 
@@ -93,9 +91,8 @@ class Machine {
   /// acknowledgements, plus `rest` intervals between them. The kill therefore hits any phase of a
   /// write, on any machine.
   void live(int acknowledgements_to_see, double rest) {
-    EmulatorProcess emulator({"--bus", bus_, "--ids", "1-" + std::to_string(kDrives), "--rom",
+    StartedEmulator emulator({"--bus", bus_, "--ids", "1-" + std::to_string(kDrives), "--rom",
                               directory_, "--log-level", "off"});
-    ASSERT_TRUE(emulator.wait_ready()) << emulator.wait().err;
     Host host(bus_);
     for (int id = 1; id <= kDrives; ++id) check(host, id);
     for (int id = 1; id <= kDrives; ++id) {
@@ -171,9 +168,8 @@ class Machine {
     emulator::ServoConfig kept;
     kept.id = id;
     kept.profile.name = "mf7015";
-    std::stringstream text;
-    text << std::ifstream(file).rdbuf();
-    ASSERT_NO_THROW(emulator::read_rom(text.str(), file, bus_, kept)) << text.str();
+    const std::string text = text_of(file);
+    ASSERT_NO_THROW(emulator::read_rom(text, file, bus_, kept)) << text;
     compare(drive(id).gains, kept.wear, emulator::RomParameter::kGains, gains_value(*pid),
             static_cast<std::uint32_t>(kept.rom.gains.angle_kp | kept.rom.gains.angle_ki << 8 |
                                        kept.rom.gains.speed_kp << 16));

@@ -53,8 +53,7 @@ state = "off"
   auto stepped = arguments(file);
   stepped[3] = own_.path("s");
   stepped.insert(stepped.end(), {"--clock", "stepped", "--junit", own_.path("junit.xml")});
-  EmulatorProcess emulator(stepped);
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(stepped);
   Host host(own_bus());
   const auto advance = [&](const char* by_s) {
     return ask(own_.path("s"), "POST /clock/advance", std::string("{\"by_s\": ") + by_s + "}")
@@ -88,8 +87,7 @@ TEST_F(LiveScenario, FailsWithStatus1) {
 
 TEST_F(LiveScenario, IsInvalidIfItEndsEarly) {
   const std::string file = put("duration_s = 600\n[[expect]]\nid = 1\nstate = \"running\"\n");
-  EmulatorProcess emulator(arguments(file));
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments(file));
   const auto result = emulator.stop(SIGINT);
   EXPECT_EQ(result.status, 3) << result.out;
   EXPECT_NE(result.out.find("1 expectations were still open at the end"), std::string::npos)

@@ -7,7 +7,6 @@
 
 #include <chrono>
 #include <fstream>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -90,12 +89,6 @@ class MachineTest : public testing::Test {
   const test::TempDirectory own_;
   const std::string directory_ = own_.path().string();
 };
-
-inline std::string text_of(const std::string& file) {
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
-}
 
 /// Returns whether the test has its own kernel, whose clock and scheduler it may disturb.
 inline bool in_user_mode_linux() {

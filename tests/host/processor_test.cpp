@@ -13,8 +13,7 @@ using Processor = MachineTest;
 /// On a busy machine time may slip again later: this is reported as another episode, after the end
 /// of the first.
 TEST_F(Processor, SlipsAndAnswersQueuedFramesAfterAStop) {
-  EmulatorProcess emulator(arguments());
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments());
   Host host(bus_);
   const Reading begin = read_clock();
   ASSERT_TRUE(suspend(emulator));

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <fstream>
 #include <future>
-#include <sstream>
 #include <thread>
 
 #include "tests/host/control_client.hpp"
@@ -103,8 +102,7 @@ void talk_on_both() {
 
 TEST_F(Record, ReplaysIdentically) {
   {
-    EmulatorProcess emulator(arguments());
-    ASSERT_TRUE(emulator.wait_ready());
+    StartedEmulator emulator(arguments());
     talk_on_both();
     const auto result = emulator.stop();
     EXPECT_EQ(result.status, 0) << result.err;
@@ -125,14 +123,12 @@ TEST_F(Record, ReplaysIdentically) {
 /// The second run starts from the ROM that the first one wrote.
 TEST_F(Record, ReplaysFromTheRecordedRom) {
   {
-    EmulatorProcess emulator({"--config", scratch_ + "/robot.toml", "--rom", scratch_ + "/rom"});
-    ASSERT_TRUE(emulator.wait_ready());
+    StartedEmulator emulator({"--config", scratch_ + "/robot.toml", "--rom", scratch_ + "/rom"});
     talk(own_bus(), 3, 3);
     EXPECT_EQ(emulator.stop().status, 0);
   }
   {
-    EmulatorProcess emulator(arguments());
-    ASSERT_TRUE(emulator.wait_ready());
+    StartedEmulator emulator(arguments());
     talk(own_bus(), 3, 3);
     EXPECT_EQ(emulator.stop().status, 0);
   }
@@ -143,8 +139,7 @@ TEST_F(Record, ReplaysFromTheRecordedRom) {
 
 TEST_F(Record, IsValidUpToItsLastLineAfterAKill) {
   {
-    EmulatorProcess emulator(arguments());
-    ASSERT_TRUE(emulator.wait_ready());
+    StartedEmulator emulator(arguments());
     talk_on_both();
     emulator.signal(SIGKILL);
     emulator.wait();
@@ -160,11 +155,10 @@ TEST_F(Record, BlockedDiskDelaysNothingElse) {
   const std::string fifo = scratch_ + "/disk";
   const std::string socket = scratch_ + "/s";
   ASSERT_TRUE(run("mkfifo " + fifo));
-  EmulatorProcess emulator(
+  StartedEmulator emulator(
       {"--bus", own_bus(), "--ids", "1", "--rom", ":memory:", "--control", socket},
       {"env", "LD_PRELOAD=" LKEMU_SLOW_DISK, "LKEMU_SLOW_DISK=" + fifo,
        "LKEMU_SLOW_FILE=" + scratch_ + "/1/frames.log"});
-  ASSERT_TRUE(emulator.wait_ready());
   const auto begin = [&](const std::string& name) {
     return ask(socket, "POST /recording", R"({"directory":")" + scratch_ + "/" + name + "\"}");
   };
@@ -189,19 +183,17 @@ TEST_F(Record, BlockedDiskDelaysNothingElse) {
   std::ofstream(fifo) << std::string(100, '.');
   EXPECT_EQ(emulator.stop().status, 0);
   for (const char* ended : {"1", "2"}) {
-    std::ostringstream inputs;
-    inputs << std::ifstream(scratch_ + "/" + ended + "/directives.jsonl").rdbuf();
-    EXPECT_NE(inputs.str().find("\"end\":true"), std::string::npos) << ended << inputs.str();
+    const std::string inputs = text_of(scratch_ + "/" + ended + "/directives.jsonl");
+    EXPECT_NE(inputs.find("\"end\":true"), std::string::npos) << ended << inputs;
   }
 }
 
 TEST_F(Record, RequiresAnEmptyDirectory) {
   fs::create_directory(directory());
   std::ofstream(directory() + "/mine") << "precious";
-  const auto result = EmulatorProcess(arguments()).wait();
-  EXPECT_EQ(result.status, 2);
-  EXPECT_EQ(result.err,
-            "lk-emu: " + directory() + " is not empty; a recording needs a directory of its own\n");
+  expect_refused(
+      EmulatorProcess(arguments()),
+      "lk-emu: " + directory() + " is not empty; a recording needs a directory of its own\n");
 }
 
 }  // namespace record_test

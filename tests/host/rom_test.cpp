@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "tests/host/emulator_process.hpp"
 #include "tests/host/host.hpp"
@@ -39,16 +38,9 @@ class Rom : public testing::Test {
   const std::string directory_ = own_.path().string();
 };
 
-std::string text_of(const std::string& file) {
-  std::stringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
-}
-
 TEST_F(Rom, KeepsRomGainsButNotRamGains) {
   {
-    EmulatorProcess emulator(arguments());
-    ASSERT_TRUE(emulator.wait_ready());
+    StartedEmulator emulator(arguments());
     Host host(own_bus());
     EXPECT_EQ(host.query(1, kPidToRom), kPidToRom);
     EXPECT_EQ(host.query(2, kPidToRam), kPidToRam);
@@ -58,8 +50,7 @@ TEST_F(Rom, KeepsRomGainsButNotRamGains) {
   }
   EXPECT_NE(text_of(file(1)).find("gains = 1\n"), std::string::npos) << text_of(file(1));
   EXPECT_FALSE(fs::exists(file(2)));
-  EmulatorProcess emulator(arguments());
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments());
   Host host(own_bus());
   EXPECT_EQ(host.query(1, kReadPid), kPid);
   EXPECT_EQ(host.query(2, kReadPid), kFactoryPid);
@@ -68,8 +59,7 @@ TEST_F(Rom, KeepsRomGainsButNotRamGains) {
 TEST_F(Rom, AppliesTheZeroAfterRestart) {
   Payload written{};
   {
-    EmulatorProcess emulator(arguments());
-    ASSERT_TRUE(emulator.wait_ready());
+    StartedEmulator emulator(arguments());
     Host host(own_bus());
     const auto reply = host.query(1, kWriteZero);
     ASSERT_TRUE(reply);
@@ -79,8 +69,7 @@ TEST_F(Rom, AppliesTheZeroAfterRestart) {
     EXPECT_EQ((*now)[6] | (*now)[7], 0) << "not before the next power-up";
     EXPECT_EQ(emulator.stop().status, 0);
   }
-  EmulatorProcess emulator(arguments());
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments());
   Host host(own_bus());
   const auto reply = host.query(1, kReadEncoder);
   ASSERT_TRUE(reply);
@@ -93,13 +82,11 @@ TEST_F(Rom, AppliesTheZeroAfterRestart) {
 
 TEST_F(Rom, WipeRestoresTheConfiguration) {
   {
-    EmulatorProcess emulator(arguments());
-    ASSERT_TRUE(emulator.wait_ready());
+    StartedEmulator emulator(arguments());
     EXPECT_TRUE(Host(own_bus()).query(1, kPidToRom));
   }
   std::ofstream(file(2)) << "damaged";
-  EmulatorProcess emulator(arguments({"--wipe-rom"}));
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments({"--wipe-rom"}));
   EXPECT_TRUE(emulator.wait_for_log(own_bus() + ":1: ROM wiped, " + file(1) + " removed"));
   EXPECT_TRUE(emulator.wait_for_log(own_bus() + ":2: ROM wiped, " + file(2) + " removed"));
   EXPECT_EQ(Host(own_bus()).query(1, kReadPid), kFactoryPid);
@@ -108,8 +95,7 @@ TEST_F(Rom, WipeRestoresTheConfiguration) {
 
 TEST_F(Rom, IsNotWipedByAFailedStart) {
   {
-    EmulatorProcess emulator(arguments());
-    ASSERT_TRUE(emulator.wait_ready());
+    StartedEmulator emulator(arguments());
     EXPECT_EQ(Host(own_bus()).query(1, kPidToRom), kPidToRom);
     EXPECT_EQ(emulator.stop().status, 0);
   }
@@ -130,24 +116,18 @@ TEST_F(Rom, IsNotWipedByAFailedStart) {
 TEST_F(Rom, RejectsAndKeepsDamagedFiles) {
   std::ofstream(file(2)) << "format = 1\nbus = \"" + own_bus() + "\"\nid = 2\nmotor = 7\n";
   const std::string before = text_of(file(2));
-  const auto result = EmulatorProcess(arguments()).wait();
-  EXPECT_EQ(result.status, 2);
-  EXPECT_EQ(
-      result.err,
+  expect_refused(
+      EmulatorProcess(arguments()),
       "lk-emu: " + file(2) +
           ":4: motor: must be a string (give another --rom DIR, or reset it with --wipe-rom)\n");
   EXPECT_EQ(text_of(file(2)), before);
 }
 
 TEST_F(Rom, NamesTheHolderOfTheDirectory) {
-  EmulatorProcess first(arguments());
-  ASSERT_TRUE(first.wait_ready());
-  const auto second =
-      EmulatorProcess({"--bus", own_bus(1), "--ids", "1", "--rom", directory_}).wait();
-  EXPECT_EQ(second.status, 2);
-  EXPECT_EQ(second.err, "lk-emu: " + directory_ + " is in use by lk-emu (pid " +
-                            std::to_string(first.pid()) +
-                            "); stop it, or give another --rom DIR\n");
+  StartedEmulator first(arguments());
+  expect_refused(EmulatorProcess({"--bus", own_bus(1), "--ids", "1", "--rom", directory_}),
+                 "lk-emu: " + directory_ + " is in use by lk-emu (pid " +
+                     std::to_string(first.pid()) + "); stop it, or give another --rom DIR\n");
   first.signal(SIGKILL);
   first.wait();
   EmulatorProcess third(arguments());
@@ -169,13 +149,11 @@ TEST_F(Rom, DefaultsToTheStateDirectoryPerBus) {
 }
 
 TEST_F(Rom, RequiresAnOptionWithoutADefaultDirectory) {
-  const auto result = EmulatorProcess({"--bus", own_bus(), "--ids", "1"},
-                                      {"env", "-u", "HOME", "-u", "XDG_STATE_HOME"})
-                          .wait();
-  EXPECT_EQ(result.status, 2);
-  EXPECT_EQ(result.err,
-            "lk-emu: no directory for ROM: neither HOME nor XDG_STATE_HOME is set; give --rom DIR, "
-            "or --rom :memory:\n");
+  expect_refused(
+      EmulatorProcess({"--bus", own_bus(), "--ids", "1"},
+                      {"env", "-u", "HOME", "-u", "XDG_STATE_HOME"}),
+      "lk-emu: no directory for ROM: neither HOME nor XDG_STATE_HOME is set; give --rom DIR, "
+      "or --rom :memory:\n");
 }
 
 TEST_F(Rom, InMemoryLeavesNoFiles) {
@@ -184,14 +162,12 @@ TEST_F(Rom, InMemoryLeavesNoFiles) {
   const std::vector<std::string> state = {"env", "-C", directory_, "HOME=" + directory_,
                                           "XDG_STATE_HOME=" + directory_};
   {
-    EmulatorProcess emulator(arguments, state);
-    ASSERT_TRUE(emulator.wait_ready());
+    StartedEmulator emulator(arguments, state);
     EXPECT_EQ(Host(own_bus()).query(1, kPidToRom), kPidToRom);
     EXPECT_EQ(emulator.stop().status, 0);
   }
   EXPECT_TRUE(fs::is_empty(directory_));
-  EmulatorProcess emulator(arguments, state);
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments, state);
   EXPECT_EQ(Host(own_bus()).query(1, kReadPid), kFactoryPid);
 }
 
@@ -209,8 +185,7 @@ class SlowDisk : public Rom {
 };
 
 TEST_F(SlowDisk, DelaysOnlyTheWritingDrive) {
-  EmulatorProcess emulator(arguments(), launcher());
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments(), launcher());
   Host host(own_bus());
   host.send(0x141, kPidToRom);
   host.send(0x141, kReadState2);
@@ -228,8 +203,7 @@ TEST_F(SlowDisk, DelaysOnlyTheWritingDrive) {
 }
 
 TEST_F(SlowDisk, StopWaitsAndAcknowledges) {
-  EmulatorProcess emulator(arguments(), launcher());
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments(), launcher());
   Host host(own_bus());
   host.send(0x141, kPidToRom);
   // When drive 2 has answered this later query, the write is in progress.
@@ -245,8 +219,7 @@ TEST_F(SlowDisk, StopWaitsAndAcknowledges) {
 }
 
 TEST_F(SlowDisk, StopDoesNotWaitForABlockedDisk) {
-  EmulatorProcess emulator(arguments(), launcher());
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments(), launcher());
   Host host(own_bus());
   host.send(0x141, kPidToRom);
   ASSERT_TRUE(host.query(2, kReadState2));
@@ -278,8 +251,7 @@ TEST_F(SlowDisk, VerdictDoesNotWaitForABlockedDisk) {
 }
 
 TEST_F(SlowDisk, SecondSignalEndsTheWait) {
-  EmulatorProcess emulator(arguments(), launcher());
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator(arguments(), launcher());
   Host(own_bus()).send(0x141, kPidToRom);
   ASSERT_TRUE(emulator.wait_for_log("writing"));
   emulator.signal(SIGTERM);

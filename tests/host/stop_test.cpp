@@ -17,8 +17,7 @@ namespace stop_test {
 
 TEST(Stop, SignalsEndTheProgramWithASummary) {
   for (const int number : {SIGTERM, SIGINT}) {
-    EmulatorProcess emulator({"--rom", ":memory:", "--bus", own_bus(), "--ids", "1-4"});
-    ASSERT_TRUE(emulator.wait_ready());
+    StartedEmulator emulator({"--rom", ":memory:", "--bus", own_bus(), "--ids", "1-4"});
     Host host(own_bus());
     EXPECT_TRUE(host.query(3, {0x9C}));
     const auto result = emulator.stop(number);
@@ -29,8 +28,7 @@ TEST(Stop, SignalsEndTheProgramWithASummary) {
 }
 
 TEST(Privileges, AreDroppedForEveryUser) {
-  EmulatorProcess emulator({"--rom", ":memory:", "--bus", own_bus(), "--ids", "1"});
-  ASSERT_TRUE(emulator.wait_ready());
+  StartedEmulator emulator({"--rom", ":memory:", "--bus", own_bus(), "--ids", "1"});
   auto status = process_status(emulator.pid());
   for (const char* set : {"CapInh", "CapPrm", "CapEff", "CapAmb"}) {
     EXPECT_EQ(status[set], "0000000000000000") << set;
@@ -54,8 +52,7 @@ TEST(Privileges, RootRemovesItsFilesFromDirectoriesOfOthers) {
     for (std::vector<std::string> arguments : users) {
       SCOPED_TRACE(arguments.back());
       arguments.insert(arguments.end(), {"--rom", ":memory:", "--ids", "1"});
-      EmulatorProcess emulator(arguments);
-      ASSERT_TRUE(emulator.wait_ready()) << emulator.wait().err;
+      StartedEmulator emulator(arguments);
       EXPECT_EQ(process_status(emulator.pid())["CapEff"], "0000000000000002") << "CAP_DAC_OVERRIDE";
       EXPECT_TRUE(std::filesystem::exists(std::filesystem::symlink_status(place)));
       EXPECT_EQ(emulator.stop().status, 0);
