@@ -1,12 +1,13 @@
 #include "tools/cases/case_batch.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <tuple>
 #include <utility>
 
 #include "emulator/core/scenario/scenario_fleet.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
-#include "tools/cases/case_json.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -26,11 +27,6 @@ void bring_to(ScenarioRun& run, TrafficWatch& watch, SimTime until) {
     run.take_traffic(traffic);
     watch.observe(traffic);
   }
-}
-
-std::string hexadecimal(std::uint8_t byte) {
-  constexpr std::string_view kDigits = "0123456789ABCDEF";
-  return {kDigits[byte >> 4U], kDigits[byte & 0xFU]};
 }
 
 /// The first drive of a fault; the first of its bus if the fault is of the bus.
@@ -59,7 +55,7 @@ void note_fault(CaseRun& one, const ScenarioRun& run) {
   const int id = drive_of(fault, run.bus(fault.bus));
   const auto command = one.watch.command(fault.bus, id);
   one.state = state_of(run.bus(fault.bus), id);
-  one.command = command ? hexadecimal(*command) : "none";
+  one.command = command ? fmt::format("{:02X}", *command) : "none";
 }
 
 }  // namespace

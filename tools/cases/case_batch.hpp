@@ -3,6 +3,7 @@
 /// @file Cases computed side by side from shared beginnings.
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -50,5 +51,12 @@ class CaseBatch {
   std::map<std::string, std::unique_ptr<CaseCourse>> courses_;  // by CaseRequest::group
   std::size_t course_text_ = 0;
 };
+
+// Lines of JSON (docs/reference/formats.md).
+
+std::string results_json(std::span<const CaseRun> cases);
+/// Of a case that was only checked: the drives, the duration and the expectations.
+std::string possible_json(const CaseRun& one);
+std::string impossible_json(std::uint64_t number, const std::string& reason);
 
 }  // namespace lk::emulator

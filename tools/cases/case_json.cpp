@@ -1,8 +1,7 @@
-#include "tools/cases/case_json.hpp"
-
 #include <fmt/format.h>
 
 #include "emulator/core/text.hpp"
+#include "tools/cases/case_batch.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -14,7 +14,6 @@
 #include "emulator/core/start_error.hpp"
 #include "emulator/files/output_file.hpp"
 #include "tools/cases/case_batch.hpp"
-#include "tools/cases/case_json.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -229,9 +230,7 @@ void pair_up(const CLI::App& app, const Raw& raw, Overrides& overrides) {
 }
 
 void check_log_level(const std::string& level) {
-  for (const char* known : kLogLevels) {
-    if (level == known) return;
-  }
+  if (std::ranges::find(kLogLevels, level) != std::end(kLogLevels)) return;
   throw StartError("--log-level: \"" + level +
                    "\" is not one of trace, debug, info, warn, error, off");
 }
@@ -242,12 +241,21 @@ std::int64_t parse_number(const char* option, const std::string& text) {
   const char* last = text.data() + text.size();
   const auto [end, error] = std::from_chars(text.data(), last, number);
   if (error == std::errc::result_out_of_range) {
-    throw StartError(std::string(option) + ": " + text + " is out of range");
+    throw StartError(fmt::format("{}: {} is out of range", option, text));
   }
   if (error != std::errc() || end != last) {
-    throw StartError(std::string(option) + ": \"" + text + "\" is not a whole number");
+    throw StartError(fmt::format("{}: \"{}\" is not a whole number", option, text));
   }
   return number;
+}
+
+/// Parses a bit rate; `problem` says what is wrong with it.
+std::int64_t parse_rate(const char* option, const std::string& text,
+                        std::string (*problem)(std::int64_t)) {
+  const std::int64_t rate = parse_number(option, text);
+  const std::string reason = problem(rate);
+  if (!reason.empty()) throw StartError(fmt::format("{}: {}", option, reason));
+  return rate;
 }
 
 double parse_real(const char* option, const std::string& text) {
@@ -255,7 +263,7 @@ double parse_real(const char* option, const std::string& text) {
   const char* last = text.data() + text.size();
   const auto [end, error] = std::from_chars(text.data(), last, number);
   if (error != std::errc() || end != last || !std::isfinite(number)) {
-    throw StartError(std::string(option) + ": \"" + text + "\" is not a number");
+    throw StartError(fmt::format("{}: \"{}\" is not a number", option, text));
   }
   return number;
 }
@@ -334,16 +342,10 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
     line.overrides.seed = static_cast<std::uint64_t>(seed);
   }
   if (app.count("--bitrate") > 0) {
-    const std::int64_t bitrate = parse_number("--bitrate", raw.bitrate);
-    const std::string problem = bitrate_problem(bitrate);
-    if (!problem.empty()) throw StartError("--bitrate: " + problem);
-    line.overrides.bitrate = bitrate;
+    line.overrides.bitrate = parse_rate("--bitrate", raw.bitrate, bitrate_problem);
   }
   if (app.count("--baud") > 0) {
-    const std::int64_t baud = parse_number("--baud", raw.baud);
-    const std::string problem = baud_problem(baud);
-    if (!problem.empty()) throw StartError("--baud: " + problem);
-    line.overrides.baud = baud;
+    line.overrides.baud = parse_rate("--baud", raw.baud, baud_problem);
   }
   if (app.count("--boot-angle") > 0) {
     line.overrides.boot_angle_deg = parse_real("--boot-angle", raw.boot_angle);

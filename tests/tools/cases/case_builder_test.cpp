@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/tools/cases/cases_support.hpp"
-#include "tools/cases/case_json.hpp"
+#include "tools/cases/case_batch.hpp"
 
 namespace lk::test {
 namespace case_builder_test {
