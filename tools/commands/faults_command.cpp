@@ -18,22 +18,36 @@
 namespace lk::emulator {
 namespace {
 
-/// Returns text like "jitter_ms 0..10000 (0)", "frames replies|queries|both (replies)".
-std::string param_text(const FaultParam& param) {
+/// Returns text like "jitter_ms 0..10000 (0)", "frames replies|queries|both (replies)"; `bar`
+/// stands between choices.
+std::string param_text(const FaultParam& param, std::string_view bar) {
   if (!param.choices.empty()) {
-    return fmt::format("{} {} ({})", param.word, fmt::join(param.choices, "|"),
+    return fmt::format("{} {} ({})", param.word, fmt::join(param.choices, bar),
                        param.choices[static_cast<std::size_t>(param.fallback.choice())]);
   }
   const std::string range = fmt::format("{} {:.9g}..{:.9g}", param.word, param.min, param.max);
   return param.required ? range : range + fmt::format(" ({:g})", param.fallback.number());
 }
 
-std::vector<std::string> params_of(const FaultRow& row) {
+std::vector<std::string> params_of(const FaultRow& row, std::string_view bar = "|") {
   std::vector<std::string> texts;
   for (const FaultParam& param : row.params) {
-    if (!param.word.empty()) texts.push_back(param_text(param));
+    if (!param.word.empty()) texts.push_back(param_text(param, bar));
   }
   return texts;
+}
+
+/// Returns the text of all faults, with a heading before each group.
+std::string grouped(std::string (*heading)(FaultGroup group),
+                    std::string (*text)(const FaultRow&)) {
+  std::string all;
+  const FaultRow* before = nullptr;
+  for (const FaultRow& row : fault_table()) {
+    if (before == nullptr || row.group != before->group) all += heading(row.group);
+    all += text(row);
+    before = &row;
+  }
+  return all;
 }
 
 std::string scope_of(const FaultRow& row) {
@@ -58,19 +72,16 @@ std::string example(const FaultRow& row) {
 }  // namespace
 
 std::string list_faults() {
-  std::string text;
-  FaultGroup group{};
-  bool first = true;
-  for (const FaultRow& row : fault_table()) {
-    if (first || row.group != group)
-      text += fmt::format("{}{}\n", first ? "" : "\n", to_string(row.group));
-    group = row.group;
-    first = false;
-    text += fmt::format("  {:<20} {}\n", row.word, row.about.en);
-    for (const std::string& param : params_of(row))
-      text += fmt::format("  {:<20}   {}\n", "", param);
-  }
-  return text +
+  const std::string groups =
+      grouped([](FaultGroup group) { return fmt::format("\n{}\n", to_string(group)); },
+              [](const FaultRow& row) {
+                std::string text = fmt::format("  {:<20} {}\n", row.word, row.about.en);
+                for (const std::string& param : params_of(row)) {
+                  text += fmt::format("  {:<20}   {}\n", "", param);
+                }
+                return text;
+              });
+  return groups.substr(1) +  // without the line before the first group
          "\nValues in brackets are defaults. For how to set faults see docs/reference/events.md.\n";
 }
 
@@ -82,29 +93,16 @@ std::string describe_fault(const FaultRow& row) {
 }
 
 std::string fault_page() {
-  std::string text;
-  FaultGroup group{};
-  bool first = true;
-  for (const FaultRow& row : fault_table()) {
-    if (first || row.group != group) {
-      text += fmt::format(
-          "\n### {}\n\n| fault | does | parameters (default) | of |\n|---|---|---|---|\n",
-          to_string(row.group));
-    }
-    group = row.group;
-    first = false;
-    std::string params;
-    for (const std::string& param : params_of(row)) {
-      std::string cell = param;
-      for (std::size_t bar = cell.find('|'); bar != std::string::npos;
-           bar = cell.find('|', bar + 2)) {
-        cell.replace(bar, 1, "\\|");
-      }
-      params += (params.empty() ? "" : "<br>") + cell;
-    }
-    text += fmt::format("| `{}` | {} | {} | {} |\n", row.word, row.about.en, params, scope_of(row));
-  }
-  return text;
+  return grouped(
+      [](FaultGroup group) {
+        return fmt::format(
+            "\n### {}\n\n| fault | does | parameters (default) | of |\n|---|---|---|---|\n",
+            to_string(group));
+      },
+      [](const FaultRow& row) {
+        return fmt::format("| `{}` | {} | {} | {} |\n", row.word, row.about.en,
+                           fmt::join(params_of(row, "\\|"), "<br>"), scope_of(row));
+      });
 }
 
 namespace {
