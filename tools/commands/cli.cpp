@@ -103,13 +103,13 @@ void add_options(CLI::App& app, Raw& raw) {
                  "directory for the ROM of the drives, or :memory: to keep nothing (default "
                  "lk-emu/BUS in the user's state directory)")
       ->type_name("DIR");
-  app.add_flag("--wipe-rom", raw.line.rom.wipe,
+  app.add_flag("--wipe-rom", raw.line.run.rom.wipe,
                "remove the ROM files of these drives first: they start as configured");
   app.add_option("--record", raw.record, "directory to record into, for lk-emu replay")
       ->type_name("DIR");
-  app.add_flag("--create-bus", raw.line.create_bus,
+  app.add_flag("--create-bus", raw.line.run.create_buses,
                "create missing interfaces as vcan and bring them up (needs CAP_NET_ADMIN)");
-  app.add_flag("--real-bus", raw.line.real_bus,
+  app.add_flag("--real-bus", raw.line.run.real_bus,
                "allow interfaces that are not virtual (vcan, vxcan); no real drive on them may "
                "have one of the IDs");
   app.add_flag("--check", raw.line.check,
@@ -125,7 +125,7 @@ void add_options(CLI::App& app, Raw& raw) {
   app.add_option("--junit", raw.junit, "write the scenario's verdict as JUnit XML")
       ->type_name("FILE");
   app.add_flag(
-      "--strict", raw.line.strict,
+      "--strict", raw.line.run.strict,
       "exit with status 1 if there is advice about the host (docs/guides/host-mistakes.md)");
   add_language_option(app, raw.language);
   app.add_option("--control", raw.control,
@@ -150,7 +150,7 @@ void add_options(CLI::App& app, Raw& raw) {
                  "while no simulator is connected: free = the drives keep running (default), stop "
                  "= time is stopped")
       ->type_name("WHAT");
-  app.add_flag("--end-with-stdin", raw.line.end_with_input,
+  app.add_flag("--end-with-stdin", raw.line.run.end_with_input,
                "stop when standard input ends (a pipe from the parent process)");
   app.add_option("--log-level", raw.line.log_level,
                  "trace, debug, info, warn, error or off (default info)")
@@ -333,52 +333,53 @@ std::optional<ShaftOptions> read_shafts(const CLI::App& app, const Raw& raw) {
 
 CommandLine gather(const CLI::App& app, Raw& raw) {
   CommandLine& line = raw.line;
-  pair_up(app, raw, line.overrides);
-  if (app.count("--motor") > 0) line.overrides.motor = raw.motor;
+  RunOptions& run = line.run;
+  pair_up(app, raw, run.overrides);
+  if (app.count("--motor") > 0) run.overrides.motor = raw.motor;
   if (app.count("--config") > 0) line.config_file = raw.config;
   if (app.count("--seed") > 0) {
     const std::int64_t seed = parse_number("--seed", raw.seed);
     if (seed < 0) throw StartError("--seed: " + raw.seed + " is negative");
-    line.overrides.seed = static_cast<std::uint64_t>(seed);
+    run.overrides.seed = static_cast<std::uint64_t>(seed);
   }
   if (app.count("--bitrate") > 0) {
-    line.overrides.bitrate = parse_rate("--bitrate", raw.bitrate, bitrate_problem);
+    run.overrides.bitrate = parse_rate("--bitrate", raw.bitrate, bitrate_problem);
   }
   if (app.count("--baud") > 0) {
-    line.overrides.baud = parse_rate("--baud", raw.baud, baud_problem);
+    run.overrides.baud = parse_rate("--baud", raw.baud, baud_problem);
   }
   if (app.count("--boot-angle") > 0) {
-    line.overrides.boot_angle_deg = parse_real("--boot-angle", raw.boot_angle);
+    run.overrides.boot_angle_deg = parse_real("--boot-angle", raw.boot_angle);
   }
-  if (app.count("--rom") > 0) read_rom_option(raw.rom, line.rom);
+  if (app.count("--rom") > 0) read_rom_option(raw.rom, run.rom);
   const auto clock = parse_clock_mode(raw.clock);
   if (!clock) {
     throw StartError("--clock: \"" + raw.clock +
                      "\" is not one of realtime, stepped and x0.001 to x1000");
   }
-  line.clock = *clock;
+  run.clock = *clock;
   if (app.count("--scenario") > 0) line.scenario = raw.scenario;
   if (app.count("--junit") > 0) {
     if (!line.scenario) throw StartError("--junit: belongs to --scenario");
-    line.junit = raw.junit;
+    run.junit = raw.junit;
   }
-  if (app.count("--control") > 0) line.control.socket = raw.control;
-  if (app.count("--http") > 0) line.control.http = parse_http_address(raw.http);
+  if (app.count("--control") > 0) run.control.socket = raw.control;
+  if (app.count("--http") > 0) run.control.http = parse_http_address(raw.http);
   if (app.count("--http-token") > 0) {
-    if (!line.control.http) throw StartError("--http-token: belongs to --http");
-    line.control.open_to_others = raw.http_token == "none";
-    if (!line.control.open_to_others) line.control.token_file = raw.http_token;
+    if (!run.control.http) throw StartError("--http-token: belongs to --http");
+    run.control.open_to_others = raw.http_token == "none";
+    if (!run.control.open_to_others) run.control.token_file = raw.http_token;
   }
-  check_reach(line.control);
-  if (raw.http_write && !line.control.http) throw StartError("--http-write: belongs to --http");
-  line.control.pages_may_write = raw.http_write;
-  line.control.page_language = raw.language;
-  line.shafts = read_shafts(app, raw);
+  check_reach(run.control);
+  if (raw.http_write && !run.control.http) throw StartError("--http-write: belongs to --http");
+  run.control.pages_may_write = raw.http_write;
+  run.control.page_language = raw.language;
+  run.shafts = read_shafts(app, raw);
   if (app.count("--record") > 0) {
     if (raw.record.empty()) throw StartError("--record: needs a directory");
-    line.record = raw.record;
+    run.record = raw.record;
   }
-  line.language = chosen_language(raw.language);
+  run.language = chosen_language(raw.language);
   check_log_level(line.log_level);
   return line;
 }
@@ -398,19 +399,18 @@ std::shared_ptr<CLI::App> program_app() {
   return {made, &made->app};
 }
 
-std::vector<BusConfig> load_config(const CommandLine& command_line, ConfigTexts* texts) {
-  ConfigTexts unwanted;
-  ConfigTexts& read = texts != nullptr ? *texts : unwanted;
+std::vector<BusConfig> load_config(CommandLine& command_line) {
+  const Overrides& overrides = command_line.run.overrides;
+  ConfigTexts& read = command_line.run.texts;
   const FindProfile find_profile = profile_finder(read.motors);
   try {
-    if (!command_line.config_file && command_line.overrides.buses.empty() && !command_line.check) {
+    if (!command_line.config_file && overrides.buses.empty() && !command_line.check) {
       throw StartError(bus_offer());
     }
-    if (!command_line.config_file) return default_config(command_line.overrides, find_profile);
+    if (!command_line.config_file) return default_config(overrides, find_profile);
     read.config_file = meant_file(kRobots, command_line.config_file->string()).string();
     read.config = read_regular_file(read.config_file, kLongestText);
-    return parse_config(*read.config, read.config_file, command_line.overrides, find_profile,
-                        body_loader());
+    return parse_config(*read.config, read.config_file, overrides, find_profile, body_loader());
   } catch (const ConfigError& problem) {
     throw StartError(problem.what());
   } catch (const UnknownMotor& problem) {

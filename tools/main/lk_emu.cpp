@@ -9,14 +9,12 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
-#include <optional>
 #include <string_view>
 #include <utility>
 
 #include "emulator/core/start_error.hpp"
 #include "emulator/core/text.hpp"
 #include "emulator/io/program/config_listing.hpp"
-#include "emulator/io/program/daemon.hpp"
 #include "emulator/monitor/scenario/scenario_runner.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
@@ -41,34 +39,20 @@ int run(int argc, char** argv) {
       return lk::emulator::run_complete(arguments);
     }
   }
-  const auto command_line = lk::emulator::parse_command_line(argc, argv);
+  auto command_line = lk::emulator::parse_command_line(argc, argv);
   if (!command_line) return 0;
   start_logging(command_line->log_level);
-  lk::emulator::ConfigTexts texts;
-  auto buses = lk::emulator::load_config(*command_line, &texts);
-  std::optional<lk::emulator::Scenario> scenario;
+  auto buses = lk::emulator::load_config(*command_line);
+  lk::emulator::RunOptions& options = command_line->run;
   if (command_line->scenario) {
-    scenario = lk::emulator::load_live_scenario(*command_line->scenario, buses);
+    options.scenario = lk::emulator::load_live_scenario(*command_line->scenario, buses);
   }
   if (command_line->check) {
-    lk::emulator::load_rom_read_only(command_line->rom, buses);
+    lk::emulator::load_rom_read_only(options.rom, buses);
     std::fputs(lk::emulator::describe_run(buses).c_str(), stdout);
     return 0;
   }
-  lk::emulator::Daemon daemon(std::move(buses), {.create_buses = command_line->create_bus,
-                                                 .real_bus = command_line->real_bus,
-                                                 .rom = command_line->rom,
-                                                 .clock = command_line->clock,
-                                                 .control = command_line->control,
-                                                 .shafts = command_line->shafts,
-                                                 .scenario = std::move(scenario),
-                                                 .junit = command_line->junit,
-                                                 .record = command_line->record,
-                                                 .language = command_line->language,
-                                                 .strict = command_line->strict,
-                                                 .end_with_input = command_line->end_with_input,
-                                                 .overrides = command_line->overrides,
-                                                 .texts = std::move(texts)});
+  lk::emulator::Daemon daemon(std::move(buses), options);
   return daemon.run();
 }
 

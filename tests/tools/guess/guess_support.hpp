@@ -113,7 +113,7 @@ inline std::vector<emulator::BusConfig> started(const std::string& command) {
   for (const std::string& word : words) arguments.push_back(word.c_str());
   const auto line =
       emulator::parse_command_line(static_cast<int>(arguments.size()), arguments.data());
-  return emulator::default_config(line.value().overrides, profile);
+  return emulator::default_config(line.value().run.overrides, profile);
 }
 
 }  // namespace lk::test
