@@ -31,7 +31,7 @@ emulator::ServoConfig servo_of(const std::string& motor) {
 /// Two hosts find the end stops of MG4005 joints this way: 0xA2 towards the stop until iq exceeds a
 /// threshold. Observed settings, sent by 0x31 before: speed Kp 30, Ki 0, 750 dps, 4.0 A; an older
 /// host Kp 10, 1000 dps, 1.0 A.
-TEST(Hosts, PushesIntoAStopAsItsHostsExpect) {
+TEST(Hosts, PushesAgainstAnEndStopWithTheExpectedCurrent) {
   struct Calibration {
     std::uint8_t speed_kp;
     double speed_dps, least_A;
@@ -69,7 +69,7 @@ double rise_ms(const std::string& motor, int speed_kp, double speed_dps) {
 
 /// Without the current ramp (0 in the vendor's tool) a step to 1500 rotor dps takes at most 3.0 ms.
 /// With a ramp of 25 A/s it took 30.5 ms. The step depends on the speed Kp.
-TEST(NoRamp, StepsAreAsQuickAsTheMotorAndTellGainsApart) {
+TEST(NoRamp, StepTimeDependsOnTheSpeedGain) {
   EXPECT_LT(rise_ms("mg4005", 50, 1500), 3.0);
   double before_ms = 1e9;
   for (const int kp : {5, 20, 40, 100}) {
@@ -82,7 +82,7 @@ TEST(NoRamp, StepsAreAsQuickAsTheMotorAndTellGainsApart) {
 /// The reported speed of a real MS4015 lags its encoder by 1.0 ms; assumed equal for drives with 18
 /// bits. On a ramp of 20000 dps/s, 1 ms is 20 dps. The speed step of 5.5 dps averages to a tenth
 /// over a hundred samples.
-TEST(Telemetry, SpeedIsOneMillisecondBehindTheEncoder) {
+TEST(Telemetry, SpeedLagsTheEncoderByOneMillisecond) {
   constexpr int kRamp_dps_s = 20'000;
   emulator::ServoConfig servo = servo_of("mg4005-14p");
   servo.rom.acceleration_dps_s = kRamp_dps_s;
@@ -102,7 +102,7 @@ TEST(Telemetry, SpeedIsOneMillisecondBehindTheEncoder) {
 /// A drive with an 18-bit encoder whose field spans an output turn gets 0xA4 1078.44° at encoder
 /// 19631 after power-up, and does not move. If it counted from the rotor's own turn, it would make
 /// three turns.
-TEST(Angles, HoldStillWhereTheEncoderOfTheOutputSaysTheyAre) {
+TEST(Angles, FollowTheOutputEncoderAfterPowerUp) {
   emulator::ServoConfig servo = servo_of("mg4005-14p");
   servo.generation = emulator::Generation::kLegacy;
   servo.quirks = emulator::quirks_of(emulator::Generation::kLegacy);
@@ -139,7 +139,7 @@ double sag_deg(const model::GainBytes& gains) {
 /// A robot with twelve MG5010 and 0xA4 stands 207 mm high instead of 220. Its gains are unknown;
 /// the test shows which gains would explain this. With integrators there is no deflection. Without,
 /// angle Kp and speed Kp act as one spring: τ/(N·η·k_t·K_a·K_s).
-TEST(PositionLoop, GivesWayUnderALoadAsItsGainsSay) {
+TEST(PositionLoop, DeflectsUnderLoadByItsGains) {
   model::GainBytes gains = profile("mg5010").factory.gains;
   EXPECT_NEAR(sag_deg(gains), 0, 0.02);
   gains.angle_ki = gains.speed_ki = 0;

@@ -13,7 +13,7 @@
 namespace lk::test {
 namespace joint_figures_test {
 
-TEST(JointFigures, AreThoseOfTheLog) {
+TEST(JointFigures, MatchTheLog) {
   for (const JointFigure& figure : joint_figures()) {
     const Band band = emulated_band(figure);
     EXPECT_LE(band.low - figure.apart, figure.real.high)
@@ -70,7 +70,7 @@ TEST(JointFigures, HaveTheSpectrumOfTheLog) {
   }
   const Band band = bootstrap_band(shares, kJoints);
   EXPECT_GE(band.high, 0.41);
-  EXPECT_LE(band.low, 0.41 + 0.25) << "what is not known has not become more";
+  EXPECT_LE(band.low, 0.41 + 0.25) << "the unexplained part has not grown";
   EXPECT_GT(mean(iq_14), 2 * mean(iq_elsewhere));
 }
 

@@ -117,7 +117,7 @@ TEST(JointStart, RingsLikeTheLog) {
 }
 
 /// The log has −18 dps one sample after full speed: within the range of moves with its jitter.
-TEST(JointStop, IsAsSlowAsTheLogAfterOneSample) {
+TEST(JointStop, HasTheSpeedOfTheLogAfterOneSample) {
   std::vector<double> speed_dps;
   for (const JointLog& log : joint_moves()) {
     speed_dps.push_back(-log.samples[log.stop_begins].speed_dps);

@@ -13,7 +13,7 @@ const std::map<std::string, double> kPrintedNoLoadRpm{
     {"mh9025", 280},    {"mg4005", 320},  {"mg4010", 320},  {"mg5010", 320},     {"mg6010", 505},
     {"mg6012-i8", 310}, {"mg8008", 220},  {"mg8016", 300}};
 
-TEST(Print, RunFreeAtThePrintedSpeed) {
+TEST(Print, MotorsReachTheirNoLoadSpeed) {
   std::size_t checked = 0;
   for (const std::vector<NamedDrive>& group : profiles_by_rate()) {
     DriveBank bank = bank_of(group);
@@ -44,7 +44,7 @@ TEST(Print, RunFreeAtThePrintedSpeed) {
 }
 
 /// Motors whose printed rated point is at the voltage limit: requirement 3 %.
-TEST(Print, TurnAtTheRatedSpeedWithTheRatedTorque) {
+TEST(Print, MotorsReachTheirRatedPoint) {
   for (const NamedDrive& drive : all_profiles()) {
     if (drive.name != "ms3506" && drive.name != "mh9025") continue;
     const emulator::Rating rating = lk::test::profile(drive.name).rating;
@@ -62,7 +62,7 @@ TEST(Print, TurnAtTheRatedSpeedWithTheRatedTorque) {
 
 /// Reported motor temperature an hour after power-up at 25 °C ambient: real drives show 31 to 42 °C
 /// at rest.
-TEST(Print, AreWarmAtRest) {
+TEST(Print, MotorsAreWarmAtRest) {
   for (const NamedDrive& drive : all_profiles()) {
     DriveInit init = drive.init;
     // Small heat capacities shorten the hour to two seconds; the end state is unchanged.
@@ -78,7 +78,7 @@ TEST(Print, AreWarmAtRest) {
   }
 }
 
-TEST(Print, BootAtTheTemperatureTheyAreGiven) {
+TEST(Print, MotorsStartAtTheGivenTemperature) {
   DriveInit init = all_profiles().front().init;
   init.temp = -10.0;
   DriveBank bank(std::span(&init, 1));
@@ -88,7 +88,7 @@ TEST(Print, BootAtTheTemperatureTheyAreGiven) {
   EXPECT_NEAR(bank.truth(0).temp_stage, -10.0, 1e-3);
 }
 
-TEST(Print, CoverEveryRowOfTheTable) {
+TEST(Print, TableNamesShippedMotors) {
   std::vector<std::string> names;
   for (const NamedDrive& drive : all_profiles()) {
     names.push_back(drive.name);

@@ -24,11 +24,6 @@ using fuzz::require;
 
 constexpr SimTime kMaxCompared = std::chrono::milliseconds(20);  // of simulated time
 
-void check_reason(const ConfigError& problem) {
-  const std::string reason = problem.what();
-  require(!reason.empty() && reason.find('\n') == std::string::npos);
-}
-
 BusConfig bus_of(std::uint8_t settings, protocol::Framing framing) {
   BusConfig bus;
   bus.interface = "vcan0";
@@ -86,15 +81,7 @@ void check_input(const std::string& line, const BusConfig& bus) {
       restored_rom(*rom, "vcan0", bus.servos.front());
     }
   } catch (const ConfigError& problem) {
-    check_reason(problem);
-  }
-}
-
-void check_inputs(std::string_view text, const BusConfig& bus) {
-  while (!text.empty()) {
-    const std::size_t end = text.find('\n');
-    check_input(std::string(text.substr(0, end)), bus);
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    fuzz::require_one_line(problem.what());
   }
 }
 
@@ -108,12 +95,8 @@ void decode(std::uint8_t settings, std::string_view text) {
   options.language = (settings & 64U) != 0 ? Language::kChinese : Language::kEnglish;
   Decoder decoder(options);
   std::string out;
-  std::uint64_t lines = 0;
-  for (; !text.empty(); ++lines) {
-    const std::size_t end = text.find('\n');
-    out += decoder.take(text.substr(0, end));
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-  }
+  const std::uint64_t lines =
+      fuzz::for_each_line(text, [&](auto line) { out += decoder.take(line); });
   out += decoder.finish();
   for (const char c : out) require(c == '\n' || static_cast<unsigned char>(c) >= 0x20);
   const DecodeSummary& summary = decoder.summary();
@@ -135,12 +118,8 @@ void decode(std::uint8_t settings, std::string_view text) {
 void guess(std::uint8_t settings, std::string_view text) {
   Guesser guesser({.json = (settings & 32U) != 0,
                    .language = (settings & 64U) != 0 ? Language::kChinese : Language::kEnglish});
-  std::uint64_t lines = 0;
-  for (; !text.empty(); ++lines) {
-    const std::size_t end = text.find('\n');
-    require(guesser.take(text.substr(0, end)).empty());
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-  }
+  const std::uint64_t lines =
+      fuzz::for_each_line(text, [&](auto line) { require(guesser.take(line).empty()); });
   const std::string out = guesser.finish();
   for (const char c : out) require(c == '\n' || static_cast<unsigned char>(c) >= 0x20);
   require(guesser.frames() + guesser.bad_lines() <= lines && guesser.buses().size() <= 32);
@@ -167,7 +146,8 @@ void check(std::uint8_t settings, const std::string& text) {
     return;
   }
   if ((settings & 4U) != 0) {
-    check_inputs(text, bus_of(settings, protocol::Framing::kCan));
+    const BusConfig bus = bus_of(settings, protocol::Framing::kCan);
+    fuzz::for_each_line(text, [&](auto line) { check_input(std::string(line), bus); });
     return;
   }
   try {
@@ -177,7 +157,7 @@ void check(std::uint8_t settings, const std::string& text) {
       compare(log, bus_of(settings, protocol::framing_of(log.front().frame)));
     }
   } catch (const ConfigError& problem) {
-    check_reason(problem);
+    fuzz::require_one_line(problem.what());
   }
 }
 

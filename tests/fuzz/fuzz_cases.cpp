@@ -67,7 +67,7 @@ void check(const std::string& text) {
       require(*problem.what() != '\0');
       continue;
     } catch (const ConfigError& problem) {
-      require(std::string_view(problem.what()).find('\n') == std::string_view::npos);
+      fuzz::require_one_line(problem.what());
       continue;
     }
     CaseRequest& request = requests.back();

@@ -29,40 +29,40 @@ void check_frame(const Frame& frame) {
   require(frame.id <= (frame.extended ? protocol::kMaxExtendedId : protocol::kMaxStandardId));
 }
 
-struct Said {
+struct Results {
   ParsedInput parsed;
   std::vector<Frame> jobs;
   std::string shown;
 };
 
-Said say(ClientProtocol& client, std::span<const std::uint8_t> bytes, std::size_t slice) {
-  Said said;
+Results talk(ClientProtocol& client, std::span<const std::uint8_t> bytes, std::size_t slice) {
+  Results results;
   while (!bytes.empty()) {
     const std::size_t size = std::min(slice, bytes.size());
-    client.parse(bytes.first(size), kNow, said.parsed);
+    client.parse(bytes.first(size), kNow, results.parsed);
     bytes = bytes.subspan(size);
   }
   // After the input, so that its settings are in effect.
   Frame frame{.id = 0x141, .dlc = 8};
   for (const FrameKind kind : {FrameKind::kData, FrameKind::kRemote, FrameKind::kError}) {
     frame.kind = kind;
-    client.encode(frame, kNow, said.shown);
+    client.encode(frame, kNow, results.shown);
   }
   if (const auto due = client.next_due()) {
     require(*due >= kNow);
-    client.take_due(*due, said.jobs);
-    require(!said.jobs.empty() && said.jobs.size() <= Socketcand::kMaxJobs);
+    client.take_due(*due, results.jobs);
+    require(!results.jobs.empty() && results.jobs.size() <= Socketcand::kMaxJobs);
     require(*client.next_due() > *due);
   }
-  return said;
+  return results;
 }
 
 template <class Make>
 void check_protocol(std::span<const std::uint8_t> bytes, std::size_t slice, Make make) {
   const std::unique_ptr<ClientProtocol> one = make();
   const std::unique_ptr<ClientProtocol> other = make();
-  const Said at_once = say(*one, bytes, std::max<std::size_t>(bytes.size(), 1));
-  const Said in_slices = say(*other, bytes, slice);
+  const Results at_once = talk(*one, bytes, std::max<std::size_t>(bytes.size(), 1));
+  const Results in_slices = talk(*other, bytes, slice);
   require(at_once.parsed.frames == in_slices.parsed.frames);
   require(at_once.parsed.response == in_slices.parsed.response);
   require(at_once.parsed.malformed == in_slices.parsed.malformed);

@@ -32,11 +32,6 @@ void run(const BusConfig& config) {
   bus.advance_to(kRun);
 }
 
-/// An error message has one line.
-void check_reason(const std::string& reason) {
-  require(!reason.empty() && reason.find('\n') == std::string::npos);
-}
-
 void check(std::string text) {
   const std::string config = fuzz::take_part(text);
   const FindMotorFile find_file = [&](const std::string& name) -> MotorFile {
@@ -54,11 +49,11 @@ void check(std::string text) {
     if (drives > kMaxDrives) return;
     for (const BusConfig& bus : buses) run(bus);
   } catch (const ConfigError& problem) {
-    check_reason(problem.what());
+    fuzz::require_one_line(problem.what());
   } catch (const UnknownMotor& problem) {
-    check_reason(problem.what());
+    fuzz::require_one_line(problem.what());
   } catch (const std::invalid_argument& problem) {
-    check_reason(problem.what());
+    fuzz::require_one_line(problem.what());
   }
 }
 

@@ -45,8 +45,7 @@ void check(std::uint8_t settings, const std::string& text) {
   try {
     read_rom(text, "rom.toml", "vcan0", servo);
   } catch (const ConfigError& problem) {
-    const std::string reason = problem.what();
-    require(!reason.empty() && reason.find('\n') == std::string::npos);
+    fuzz::require_one_line(problem.what());
     require(servo.rom == before.rom && servo.wear == before.wear);
     return;
   }

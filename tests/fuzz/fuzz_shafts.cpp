@@ -22,25 +22,25 @@ using fuzz::require;
 constexpr SimTime kStep = std::chrono::milliseconds(1);
 constexpr std::size_t kMaxStates = 20;
 
-struct Heard {
+struct Messages {
   std::vector<ShaftAccept> accepts;
   std::vector<ShaftStates> states;
   std::string wrong;
 };
 
-Heard hear(std::span<const std::uint8_t> bytes, std::uint32_t joints, std::size_t slice) {
+Messages read(std::span<const std::uint8_t> bytes, std::uint32_t joints, std::size_t slice) {
   ShaftReader reader(joints);
-  Heard heard;
-  while (!bytes.empty() && heard.wrong.empty()) {
+  Messages messages;
+  while (!bytes.empty() && messages.wrong.empty()) {
     const std::size_t size = std::min({slice, reader.bytes_missing(), bytes.size()});
     require(size > 0);
     auto message = reader.take(bytes.first(size));
     bytes = bytes.subspan(size);
-    if (auto* accept = std::get_if<ShaftAccept>(&message)) heard.accepts.push_back(*accept);
-    if (auto* states = std::get_if<ShaftStates>(&message)) heard.states.push_back(*states);
-    if (auto* wrong = std::get_if<std::string>(&message)) heard.wrong = *wrong;
+    if (auto* accept = std::get_if<ShaftAccept>(&message)) messages.accepts.push_back(*accept);
+    if (auto* states = std::get_if<ShaftStates>(&message)) messages.states.push_back(*states);
+    if (auto* wrong = std::get_if<std::string>(&message)) messages.wrong = *wrong;
   }
-  return heard;
+  return messages;
 }
 
 /// Runs one drive on the first joint with the accepted states.
@@ -73,8 +73,8 @@ void check(std::span<const std::uint8_t> bytes) {
   const std::uint32_t joints = 1U + (bytes.front() & 3U);
   const std::size_t slice = 1U + (bytes.front() >> 2U);
   bytes = bytes.subspan(1);
-  const Heard at_once = hear(bytes, joints, std::max<std::size_t>(bytes.size(), 1));
-  const Heard in_slices = hear(bytes, joints, slice);
+  const Messages at_once = read(bytes, joints, std::max<std::size_t>(bytes.size(), 1));
+  const Messages in_slices = read(bytes, joints, slice);
   require(at_once.wrong == in_slices.wrong);
   require(at_once.accepts.size() == in_slices.accepts.size());
   require(at_once.states.size() == in_slices.states.size());

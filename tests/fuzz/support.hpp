@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <span>
+#include <string_view>
 
 namespace lk::fuzz {
 
@@ -14,6 +15,23 @@ inline void require(bool condition, int line = __builtin_LINE()) {
   if (condition) return;
   std::fprintf(stderr, "line %d of the harness: does not hold\n", line);
   std::abort();
+}
+
+/// A message of an error has one line.
+inline void require_one_line(std::string_view message) {
+  require(!message.empty() && message.find('\n') == std::string_view::npos);
+}
+
+/// Calls `take` with each line of a text; returns their number.
+template <class Take>
+std::uint64_t for_each_line(std::string_view text, Take take) {
+  std::uint64_t lines = 0;
+  for (; !text.empty(); ++lines) {
+    const std::size_t end = text.find('\n');
+    take(text.substr(0, end));
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  }
+  return lines;
 }
 
 /// Reads the bytes of an input in order; after its end come zeros.
