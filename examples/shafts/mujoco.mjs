@@ -36,7 +36,7 @@ function message(kind, joints, recordBytes, what, number) {
 
 async function next(stream, kind) {
   const {value, done} = await stream.next();
-  if (done) throw new Error("lk-emu has hung up");
+  if (done) throw new Error("lk-emu closed the connection");
   if (value.readUInt32LE(8) === END) throw new Error("lk-emu: " + value.toString("utf8", HEAD, HEAD + value.readUInt32LE(20)));
   if (value.readUInt32LE(8) !== kind) throw new Error("lk-emu sent a message of kind " + value.readUInt32LE(8));
   return value;

@@ -119,7 +119,7 @@ int connect_to(const std::string& path) {
 void read_all(int fd, unsigned char* to, std::size_t size) {
   while (size > 0) {
     const ssize_t got = ::read(fd, to, size);
-    if (got <= 0) throw std::runtime_error("lk-emu has hung up");
+    if (got <= 0) throw std::runtime_error("lk-emu closed the connection");
     to += got;
     size -= static_cast<std::size_t>(got);
   }
@@ -152,7 +152,7 @@ Bytes message(std::uint32_t kind, std::uint32_t what, std::uint64_t number) {
 
 void write_all(int fd, const Bytes& bytes) {
   if (::write(fd, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) {
-    throw std::runtime_error("lk-emu has hung up");
+    throw std::runtime_error("lk-emu closed the connection");
   }
 }
 

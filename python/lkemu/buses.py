@@ -95,7 +95,7 @@ def can_args(bus: str) -> Dict[str, Any]:
         return {"interface": "udp_multicast", "channel": address, "port": int(port), "hop_limit": 0}
     if scheme == "socketcand":
         return {"interface": "socketcand", "channel": "can0", "host": host.strip("[]"), "port": int(port)}
-    raise Error(f"{bus}: docs/guides/buses.md tells how to get on it")
+    raise Error(f"{bus}: docs/guides/buses.md says how to connect")
 
 
 def check_can_support() -> None:

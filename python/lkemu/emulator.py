@@ -115,7 +115,7 @@ class Emulator:
     def start(self) -> "Emulator":
         """Starts lk-emu and waits until its drives can answer. Raises StartError."""
         if self._process is not None:
-            raise StartError("this lk-emu runs already, or has run: make another Emulator")
+            raise StartError("an Emulator starts only once: make another one")
         program = find_program(self._program)
         claim = None
         if self.options.wants_free_bus:

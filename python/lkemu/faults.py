@@ -115,7 +115,7 @@ class Fault:
         for evidence in self._emulator.faults():
             if (evidence.bus, evidence.name) == (self.bus, self.name):
                 return evidence
-        raise Error(f"lk-emu knows no fault {self.name} on {self.bus}")
+        raise Error(f"lk-emu has no fault {self.name} on {self.bus}")
 
     @property
     def fired(self) -> bool:

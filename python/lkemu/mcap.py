@@ -45,7 +45,7 @@ def attach_files(writer: McapWriter, recording: str) -> None:
                     kind = "application/json" if name.endswith(".json") else "application/toml"
                     data = file.read(LARGEST_ATTACHMENT + 1)
                 if len(data) > LARGEST_ATTACHMENT:
-                    raise StartError(f"mcap: {path}: is larger than {LARGEST_ATTACHMENT >> 20} MiB, so it is not of lk-emu")
+                    raise StartError(f"mcap: {path}: is larger than {LARGEST_ATTACHMENT >> 20} MiB, so lk-emu did not write it")
                 writer.attach(os.path.relpath(path, recording), kind, data)
 
 

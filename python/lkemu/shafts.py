@@ -132,7 +132,7 @@ class Shafts:
     def _read_head(self, kind: int) -> tuple[bytes, int, int, int, int, int, int]:
         head = _HEAD.unpack(self._read(_HEAD.size))
         if head[0] != b"LKSH" or head[1] != VERSION or head[3] > _MOST_BYTES:
-            raise Ended("what is there does not speak version 1 of the shaft port")
+            raise Ended("the port does not use version 1 of the shaft protocol")
         if head[2] == _END:
             raise Refused("lk-emu", self._read(head[3] - _HEAD.size)[: head[5]].decode(errors="replace"))
         if head[2] != kind:
@@ -149,7 +149,7 @@ class Shafts:
             except ConnectionResetError:
                 part = b""
             if not part:
-                raise Ended("lk-emu has hung up")
+                raise Ended("lk-emu closed the connection")
             parts.append(part)
             size -= len(part)
         return b"".join(parts)

@@ -61,5 +61,5 @@ class Telemetry(Iterator[Sample]):
         try:
             text = self._socket.receive()
         except socket.timeout:
-            raise Error(f"telemetry: nothing came within {self._timeout_s:g} s; does the clock stand?") from None
+            raise Error(f"telemetry: no sample within {self._timeout_s:g} s; is the clock stopped?") from None
         return None if text is None else json.loads(text)

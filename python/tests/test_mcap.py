@@ -152,7 +152,7 @@ def test_invalid_recordings_are_refused(recording):
     ("directives.jsonl", "[" * 100_000 + "\n", "directives.jsonl:1: not as lk-emu writes it"),
     ("directives.jsonl", "x" * (2 << 20), "directives.jsonl:1: is longer than 1 MiB"),
     ("frames.log", "(9000000000000.000000) vcan0 141#9C T\n", "frames.log:1: not as lk-emu writes it"),
-    ("recording.json", "x" * (17 << 20), "recording.json: is larger than 16 MiB, so it is not of lk-emu"),
+    ("recording.json", "x" * (17 << 20), "recording.json: is larger than 16 MiB, so lk-emu did not write it"),
 ], ids=range(8))  # fmt: skip
 def test_damaged_and_huge_files_give_one_error_line(recording, name, text, reason):
     (recording / name).write_text(text)
