@@ -10,9 +10,9 @@
 #include "emulator/config/register_fields.hpp"
 #include "emulator/config/rom_file.hpp"
 #include "emulator/core/bus/bus.hpp"
+#include "emulator/core/bus/host_adapter.hpp"
 #include "emulator/core/faults/fault_table.hpp"
 #include "emulator/core/text.hpp"
-#include "emulator/core/wire/host_adapter.hpp"
 #include "protocol/rounding.hpp"
 
 namespace lk::emulator {

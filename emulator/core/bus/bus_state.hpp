@@ -8,18 +8,18 @@
 #include <vector>
 
 #include "emulator/core/bus/agenda.hpp"
+#include "emulator/core/bus/can_errors.hpp"
 #include "emulator/core/bus/conditions.hpp"
+#include "emulator/core/bus/host_adapter.hpp"
+#include "emulator/core/bus/motors.hpp"
+#include "emulator/core/bus/node.hpp"
+#include "emulator/core/bus/wire.hpp"
 #include "emulator/core/bus_config.hpp"
 #include "emulator/core/bus_stats.hpp"
 #include "emulator/core/faults/fault_board.hpp"
 #include "emulator/core/faults/link_faults.hpp"
-#include "emulator/core/node/motors.hpp"
-#include "emulator/core/node/node.hpp"
 #include "emulator/core/servo/signals.hpp"
 #include "emulator/core/sim_time.hpp"
-#include "emulator/core/wire/can_errors.hpp"
-#include "emulator/core/wire/host_adapter.hpp"
-#include "emulator/core/wire/wire.hpp"
 
 namespace lk::emulator {
 

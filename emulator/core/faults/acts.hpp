@@ -7,10 +7,10 @@
 #include <optional>
 #include <vector>
 
+#include "emulator/core/bus/link.hpp"
+#include "emulator/core/bus/memory.hpp"
 #include "emulator/core/bus_config.hpp"
 #include "emulator/core/fault.hpp"
-#include "emulator/core/node/link.hpp"
-#include "emulator/core/node/memory.hpp"
 #include "emulator/core/seed.hpp"
 #include "emulator/core/servo/servo.hpp"
 #include "model/faults.hpp"

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "emulator/core/bus/host_adapter.hpp"
+#include "emulator/core/bus/link.hpp"
 #include "emulator/core/faults/acts.hpp"
 #include "emulator/core/faults/fault_table.hpp"
-#include "emulator/core/node/link.hpp"
 #include "emulator/core/servo/servo.hpp"
-#include "emulator/core/wire/host_adapter.hpp"
 #include "model/faults.hpp"
 
 namespace lk::emulator {

@@ -6,10 +6,10 @@
 #include <array>
 #include <utility>
 
+#include "emulator/core/bus/can_errors.hpp"
 #include "emulator/core/faults/acts.hpp"
 #include "emulator/core/faults/fault_rows.hpp"
 #include "emulator/core/units.hpp"
-#include "emulator/core/wire/can_errors.hpp"
 #include "emulator/core/wire_timing.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/command_info.hpp"

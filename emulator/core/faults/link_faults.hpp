@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "emulator/core/bus/link.hpp"
+#include "emulator/core/bus/wire.hpp"
 #include "emulator/core/faults/fault_board.hpp"
-#include "emulator/core/node/link.hpp"
 #include "emulator/core/servo/servo.hpp"
-#include "emulator/core/wire/wire.hpp"
 #include "model/drive_bank.hpp"
 
 namespace lk::emulator {

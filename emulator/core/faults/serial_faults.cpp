@@ -6,9 +6,9 @@
 #include <cmath>
 #include <utility>
 
+#include "emulator/core/bus/host_adapter.hpp"
 #include "emulator/core/faults/acts.hpp"
 #include "emulator/core/faults/fault_rows.hpp"
-#include "emulator/core/wire/host_adapter.hpp"
 #include "emulator/core/wire_timing.hpp"
 #include "protocol/serial_framing.hpp"
 

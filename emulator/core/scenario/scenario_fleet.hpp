@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "emulator/core/node/motors.hpp"
+#include "emulator/core/bus/motors.hpp"
 #include "emulator/core/scenario/scenario_run.hpp"
 
 namespace lk::emulator {

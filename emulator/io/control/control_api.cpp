@@ -7,10 +7,10 @@
 
 #include "emulator/config/events/config_directives.hpp"
 #include "emulator/config/scenario/config_send.hpp"
+#include "emulator/core/bus/wire.hpp"
 #include "emulator/core/faults/fault_table.hpp"
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/text.hpp"
-#include "emulator/core/wire/wire.hpp"
 #include "emulator/io/control/control_json.hpp"
 #include "emulator/io/control/http_access.hpp"
 #include "emulator/io/control/streams.hpp"

@@ -63,9 +63,9 @@ const std::vector<List> kLists = {
      R"({"id": 1, "turn_deg": 1, "when": {"signal": "speed_dps", "above": 1e9}})"},
     {"planned directives", "bus", "io/control/control_api.hpp", "kMaxPlanned", kRefused,
      R"({"id": 1, "turn_deg": 1, "at_s": 3600})"},
-    {"settings for the flash", "drive", "core/wire/can_wire.hpp", "kDriveQueue", kRefused,
+    {"settings for the flash", "drive", "core/bus/can_wire.hpp", "kDriveQueue", kRefused,
      R"({"id": 1, "settings": {"max_speed_dps": 100}})"},
-    {"frames for the wire", "bus", "core/wire/can_wire.hpp", "kHostQueue", kRefused,
+    {"frames for the wire", "bus", "core/bus/can_wire.hpp", "kHostQueue", kRefused,
      R"({"command": "state_2", "id": 1})", "/frames"},
     {"frames in an adapter without a depth", "bus", "core/wire_timing.hpp", "kMaxInAdapter", kLost},
     {"frames while time stands still", "bus", "io/live/line.hpp", "kMaxBacklog", kLost},
@@ -102,8 +102,8 @@ const std::vector<List> kLists = {
 const std::set<std::string> kOthers = {
     // other constants of lists in the table
     "core/bus/bus.hpp:kMaxFaults", "core/bus/bus.hpp:kMaxWaiting",
-    "core/wire/serial_wire.hpp:kDriveQueue", "core/wire/serial_wire.hpp:kHostQueue",
-    "core/wire/wire.hpp:kDriveQueue", "core/wire/wire.hpp:kHostQueue",
+    "core/bus/serial_wire.hpp:kDriveQueue", "core/bus/serial_wire.hpp:kHostQueue",
+    "core/bus/wire.hpp:kDriveQueue",
     // limits on work at once, not on memory
     "files/output_file.cpp:kMaxLinks",
     "core/faults/fault_board.hpp:kMaxSamples", "io/control/http_session.cpp:kMaxLingerReads",
@@ -117,7 +117,7 @@ const std::set<std::string> kOthers = {
     "io/transports/slcan.cpp:kLongestAck",
     "io/transports/socket_listener.cpp:kLongestPath", "io/transports/socketcand.cpp:kMaxWords",
     // parameters of a fault, a counter of a controller
-    "core/fault.hpp:kMaxFaultParams", "core/wire/can_errors.cpp:kMaxReceiveErrors",
+    "core/fault.hpp:kMaxFaultParams", "core/bus/can_errors.cpp:kMaxReceiveErrors",
     // a width of a field on the wire
     "core/servo/shaft_angles.cpp:kMaxWireBits",
 };

@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "emulator/core/bus/conditions.hpp"
+#include "emulator/core/bus/memory.hpp"
+#include "emulator/core/bus/motors.hpp"
 #include "emulator/core/faults/acts.hpp"
 #include "emulator/core/faults/fault_board.hpp"
-#include "emulator/core/node/memory.hpp"
-#include "emulator/core/node/motors.hpp"
 #include "tests/support/faults.hpp"
 #include "tests/support/test_bus.hpp"
 

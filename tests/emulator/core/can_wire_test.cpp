@@ -19,7 +19,7 @@
 //   280#0000000000000000   15 stuff bits: 123 bits
 //     0010100000(1)00000(1)100000(1)00000(1) … 00010011100001000
 
-#include "emulator/core/wire/can_wire.hpp"
+#include "emulator/core/bus/can_wire.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The adapter between a host and its wire: timing, profiles, and a bus behind it.
 
-#include "emulator/core/wire/host_adapter.hpp"
+#include "emulator/core/bus/host_adapter.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // RS-485 as a wire: timing of bytes and collisions (docs/reference/rs485.md).
 
-#include "emulator/core/wire/serial_wire.hpp"
+#include "emulator/core/bus/serial_wire.hpp"
 
 #include <gtest/gtest.h>
 

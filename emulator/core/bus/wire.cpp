@@ -1,4 +1,4 @@
-#include "emulator/core/wire/wire.hpp"
+#include "emulator/core/bus/wire.hpp"
 
 #include "emulator/core/seed.hpp"
 #include "emulator/core/wire_timing.hpp"

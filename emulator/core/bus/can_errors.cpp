@@ -1,4 +1,4 @@
-#include "emulator/core/wire/can_errors.hpp"
+#include "emulator/core/bus/can_errors.hpp"
 
 #include <algorithm>
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include "emulator/core/bus/wire_frames.hpp"
 #include "emulator/core/sim_time.hpp"
-#include "emulator/core/wire/wire_frames.hpp"
 #include "protocol/frame.hpp"
 #include "protocol/serial_framing.hpp"
 

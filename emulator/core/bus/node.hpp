@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "emulator/core/node/link.hpp"
-#include "emulator/core/node/memory.hpp"
-#include "emulator/core/node/motors.hpp"
+#include "emulator/core/bus/link.hpp"
+#include "emulator/core/bus/memory.hpp"
+#include "emulator/core/bus/motors.hpp"
 #include "emulator/core/servo/servo.hpp"
 
 namespace lk::emulator {

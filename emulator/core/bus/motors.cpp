@@ -1,4 +1,4 @@
-#include "emulator/core/node/motors.hpp"
+#include "emulator/core/bus/motors.hpp"
 
 #include <algorithm>
 #include <map>

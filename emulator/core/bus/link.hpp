@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "emulator/core/bus/wire.hpp"
 #include "emulator/core/sim_time.hpp"
-#include "emulator/core/wire/wire.hpp"
 
 namespace lk::emulator {
 

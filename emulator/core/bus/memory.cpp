@@ -1,4 +1,4 @@
-#include "emulator/core/node/memory.hpp"
+#include "emulator/core/bus/memory.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "emulator/core/node/link.hpp"
+#include "emulator/core/bus/link.hpp"
 
 #include <algorithm>
 #include <utility>

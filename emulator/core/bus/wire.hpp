@@ -2,9 +2,9 @@
 
 #include <variant>
 
+#include "emulator/core/bus/can_wire.hpp"
+#include "emulator/core/bus/serial_wire.hpp"
 #include "emulator/core/bus_config.hpp"
-#include "emulator/core/wire/can_wire.hpp"
-#include "emulator/core/wire/serial_wire.hpp"
 
 namespace lk::emulator {
 

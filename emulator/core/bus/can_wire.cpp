@@ -1,4 +1,4 @@
-#include "emulator/core/wire/can_wire.hpp"
+#include "emulator/core/bus/can_wire.hpp"
 
 #include <algorithm>
 #include <cassert>

@@ -1,4 +1,4 @@
-#include "emulator/core/wire/serial_wire.hpp"
+#include "emulator/core/bus/serial_wire.hpp"
 
 #include <algorithm>
 #include <cassert>

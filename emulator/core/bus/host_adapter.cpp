@@ -1,4 +1,4 @@
-#include "emulator/core/wire/host_adapter.hpp"
+#include "emulator/core/bus/host_adapter.hpp"
 
 #include <algorithm>
 #include <chrono>
