@@ -1,6 +1,6 @@
-#include "model/plant/broken_legs.hpp"
-
 #include <algorithm>
+
+#include "model/plant/leg_bridge.hpp"
 
 namespace lk::model {
 

@@ -5,9 +5,9 @@
 
 #include <tuple>
 
-#include "model/plant/broken_legs.hpp"
 #include "model/plant/inverter.hpp"
 #include "model/plant/lane_faults.hpp"
+#include "model/plant/leg_bridge.hpp"
 #include "model/plant/mechanics.hpp"
 #include "model/plant/motor.hpp"
 #include "model/plant/supply.hpp"

@@ -1,5 +1,5 @@
 // Faults of the power stage: phases open, switches open or shorted (docs/internals/model.md §14).
-#include "model/plant/broken_legs.hpp"
+#include "model/plant/leg_bridge.hpp"
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
