@@ -39,6 +39,45 @@ std::string mover_of_coordinate(const mjModel& model, int place) {
   return joint < 0 ? "" : mover(model, model.jnt_dofadr[joint]);
 }
 
+/// Diagonal entry of A⁻¹ = L⁻ᵀ·L⁻¹: the squared norm of column `dof` of L⁻¹, zero above that row.
+/// `factor` is L.
+double own_response(const std::vector<double>& factor, std::size_t dof, std::vector<double>& work) {
+  const std::size_t nv = work.size();
+  double sum = 0;
+  for (std::size_t row = dof; row < nv; ++row) {
+    const double* const l = factor.data() + row * nv;
+    double left = row == dof ? 1.0 : 0.0;
+    for (std::size_t n = dof; n < row; ++n) left -= l[n] * work[n];
+    work[row] = left / l[row];
+    sum += work[row] * work[row];
+  }
+  return sum;
+}
+
+/// MuJoCo resets the state when it finds an invalid number, and counts that.
+std::optional<std::string> trouble_of(const mjModel& model, const mjData& data) {
+  struct Trouble {
+    mjtWarning kind;
+    const char* words;
+    std::string (*where)(const mjModel&, int info);  // null: no place
+  };
+  static constexpr std::array<Trouble, 5> kTroubles{{
+      {mjWARN_BADQPOS, "a position is out of bounds", mover_of_coordinate},
+      {mjWARN_BADQVEL, "a speed is out of bounds", mover},
+      {mjWARN_BADQACC, "an acceleration is out of bounds", mover},
+      {mjWARN_CONTACTFULL, "more contacts than the model has room for (its size: nconmax)",
+       nullptr},
+      {mjWARN_CNSTRFULL, "more constraints than the model has room for (its size: njmax)", nullptr},
+  }};
+  for (const Trouble& trouble : kTroubles) {
+    const mjWarningStat& warning = data.warning[trouble.kind];
+    if (warning.number == 0) continue;
+    const std::string where = trouble.where ? trouble.where(model, warning.lastinfo) : "";
+    return trouble.words + (where.empty() ? "" : ", at " + where);
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 MujocoBody::MujocoBody(const std::string& file, SimTime step)
@@ -127,7 +166,7 @@ void MujocoBody::update() {
     }
     mj_forward(model_.get(), data_.get());
     mj_checkAcc(model_.get(), data_.get());
-    check_warnings();
+    failure_ = trouble_of(*model_, *data_);
     if (!failure_) find_response();
   } catch (const MujocoError& problem) {
     failure_ = mujoco_message(problem.what());
@@ -161,22 +200,8 @@ void MujocoBody::find_response() {
   }
   mju_cholFactor(response_.data(), m->nv, mjMINVAL);
   for (std::size_t joint = 0; joint < hinges_.size(); ++joint) {
-    inertia_[joint] = 1.0 / own_response(at(m->jnt_dofadr[hinges_[joint]]));
+    inertia_[joint] = 1.0 / own_response(response_, at(m->jnt_dofadr[hinges_[joint]]), work_);
   }
-}
-
-/// Diagonal entry of A⁻¹ = L⁻ᵀ·L⁻¹: the squared norm of column `dof` of L⁻¹, zero above that row.
-double MujocoBody::own_response(std::size_t dof) {
-  const std::size_t nv = work_.size();
-  double sum = 0;
-  for (std::size_t row = dof; row < nv; ++row) {
-    const double* const l = response_.data() + row * nv;
-    double left = row == dof ? 1.0 : 0.0;
-    for (std::size_t n = dof; n < row; ++n) left -= l[n] * work_[n];
-    work_[row] = left / l[row];
-    sum += work_[row] * work_[row];
-  }
-  return sum;
 }
 
 void MujocoBody::push(std::size_t part, const std::array<double, 3>& force_N,
@@ -237,31 +262,7 @@ void MujocoBody::substep(std::span<const JointTorque> torques, double from_middl
   }
   mj_checkPos(model_.get(), d);
   mj_checkVel(model_.get(), d);
-  check_warnings();
-}
-
-/// MuJoCo resets the state when it finds an invalid number, and counts that.
-void MujocoBody::check_warnings() {
-  struct Trouble {
-    mjtWarning kind;
-    const char* words;
-    std::string (*where)(const mjModel&, int info);  // null: no place
-  };
-  static constexpr std::array<Trouble, 5> kTroubles{{
-      {mjWARN_BADQPOS, "a position is out of bounds", mover_of_coordinate},
-      {mjWARN_BADQVEL, "a speed is out of bounds", mover},
-      {mjWARN_BADQACC, "an acceleration is out of bounds", mover},
-      {mjWARN_CONTACTFULL, "more contacts than the model has room for (its size: nconmax)",
-       nullptr},
-      {mjWARN_CNSTRFULL, "more constraints than the model has room for (its size: njmax)", nullptr},
-  }};
-  for (const Trouble& trouble : kTroubles) {
-    const mjWarningStat& warning = data_->warning[trouble.kind];
-    if (warning.number == 0) continue;
-    const std::string where = trouble.where ? trouble.where(*model_, warning.lastinfo) : "";
-    failure_ = trouble.words + (where.empty() ? "" : ", at " + where);
-    return;
-  }
+  failure_ = trouble_of(*model_, *d);
 }
 
 }  // namespace lk::emulator

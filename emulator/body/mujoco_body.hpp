@@ -62,14 +62,9 @@ class MujocoBody : public Mechanism, public DrawableBody {
  private:
   void find_joints();
   void find_scene();
-  void set_floor_friction(double friction);
-  void set_floor_step(const FloorStep& step);
-  void observe_contacts(BodyState& state) const;
   /// Computes and factors A, with A·acceleration = torque + …, including active constraints.
   void find_response();
-  double own_response(std::size_t dof);
   void substep(std::span<const JointTorque> torques, double from_s);
-  void check_warnings();
 
   std::unique_ptr<mjModel, FreeMujoco> model_;
   std::unique_ptr<mjData, FreeMujoco> data_;

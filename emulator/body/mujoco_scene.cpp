@@ -146,6 +146,26 @@ Triple rpy_rad_of(const mjtNum* quaternion) {
           std::atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))};
 }
 
+/// Adds the forces of all contacts, and falls. `counts_as_fall`: by body, see MujocoBody.
+void add_contacts(const mjModel& model, const mjData& data, const std::vector<bool>& counts_as_fall,
+                  BodyState& state) {
+  for (int n = 0; n < data.ncon; ++n) {
+    const mjContact& contact = data.contact[n];
+    if (contact.efc_address < 0) continue;
+    mjtNum force[6];  // normal component first
+    mj_contactForce(&model, &data, n, force);
+    const int geoms[2] = {contact.geom1, contact.geom2};
+    for (const int geom : geoms) {
+      const auto part = static_cast<std::size_t>(model.geom_bodyid[geom]);
+      state.parts[part].contact_N += force[0];
+      const bool on_world = !geom_moves(model, geom == geoms[0] ? geoms[1] : geoms[0]);
+      if (!on_world || !geom_moves(model, geom)) continue;
+      state.contact_N += force[0];
+      state.fallen = state.fallen || (counts_as_fall[part] && force[0] > 0);
+    }
+  }
+}
+
 }  // namespace
 
 void MujocoBody::find_scene() {
@@ -215,25 +235,7 @@ void MujocoBody::read_state(BodyState& state) const {
     const double upright = 1 - 2 * (q[1] * q[1] + q[2] * q[2]);  // z axis along the world's
     state.fallen = upright < std::cos(kFallen_deg * kRadPerDeg);
   }
-  observe_contacts(state);
-}
-
-void MujocoBody::observe_contacts(BodyState& state) const {
-  for (int n = 0; n < data_->ncon; ++n) {
-    const mjContact& contact = data_->contact[n];
-    if (contact.efc_address < 0) continue;
-    mjtNum force[6];  // normal component first
-    mj_contactForce(model_.get(), data_.get(), n, force);
-    const int geoms[2] = {contact.geom1, contact.geom2};
-    for (const int geom : geoms) {
-      const auto part = static_cast<std::size_t>(model_->geom_bodyid[geom]);
-      state.parts[part].contact_N += force[0];
-      const bool on_world = !geom_moves(*model_, geom == geoms[0] ? geoms[1] : geoms[0]);
-      if (!on_world || !geom_moves(*model_, geom)) continue;
-      state.contact_N += force[0];
-      state.fallen = state.fallen || (counts_as_fall_[part] && force[0] > 0);
-    }
-  }
+  add_contacts(m, *data_, counts_as_fall_, state);
 }
 
 }  // namespace lk::emulator
