@@ -15,8 +15,6 @@ namespace lk::emulator {
 namespace {
 
 using protocol::Dialect;
-
-using protocol::Dialect;
 using Choices = std::vector<std::string>;
 constexpr const char* kSeen = "seen";
 
