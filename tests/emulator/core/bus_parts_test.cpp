@@ -2,6 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "emulator/core/bus/agenda.hpp"
 #include "emulator/core/bus/conditions.hpp"
 #include "emulator/core/bus/memory.hpp"
 #include "emulator/core/bus/motors.hpp"
@@ -18,7 +24,7 @@ using test::frame;
 
 const protocol::Frame kReply = frame("141#9C19000000000000");
 
-TEST(PowerPart, ARampIsWalkedInSteps) {
+TEST(PowerPart, RampAdvancesInSteps) {
   Power power(24, true);
   power.move(20, 10ms, 2500us);
   EXPECT_EQ(power.step(10ms), 11ms);
@@ -30,7 +36,7 @@ TEST(PowerPart, ARampIsWalkedInSteps) {
   EXPECT_EQ(power.supply_V(), 20);
 }
 
-TEST(PowerPart, ASagInASagEndsAtWhatTheFirstLeft) {
+TEST(PowerPart, NestedSagEndsAtTheSupplyBeforeTheFirst) {
   Power power(24, true);
   power.move(30, 0ms, 1s);
   power.sag(10, 500ms);
@@ -40,7 +46,7 @@ TEST(PowerPart, ASagInASagEndsAtWhatTheFirstLeft) {
   EXPECT_EQ(power.after_sag_V(), 30);
 }
 
-TEST(MemoryPart, TakesOneWriteAfterTheOtherAndLosesThemWithThePower) {
+TEST(MemoryPart, QueuesWritesAndLosesThemWithThePower) {
   ServoConfig config = test::servo_config(1);
   config.flash.write_time = 2ms;
   BusConfig bus = test::bus_config({});
@@ -64,7 +70,7 @@ TEST(MemoryPart, TakesOneWriteAfterTheOtherAndLosesThemWithThePower) {
   EXPECT_FALSE(memory.damage(RomParameter::kAcceleration, servo.rom));
 }
 
-TEST(LinkPart, SendsInOrderAndHoldsOneBackUntilTheNextHasLeft) {
+TEST(LinkPart, HeldFrameIsSentAfterTheNext) {
   Wire wire(BusConfig{.bitrate = 0});
   DriveLink link{.owner = 0x141};
   Outgoing held{3ms, kReply};
@@ -78,7 +84,7 @@ TEST(LinkPart, SendsInOrderAndHoldsOneBackUntilTheNextHasLeft) {
   EXPECT_FALSE(wire.can()->deliver(1s));
 }
 
-TEST(LinkPart, ABlockedQueueFillsUpAndIsForgottenWithThePower) {
+TEST(LinkPart, BlockedQueueFillsUpAndIsDroppedWithThePower) {
   Wire wire(BusConfig{.bitrate = 0});
   DriveLink link{.owner = 0x141};
   EXPECT_EQ(link.block(wire, 0ms), 0U);
@@ -95,7 +101,7 @@ TEST(LinkPart, ABlockedQueueFillsUpAndIsForgottenWithThePower) {
   EXPECT_EQ(wire.next_due(), 3ms);
 }
 
-TEST(AgendaPart, EqualsComeInTheOrderOfEntryAndALookOnlyOnce) {
+TEST(Agenda, SamplesOnceForSeveralRequests) {
   Agenda agenda;
   agenda.schedule(2ms, SupplyStep{1});
   agenda.schedule(1ms, SagEnd{1});
@@ -111,7 +117,7 @@ TEST(AgendaPart, EqualsComeInTheOrderOfEntryAndALookOnlyOnce) {
   EXPECT_EQ(agenda.next_due(), std::nullopt);
 }
 
-TEST(ConditionsPart, HoldOnceAndGiveBackWhatWaited) {
+TEST(ConditionsPart, TriggersOnceAndReturnsTheDirective) {
   Bus bus(test::bus_config({1}));
   const auto view = [&](int id) { return bus.view(id); };
   Conditions conditions;
@@ -129,7 +135,7 @@ TEST(ConditionsPart, HoldOnceAndGiveBackWhatWaited) {
   EXPECT_TRUE(conditions.empty());
 }
 
-TEST(FaultBoardPart, AFaultLivesFromArmingToItsEnd) {
+TEST(FaultBoardPart, FaultPassesItsStatesInOrder) {
   using State = FaultEvidence::State;
   FaultBoard board(1);
   Fault hang = test::fault_of("hang", {}, {1});
@@ -155,7 +161,7 @@ TEST(FaultBoardPart, AFaultLivesFromArmingToItsEnd) {
   EXPECT_TRUE(board.find("all").empty());
 }
 
-TEST(FaultBoardPart, SumsUpWhatADriveHas) {
+TEST(FaultBoardPart, AddsTheFaultsOfEachDrive) {
   FaultBoard board(1);
   const ServoConfig servo = test::servo_config(1);
   for (const Fault& fault :
@@ -173,6 +179,44 @@ TEST(FaultBoardPart, SumsUpWhatADriveHas) {
       apply_to_reply(board, 2, DriveLink{.owner = 0x142}, {1ms, kReply}, 0, 1ms);
   EXPECT_EQ(faulted.out.size(), 1U);
   EXPECT_EQ(board[4].evidence.effects, 1U);
+}
+
+/// A task that `number` identifies.
+Task task(int number) { return Reconnect{number}; }
+
+std::vector<int> all_of(Agenda agenda) {
+  std::vector<int> order;
+  while (agenda.next_due()) order.push_back(std::get<Reconnect>(agenda.take()).id);
+  return order;
+}
+
+TEST(Agenda, TakesTasksByTimeThenByEntry) {
+  std::mt19937 random(1);
+  Agenda agenda;
+  std::vector<std::pair<int, int>> entered;
+  for (int n = 0; n < 500; ++n) {
+    const int at = static_cast<int>(random() % 20);
+    agenda.schedule(SimTime(at), task(n));
+    entered.emplace_back(at, n);
+  }
+  std::ranges::stable_sort(entered, {}, &std::pair<int, int>::first);
+  std::vector<int> expected;
+  for (const auto& [at, n] : entered) expected.push_back(n);
+  EXPECT_EQ(all_of(agenda), expected);
+  agenda.cancel<Reconnect>(expected[100]);
+  expected.erase(expected.begin() + 100);
+  EXPECT_EQ(all_of(agenda), expected) << "what is left keeps its order";
+}
+
+TEST(Agenda, CountsAndCancelsOnlyDirectives) {
+  Agenda agenda;
+  agenda.schedule(SimTime(2), task(1));
+  agenda.schedule(SimTime(1), Directive{1, PowerOff{}});
+  agenda.schedule(SimTime(3), Directive{1, PowerOn{}});
+  EXPECT_EQ(agenda.directives(), 2U);
+  agenda.cancel_directives();
+  EXPECT_EQ(agenda.directives(), 0U);
+  EXPECT_EQ(all_of(agenda), std::vector<int>{1});
 }
 
 }  // namespace bus_parts_test

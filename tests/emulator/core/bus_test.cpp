@@ -19,7 +19,8 @@
 
 #include <numeric>
 
-#include "tests/support/test_bus.hpp"
+#include "tests/emulator/core/core_support.hpp"
+#include "tests/support/golden_trace.hpp"
 
 namespace lk::emulator {
 namespace bus_test {
@@ -27,20 +28,17 @@ namespace bus_test {
 using namespace std::chrono_literals;
 using test::bus_config;
 using test::frame;
+using test::run_until;
 
 constexpr std::int64_t kBitrate = 1'000'000;
 
-std::vector<TimedFrame> run_until(Bus& bus, SimTime until) {
-  bus.advance_to(until);
-  std::vector<TimedFrame> replies;
-  bus.take_replies(replies);
-  return replies;
-}
+const protocol::Frame kQuery = frame("141#9A00000000000000");  // 120 bits
+const protocol::Frame kReply = frame("141#9A1900F000000000");  // 118 bits
 
-TEST(BusTiming, QueryReplyTimeReply) {
+TEST(BusTiming, ReplyFollowsQueryAndReplyTime) {
   Bus bus(bus_config({1}, kBitrate));
   EXPECT_EQ(bus.next_due(), std::nullopt);
-  bus.receive({0us, frame("141#9A00000000000000")});
+  bus.receive({0us, kQuery});
   EXPECT_EQ(bus.next_due(), 120us);
   EXPECT_TRUE(run_until(bus, 120us - 1ns).empty());
   EXPECT_EQ(bus.servo(1).stats.queries, 0U);
@@ -50,43 +48,48 @@ TEST(BusTiming, QueryReplyTimeReply) {
   EXPECT_TRUE(run_until(bus, 338us - 1ns).empty());
   const auto replies = run_until(bus, 338us);
   ASSERT_EQ(replies.size(), 1U);
-  EXPECT_EQ(replies[0], (TimedFrame{338us, frame("141#9A1900F000000000")}));
+  EXPECT_EQ(replies[0], (TimedFrame{338us, kReply}));
   EXPECT_EQ(bus.next_due(), std::nullopt);
   EXPECT_EQ(bus.stats().wire_busy, 123us + 121us);
   EXPECT_TRUE(run_until(bus, 1s).empty());
 }
 
 /// A host with a sender ID: the others receive its frame when its last bit is on the wire.
-TEST(BusTiming, HostsHearEachOther) {
+TEST(BusTiming, HostsReceiveEachOthersFrames) {
   Bus bus(bus_config({1}, kBitrate));
-  const TimedFrame query{.at = 0us, .frame = frame("141#9A00000000000000"), .sender = 7};
+  const TimedFrame query{.at = 0us, .frame = kQuery, .sender = 7};
   const TimedFrame foreign{.at = 0us, .frame = frame("7FF#0000000000000000"), .sender = 9};
   bus.receive(query);
   bus.receive(foreign);
   EXPECT_TRUE(run_until(bus, 120us - 1ns).empty());
-  const auto heard = run_until(bus, 1ms);
-  ASSERT_EQ(heard.size(), 3U);
-  EXPECT_EQ(heard[0], (TimedFrame{.at = 120us, .frame = query.frame, .sender = 7}));
-  EXPECT_EQ(heard[1], (TimedFrame{.at = 123us + 123us, .frame = foreign.frame, .sender = 9}));
+  const auto received = run_until(bus, 1ms);
+  ASSERT_EQ(received.size(), 3U);
+  EXPECT_EQ(received[0], (TimedFrame{.at = 120us, .frame = query.frame, .sender = 7}));
+  EXPECT_EQ(received[1], (TimedFrame{.at = 123us + 123us, .frame = foreign.frame, .sender = 9}));
   // Ready at 220 µs, while the second query occupies the wire.
-  EXPECT_EQ(heard[2], (TimedFrame{123us + 126us + 118us, frame("141#9A1900F000000000")}));
+  EXPECT_EQ(received[2], (TimedFrame{123us + 126us + 118us, kReply}));
   EXPECT_EQ(bus.stats().replies, 1U);
   EXPECT_EQ(bus.stats().replies_waiting, 0U);
+}
+
+/// A host may query before the first control tick: it reads 24.0 V and 25 °C then as well.
+TEST(Bus, HasVoltageAndTemperatureAtTimeZero) {
+  Bus bus(bus_config({1}));
+  bus.receive({0us, kQuery});
+  EXPECT_EQ(run_until(bus, 0us), std::vector{(TimedFrame{0us, kReply})});
 }
 
 TEST(BusTiming, ReplyTimeIsASetting) {
   auto config = bus_config({1}, kBitrate);
   config.servos[0].reply_time = 200us;
   Bus bus(config);
-  bus.receive({0us, frame("141#9A00000000000000")});
+  bus.receive({0us, kQuery});
   EXPECT_EQ(run_until(bus, 1ms).at(0).at, 438us);
 }
 
-TEST(BusTiming, PipelinedQueriesToOneDrive) {
+TEST(BusTiming, RepliesInterleaveWithPipelinedQueries) {
   Bus bus(bus_config({1}, kBitrate));
-  bus.receive({0us, frame("141#9A00000000000000")});
-  bus.receive({0us, frame("141#9A00000000000000")});
-  bus.receive({0us, frame("141#9A00000000000000")});
+  for (int n = 0; n < 3; ++n) bus.receive({0us, kQuery});
   const auto replies = run_until(bus, 2ms);
   ASSERT_EQ(replies.size(), 3U);
   // Queries end at 120, 243; the first reply is ready at 220 and goes before the third query.
@@ -112,12 +115,12 @@ TEST(BusTiming, MultiDriveRepliesFollowInOrderOfIds) {
 TEST(BusTiming, ForeignFramesOccupyTheWire) {
   Bus bus(bus_config({1}, kBitrate));
   bus.receive({0us, frame("7FF#0000000000000000")});
-  bus.receive({0us, frame("141#9A00000000000000")});
+  bus.receive({0us, kQuery});
   EXPECT_EQ(run_until(bus, 1ms).at(0).at, 126us + 120us + 100us + 118us);
   EXPECT_EQ(bus.stats().count(Drop::kForeignId), 1U);
 }
 
-TEST(BusTiming, CommandsActAtTheNextTickAfterTheirLastBit) {
+TEST(BusTiming, CommandsTakeEffectAtTheNextTickAfterTheirLastBit) {
   Bus bus(bus_config({1}, kBitrate));
   bus.receive({1ms, frame("141#A100000064000000")});
   const auto delivered = bus.next_due();
@@ -129,7 +132,7 @@ TEST(BusTiming, CommandsActAtTheNextTickAfterTheirLastBit) {
   EXPECT_NEAR(bus.truth(1).i_q_ref, 1.6, 1e-9);
 }
 
-TEST(BusTiming, WithoutABitRateRepliesComeAtOnce) {
+TEST(BusTiming, RepliesTakeNoTimeWithoutABitRate) {
   Bus bus(bus_config({1, 2}));
   bus.receive({3ms, frame("142#9C00000000000000")});
   bus.receive({3ms, frame("141#9C00000000000000")});
@@ -142,7 +145,7 @@ TEST(BusTiming, WithoutABitRateRepliesComeAtOnce) {
   EXPECT_EQ(run_until(bus, 5ms).at(0).at, 5ms);
 }
 
-TEST(BusTiming, EarlierFramesCountAsNow) {
+TEST(BusTiming, FramesOfThePastCountAsNow) {
   Bus bus(bus_config({1}));
   bus.advance_to(1s);
   bus.receive({1ms, frame("141#9C00000000000000")});
@@ -151,14 +154,16 @@ TEST(BusTiming, EarlierFramesCountAsNow) {
   EXPECT_EQ(bus.time(), 1s);
 }
 
+BusConfig drives_up_to(int last) {
+  BusConfig config = bus_config({}, kBitrate);
+  for (int id = 1; id <= last; ++id) config.servos.push_back(test::servo_config(id));
+  return config;
+}
+
 // Wire load: one query and its reply take about 244 µs, so 3 drives can be polled at 1 kHz, but not
 // 12.
 int replies_per_second(int drives) {
-  BusConfig config = bus_config({}, kBitrate);
-  for (int id = 1; id <= drives; ++id) {
-    config.servos.push_back(test::servo_config(id));
-  }
-  Bus bus(config);
+  Bus bus(drives_up_to(drives));
   for (SimTime cycle = 0ms; cycle < 1s; cycle += 1ms) {
     for (int id = 1; id <= drives; ++id) {
       bus.receive(
@@ -168,7 +173,7 @@ int replies_per_second(int drives) {
   return static_cast<int>(run_until(bus, 1s).size());
 }
 
-TEST(BusTiming, ThreeDrivesAtOneKilohertzButNotTwelve) {
+TEST(BusTiming, ThreeDrivesCanBePolledAt1KHzTwelveCannot) {
   EXPECT_EQ(replies_per_second(3), 3000);
   const int replies = replies_per_second(12);
   EXPECT_GT(replies,
@@ -179,7 +184,7 @@ TEST(BusTiming, ThreeDrivesAtOneKilohertzButNotTwelve) {
 TEST(BusQueue, OverloadFillsTheHostQueueAndIsCounted) {
   Bus bus(bus_config({1}, kBitrate));
   for (int k = 0; k < 5000; ++k) {
-    bus.receive({0us, frame("141#9A00000000000000")});
+    bus.receive({0us, kQuery});
   }
   EXPECT_EQ(bus.stats().count(Drop::kQueueFull), 5000 - CanWire::kHostQueue);
   EXPECT_EQ(bus.stats().queue_peak, CanWire::kHostQueue);
@@ -188,10 +193,10 @@ TEST(BusQueue, OverloadFillsTheHostQueueAndIsCounted) {
 
 // The queue is full only if frames still wait at the frame's own time, however far the caller runs
 // ahead with receive().
-TEST(BusQueue, FramesOfTheFutureDoNotOverflow) {
+TEST(BusQueue, FutureFramesDoNotOverflowTheQueue) {
   Bus bus(bus_config({1}, kBitrate));
   for (int k = 0; k < 5000; ++k) {
-    bus.receive({k * 1ms, frame("141#9A00000000000000")});
+    bus.receive({k * 1ms, kQuery});
   }
   EXPECT_EQ(run_until(bus, 10s).size(), 5000U);
   EXPECT_EQ(bus.stats().count(Drop::kQueueFull), 0U);
@@ -199,9 +204,9 @@ TEST(BusQueue, FramesOfTheFutureDoNotOverflow) {
 
 TEST(BusDrops, EveryCauseIsCounted) {
   Bus bus(bus_config({1, 3}, kBitrate));
-  auto error = frame("141#9A00000000000000");
+  auto error = kQuery;
   error.kind = protocol::FrameKind::kError;
-  auto fd = frame("141#9A00000000000000");
+  auto fd = kQuery;
   fd.kind = protocol::FrameKind::kFd;
   bus.receive({0us, error});
   bus.receive({0us, fd});
@@ -214,15 +219,11 @@ TEST(BusDrops, EveryCauseIsCounted) {
   }
   EXPECT_EQ(run_until(bus, 1s).size(), 1U);
   const BusStats stats = bus.stats();
-  EXPECT_EQ(stats.count(Drop::kErrorFrame), 1U);
-  EXPECT_EQ(stats.count(Drop::kCanFd), 1U);
-  EXPECT_EQ(stats.count(Drop::kRemote), 1U);
-  EXPECT_EQ(stats.count(Drop::kExtended), 1U);
-  EXPECT_EQ(stats.count(Drop::kForeignId), 1U);
-  EXPECT_EQ(stats.count(Drop::kNoSuchDrive), 2U);
-  EXPECT_EQ(stats.count(Drop::kWrongLength), 1U);
-  EXPECT_EQ(stats.count(Drop::kUnknownCommand), 1U);
-  EXPECT_EQ(stats.count(Drop::kWrongMode), 1U);
+  for (const Drop drop :
+       {Drop::kErrorFrame, Drop::kCanFd, Drop::kRemote, Drop::kExtended, Drop::kForeignId,
+        Drop::kNoSuchDrive, Drop::kWrongLength, Drop::kUnknownCommand, Drop::kWrongMode}) {
+    EXPECT_EQ(stats.count(drop), drop == Drop::kNoSuchDrive ? 2U : 1U) << to_string(drop);
+  }
   EXPECT_EQ(stats.frames, 11U);
   EXPECT_EQ(stats.queries, 1U);
   EXPECT_EQ(stats.replies, 1U);
@@ -236,9 +237,9 @@ TEST(BusDrops, CausesHaveNames) {
   }
 }
 
-TEST(Bus, WithoutDrives) {
+TEST(Bus, WithoutDrivesCountsAndDropsFrames) {
   Bus bus(bus_config({}, kBitrate));
-  bus.receive({0us, frame("141#9A00000000000000")});
+  bus.receive({0us, kQuery});
   bus.receive({0us, frame("280#0000000000000000")});
   bus.receive({0us, frame("281#0000000000000000")});
   EXPECT_TRUE(run_until(bus, 1s).empty());
@@ -251,12 +252,8 @@ TEST(Bus, WithoutDrives) {
   EXPECT_EQ(bus.stats().count(Drop::kForeignId), 1U);
 }
 
-TEST(Bus, ThirtyTwoDrives) {
-  BusConfig config = bus_config({}, kBitrate);
-  for (int id = 1; id <= 32; ++id) {
-    config.servos.push_back(test::servo_config(id));
-  }
-  Bus bus(config);
+TEST(Bus, ThirtyTwoDrivesReply) {
+  Bus bus(drives_up_to(32));
   for (int id = 32; id >= 1; --id) {
     bus.receive({0us, protocol::encode_query(id, protocol::ReadState1{}, protocol::kLegacyFormat)});
   }
@@ -266,7 +263,7 @@ TEST(Bus, ThirtyTwoDrives) {
   for (const int id : {-1, 0, 33, 1'000'000}) EXPECT_FALSE(bus.has(id)) << id;
 }
 
-TEST(Bus, RepliesAreHandedOutOnceAndAppended) {
+TEST(Bus, TakeRepliesAppendsEachReplyOnce) {
   Bus bus(bus_config({1}));
   bus.receive({0us, frame("141#9C00000000000000")});
   bus.advance_to(0us);
@@ -277,15 +274,17 @@ TEST(Bus, RepliesAreHandedOutOnceAndAppended) {
   EXPECT_EQ(replies.size(), 2U);
 }
 
-/// A host may query before the first control tick: it reads 24.0 V and 25 °C then as well.
-TEST(Bus, TheFirstInstantAlreadyHasAVoltageAndATemperature) {
-  Bus bus(bus_config({1}));
-  bus.receive({0us, frame("141#9A00000000000000")});
-  bus.advance_to(0us);
-  std::vector<TimedFrame> replies;
-  bus.take_replies(replies);
-  ASSERT_EQ(replies.size(), 1U);
-  EXPECT_EQ(replies[0].frame, frame("141#9A1900F000000000"));
+TEST(Golden, RestingDrive) {
+  const test::GoldenTrace trace = test::golden_trace("resting_drive.log");
+  ASSERT_GT(trace.expected.size(), 26U);
+  Bus bus(test::resting_drive());
+  for (const TimedFrame& sent : trace.sent) bus.receive(sent);
+  const auto replies = run_until(bus, 1s);
+  ASSERT_EQ(replies.size(), trace.expected.size());
+  for (std::size_t k = 0; k < replies.size(); ++k) {
+    EXPECT_EQ(replies[k].at, trace.expected[k].at);
+    EXPECT_EQ(replies[k].frame, trace.expected[k].frame);
+  }
 }
 
 }  // namespace bus_test

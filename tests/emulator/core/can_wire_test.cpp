@@ -1,5 +1,6 @@
-// The wire alone. All frame lengths below were counted by hand. Stuff bits are in parentheses; 10
-// bits follow each frame (CRC delimiter, ACK slot and delimiter, end of frame):
+// CAN frames: text, duration, arbitration. All frame lengths below were counted by hand. Stuff bits
+// are in parentheses; 10 bits follow each frame (CRC delimiter, ACK slot and delimiter, end of
+// frame):
 //
 //   141#9A00000000000000   12 stuff bits: 98 + 12 + 10 = 120 bits
 //     00010100000(1)10001000100110100000(1)00000(1)00000(1)00000(1)00000(1)00000(1)00000(1)00000(1)
@@ -23,13 +24,117 @@
 
 #include <gtest/gtest.h>
 
+#include "emulator/core/frame_text.hpp"
+#include "emulator/core/wire_timing.hpp"
 #include "tests/support/frames.hpp"
 
 namespace lk::emulator {
 namespace can_wire_test {
 
 using namespace std::chrono_literals;
+using protocol::FrameKind;
 using test::frame;
+
+std::string problem(std::string_view text) {
+  const auto result = parse_frame(text);
+  const auto* reason = std::get_if<std::string>(&result);
+  return reason != nullptr ? *reason : "accepted";
+}
+
+protocol::Frame parsed(std::string_view text) {
+  const auto result = parse_frame(text);
+  const auto* good = std::get_if<protocol::Frame>(&result);
+  EXPECT_NE(good, nullptr) << text;
+  return good != nullptr ? *good : protocol::Frame{};
+}
+
+TEST(FrameText, RejectsNeighboursOfHexadecimalDigits) {
+  for (const char c : {'/', ':', '@', 'G', '`', 'g', ' ', '-', 'x'}) {
+    const std::string id = std::string("14") + c;
+    EXPECT_EQ(problem(id + "#9C"),
+              '"' + id + "\" is not an identifier of 3 or 8 hexadecimal digits");
+    const std::string byte = std::string("9") + c;
+    EXPECT_EQ(problem("141#" + byte), '"' + byte + "\" is not a byte of two hexadecimal digits");
+  }
+  EXPECT_EQ(parsed("7aF#09afAF"), test::frame("7AF#09AFAF"));
+}
+
+TEST(FrameText, Rs485BytesFollowItsName) {
+  const protocol::Frame packet = parsed("rs485#3E9A0100D9");
+  EXPECT_EQ(packet.kind, FrameKind::kSerial);
+  EXPECT_EQ(packet.id, 0x141U);
+  EXPECT_EQ(packet.dlc, 1);
+  EXPECT_EQ(packet.data[0], 0x9A);
+  EXPECT_EQ(frame_text(packet), "rs485#3E9A0100D9");
+  // Raw bytes: a wrong sum, or bytes after the packet.
+  for (const char* text : {"rs485#3E9A0100D8", "rs485#3E9A0100D900", "rs485#FF"}) {
+    EXPECT_EQ(parsed(text).kind, FrameKind::kBytes) << text;
+    EXPECT_EQ(frame_text(parsed(text)), text);
+  }
+  EXPECT_EQ(problem("rs485#"), "no bytes behind rs485#");
+  EXPECT_EQ(problem("rs485#9"), "\"9\" is not a byte of two hexadecimal digits");
+  EXPECT_EQ(problem("rs485#" + std::string(238, '0')), "more than 118 bytes of data");
+}
+
+TEST(FrameText, IdentifierHasThreeOrEightDigits) {
+  for (const std::string id : {"", "1", "14", "0141", "0000141", "000000141"}) {
+    EXPECT_EQ(problem(id + "#9C"),
+              '"' + id + "\" is not an identifier of 3 or 8 hexadecimal digits");
+  }
+  EXPECT_EQ(parsed("7FF#").id, 0x7FFU);
+  EXPECT_EQ(problem("800#"), "\"800\" is above 7FF; identifiers of 29 bits have 8 digits");
+  EXPECT_EQ(parsed("1FFFFFFF#").id, 0x1FFFFFFFU);
+  EXPECT_TRUE(parsed("1FFFFFFF#").extended);
+  // Bits above the 29, and the flag of an error frame.
+  EXPECT_EQ(problem("40000000#"), "\"40000000\" is above 1FFFFFFF");
+  EXPECT_EQ(problem("80000141#9C"), "\"80000141\" is above 1FFFFFFF");
+  EXPECT_EQ(parsed("20000040#").kind, FrameKind::kError);
+}
+
+TEST(FrameText, DotsSeparateBytesOnly) {
+  EXPECT_EQ(parsed("141#9C.00.01"), test::frame("141#9C0001"));
+  EXPECT_EQ(problem("141#.9C"), "\".9\" is not a byte of two hexadecimal digits");
+  EXPECT_EQ(problem("141#9.C"), "\"9.\" is not a byte of two hexadecimal digits");
+}
+
+TEST(FrameText, RemoteRequestHasALength) {
+  for (const char* text : {"141#R", "141#r", "141#R0", "141#r8"}) {
+    EXPECT_EQ(parsed(text).kind, FrameKind::kRemote) << text;
+    EXPECT_EQ(parsed(text).dlc, text[5] == '8' ? 8 : 0) << text;
+  }
+  EXPECT_EQ(problem("141#R9"), "\"R9\" does not request 0 to 8 bytes");
+  EXPECT_EQ(problem("141#Rx"), "\"Rx\" does not request 0 to 8 bytes");
+  EXPECT_EQ(problem("141#R000000001"), "\"R000000001\" does not request 0 to 8 bytes");
+}
+
+TEST(FrameText, WritesAtMostEightBytes) {
+  protocol::Frame longer = test::frame("141#0102030405060708");
+  longer.dlc = 15;  // a possible raw DLC
+  EXPECT_EQ(frame_text(longer), "141#0102030405060708");
+  longer.dlc = 2;
+  EXPECT_EQ(frame_text(longer), "141#0102");
+}
+
+TEST(WireTiming, DurationOfBitsIsRoundedUp) {
+  EXPECT_EQ(bits_duration(123, 1'000'000), 123us);
+  EXPECT_EQ(bits_duration(123, 500'000), 246us);
+  EXPECT_EQ(bits_duration(1, 800'000), 1250ns);
+  EXPECT_EQ(bits_duration(1, 300'000), 3334ns);  // rounded up: a bit ends completely
+  EXPECT_EQ(bits_duration(0, 1'000'000), 0ns);
+}
+
+TEST(WireTiming, TicksAreExactOverAYear) {
+  EXPECT_EQ(ticks_until(0ns, 32000), 0);
+  EXPECT_EQ(ticks_until(31249ns, 32000), 0);
+  EXPECT_EQ(ticks_until(31250ns, 32000), 1);
+  EXPECT_EQ(ticks_until(1s, 24000), 24000);
+  EXPECT_EQ(ticks_until(41666ns, 24000), 0);  // 1/24000 s = 41666.6 ns
+  EXPECT_EQ(ticks_until(41667ns, 24000), 1);
+  // A year, for which t·f exceeds 64 bits, and one nanosecond less.
+  const SimTime year = 365 * 24h;
+  EXPECT_EQ(ticks_until(year, 32000), 365LL * 24 * 3600 * 32000);
+  EXPECT_EQ(ticks_until(year - 1ns, 32000), 365LL * 24 * 3600 * 32000 - 1);
+}
 
 const protocol::Frame kQuery1 = frame("141#9A00000000000000");   // 120 bits
 const protocol::Frame kQuery2 = frame("142#9A00000000000000");   // 119 bits
@@ -57,95 +162,89 @@ TEST(CanWire, FrameTakesItsLength) {
   EXPECT_EQ(wire.busy(), 123us);
 }
 
-TEST(CanWire, LengthScalesWithTheBitRate) {
-  CanWire wire(250'000);
-  wire.send_from_host(0us, kQuery1);
-  wire.send_from_host(0us, kQuery2);
-  expect_next(wire, 480us, kQuery1);
-  expect_next(wire, 492us + 476us, kQuery2);
+struct Sent {
+  SimTime at;
+  protocol::Frame frame;
+  bool from_drive = false;
+};
+
+struct Order {
+  const char* name;
+  std::vector<Sent> sent;
+  // Without a time only the order counts.
+  std::vector<std::pair<std::optional<SimTime>, protocol::Frame>> delivered;
+  std::int64_t bitrate = 1'000'000;
+};
+
+constexpr bool kDrive = true;
+const protocol::Frame kSecondReply2 = frame("142#9A1A00F000000000");
+const protocol::Frame kRemote2 = frame("142#R");
+const protocol::Frame kExtended2 = frame("05080000#");  // base identifier 0x142
+
+const Order kOrders[] = {
+    {"LengthScalesWithTheBitRate",
+     {{0us, kQuery1}, {0us, kQuery2}},
+     {{480us, kQuery1}, {492us + 476us, kQuery2}},
+     250'000},
+    {"FramesFollowAfterTheInterframeSpace",
+     {{0us, kQuery1}, {0us, kQuery2}, {124us, kQuery32}},
+     {{120us, kQuery1}, {123us + 119us, kQuery2}, {245us + 120us, kQuery32}}},
+    // 0x142 against 0x160 when the wire becomes free at 123 µs.
+    {"LowerIdentifierGoesFirst",
+     {{0us, kQuery1}, {0us, kQuery32}, {50us, kReply2, kDrive}},
+     {{120us, kQuery1}, {123us + 116us, kReply2}, {242us + 120us, kQuery32}}},
+    {"HostWinsWithTheLowerIdentifier",
+     {{0us, kQuery1}, {0us, kQuery2}, {50us, kReply32, kDrive}},
+     {{120us, kQuery1}, {123us + 119us, kQuery2}, {245us + 117us, kReply32}}},
+    // The adapter's queue is a FIFO: only its head takes part in arbitration.
+    {"OnlyTheHeadOfTheHostQueueArbitrates",
+     {{0us, kMulti}, {0us, kQuery32}, {0us, kQuery1}, {10us, kReply2, kDrive}},
+     {{123us, kMulti},
+      {126us + 116us, kReply2},
+      {245us + 120us, kQuery32},
+      {368us + 120us, kQuery1}}},
+    {"LowerReplyGoesFirst",
+     {{0us, kReply32, kDrive}, {0us, kReply2, kDrive}},
+     {{116us, kReply2}, {119us + 117us, kReply32}}},
+    {"ReplyGoesFirstWithEqualIdentifiers",
+     {{0us, kQuery2}, {0us, kReply2, kDrive}},
+     {{116us, kReply2}, {119us + 119us, kQuery2}}},
+    // Queued later, so not sent before.
+    {"HostQueueIsAFifoInTime",
+     {{500us, kQuery1}, {100us, kQuery2}},
+     {{620us, kQuery1}, {623us + 119us, kQuery2}}},
+    {"RepliesOfOneDriveKeepTheirOrder",
+     {{0us, kReply2, kDrive}, {1us, kSecondReply2, kDrive}, {0us, kQuery1}},
+     {{{}, kQuery1}, {{}, kReply2}, {{}, kSecondReply2}}},
+    {"DataBeatsRemoteAndStandardBeatsExtended",
+     {{0us, kExtended2, kDrive}, {0us, kRemote2, kDrive}, {0us, kReply2, kDrive}},
+     {{{}, kReply2}, {{}, kRemote2}, {{}, kExtended2}}},
+};
+
+TEST(CanWire, FramesArriveInTheOrderOfArbitration) {
+  for (const Order& order : kOrders) {
+    SCOPED_TRACE(order.name);
+    CanWire wire(order.bitrate);
+    for (const Sent& sent : order.sent) {
+      sent.from_drive ? wire.send_from_drive(sent.at, sent.frame)
+                      : wire.send_from_host(sent.at, sent.frame);
+    }
+    for (const auto& [at, expected] : order.delivered) {
+      expect_next(wire, at ? *at : wire.next_due().value(), expected);
+    }
+  }
 }
 
-TEST(CanWire, FramesFollowAfterTheInterframeSpace) {
-  CanWire wire(1'000'000);
-  wire.send_from_host(0us, kQuery1);
-  wire.send_from_host(0us, kQuery2);
-  wire.send_from_host(124us, kQuery32);
-  expect_next(wire, 120us, kQuery1);
-  expect_next(wire, 123us + 119us, kQuery2);
-  expect_next(wire, 245us + 120us, kQuery32);
-}
-
-TEST(CanWire, LowerIdentifierGoesFirst) {
-  CanWire wire(1'000'000);
-  wire.send_from_host(0us, kQuery1);
-  wire.send_from_host(0us, kQuery32);
-  wire.send_from_drive(50us, kReply2);  // 0x142 against 0x160 when the wire becomes free at 123 µs
-  expect_next(wire, 120us, kQuery1);
-  expect_next(wire, 123us + 116us, kReply2);
-  expect_next(wire, 242us + 120us, kQuery32);
-}
-
-TEST(CanWire, HostWinsWithTheLowerIdentifier) {
-  CanWire wire(1'000'000);
-  wire.send_from_host(0us, kQuery1);
-  wire.send_from_host(0us, kQuery2);
-  wire.send_from_drive(50us, kReply32);
-  expect_next(wire, 120us, kQuery1);
-  expect_next(wire, 123us + 119us, kQuery2);
-  expect_next(wire, 245us + 117us, kReply32);
-}
-
-// The adapter's queue is a FIFO: only its head takes part in arbitration.
-TEST(CanWire, OnlyTheHeadOfTheHostQueueArbitrates) {
-  CanWire wire(1'000'000);
-  wire.send_from_host(0us, kMulti);
-  wire.send_from_host(0us, kQuery32);
-  wire.send_from_host(0us, kQuery1);
-  wire.send_from_drive(10us, kReply2);
-  expect_next(wire, 123us, kMulti);
-  expect_next(wire, 126us + 116us, kReply2);
-  expect_next(wire, 245us + 120us, kQuery32);
-  expect_next(wire, 368us + 120us, kQuery1);
-}
-
-TEST(CanWire, RepliesAmongThemselves) {
-  CanWire wire(1'000'000);
-  wire.send_from_drive(0us, kReply32);
-  wire.send_from_drive(0us, kReply2);
-  expect_next(wire, 116us, kReply2);
-  expect_next(wire, 119us + 117us, kReply32);
-}
-
-TEST(CanWire, ReplyGoesFirstWithEqualIdentifiers) {
-  CanWire wire(1'000'000);
-  wire.send_from_host(0us, kQuery2);
-  wire.send_from_drive(0us, kReply2);
-  expect_next(wire, 116us, kReply2);
-  expect_next(wire, 119us + 119us, kQuery2);
-}
-
-TEST(CanWire, RepliesOfOneDriveKeepTheirOrder) {
-  CanWire wire(1'000'000);
-  auto second = kReply2;
-  second.data[1] = 0x1A;
-  wire.send_from_drive(0us, kReply2);
-  wire.send_from_drive(1us, second);
-  wire.send_from_host(0us, kQuery1);
-  EXPECT_EQ(wire.deliver(kEnd)->frame, kQuery1);
-  EXPECT_EQ(wire.deliver(kEnd)->frame, kReply2);
-  EXPECT_EQ(wire.deliver(kEnd)->frame, second);
-}
-
-TEST(CanWire, ASpoiledReplyHasTheWireToItsEnd) {
-  for (const SimTime died : {99us, 100us, 150us}) {
+TEST(CanWire, SpoiledReplyOccupiesTheWireToItsEnd) {
+  for (const SimTime dropped_at : {99us, 100us, 150us}) {
     CanWire wire(1'000'000);
     wire.send_from_drive(100us, kReply2);  // to 216 µs
     wire.send_from_drive(110us, kReply2);
     wire.send_from_host(120us, kQuery32);
     EXPECT_EQ(wire.next_reply_start(), 100us);
-    EXPECT_EQ(wire.drop_replies(0x142, died), 2U);
+    EXPECT_EQ(wire.drop_replies(0x142, dropped_at), 2U);
     EXPECT_EQ(wire.next_reply_start(), std::nullopt);
-    if (died < 100us) {
+    if (dropped_at < 100us) {
       expect_next(wire, 240us, kQuery32);
       EXPECT_EQ(wire.busy(), 123us);
     } else {
@@ -155,7 +254,7 @@ TEST(CanWire, ASpoiledReplyHasTheWireToItsEnd) {
   }
 }
 
-TEST(CanWire, AFrameThatHasBegunIsNeitherBlockedNorReleased) {
+TEST(CanWire, StartedFrameIsNeitherBlockedNorReleased) {
   CanWire wire(1'000'000);
   wire.send_from_drive(100us, kReply2);  // to 216 µs
   wire.send_from_drive(110us, kReply2);
@@ -165,7 +264,7 @@ TEST(CanWire, AFrameThatHasBegunIsNeitherBlockedNorReleased) {
   expect_next(wire, 219us + 116us, kReply2);
 }
 
-TEST(CanWire, WhoWaitsWhenItsDriveDiesNeverHadTheWire) {
+TEST(CanWire, DroppedWaitingReplyDoesNotOccupyTheWire) {
   CanWire wire(1'000'000);
   wire.send_from_host(0us, kQuery1);
   wire.send_from_drive(50us, kReply2);
@@ -191,26 +290,7 @@ TEST(CanWire, ArbitrationIsDecidedAtTheStart) {
   }
 }
 
-TEST(CanWire, DataBeatsRemoteAndStandardBeatsExtended) {
-  CanWire wire(1'000'000);
-  const auto remote = frame("142#R");
-  wire.send_from_drive(0us, frame("05080000#"));  // base identifier 0x142
-  wire.send_from_drive(0us, remote);
-  wire.send_from_drive(0us, kReply2);
-  EXPECT_EQ(wire.deliver(kEnd)->frame, kReply2);
-  EXPECT_EQ(wire.deliver(kEnd)->frame, remote);
-  EXPECT_EQ(wire.deliver(kEnd)->frame, frame("05080000#"));
-}
-
-TEST(CanWire, HostQueueIsAFifoInTime) {
-  CanWire wire(1'000'000);
-  wire.send_from_host(500us, kQuery1);
-  wire.send_from_host(100us, kQuery2);  // queued later, so not sent before
-  expect_next(wire, 620us, kQuery1);
-  expect_next(wire, 623us + 119us, kQuery2);
-}
-
-TEST(CanWire, HostQueueHasAnEnd) {
+TEST(CanWire, HostQueueIsLimited) {
   CanWire wire(1'000'000);
   for (std::size_t k = 0; k < CanWire::kHostQueue; ++k) {
     ASSERT_FALSE(wire.host_queue_full());
@@ -221,7 +301,7 @@ TEST(CanWire, HostQueueHasAnEnd) {
   EXPECT_FALSE(wire.host_queue_full());
 }
 
-TEST(CanWire, WithoutABitRateNothingTakesTime) {
+TEST(CanWire, FramesTakeNoTimeWithoutABitRate) {
   CanWire wire(0);
   wire.send_from_host(7us, kQuery32);
   wire.send_from_host(7us, kQuery1);

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/emulator/core/position_support.hpp"
+#include "tests/emulator/core/core_support.hpp"
 
 namespace lk::emulator {
 namespace position_test {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "tests/emulator/core/position_support.hpp"
+#include "tests/emulator/core/core_support.hpp"
 
 namespace lk::emulator {
 namespace single_turn_test {
