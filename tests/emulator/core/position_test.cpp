@@ -1,8 +1,9 @@
-// Motion commands at the level of the servo: target, limit, reference. motion_test covers the
+// Motion commands at the level of the servo: target, limit, direction, turn. motion_test covers the
 // accuracy of a real motor.
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -16,9 +17,16 @@ using test::frame;
 using test::Host;
 using test::kArrived_cdeg;
 using test::kCount_cdeg;
+using test::most_A;
 using test::query;
 using test::rest_cdeg;
 using test::servo_config;
+
+/// Sends a motion command and checks the angle at which the shaft comes to rest.
+void expect_rest(Host& host, const protocol::Command& command, double expected_cdeg) {
+  host.ask(query(command));
+  EXPECT_NEAR(rest_cdeg(host), expected_cdeg, kArrived_cdeg);
+}
 
 /// Returns the largest speed within the next `duration`, sampled every millisecond.
 double top_speed_dps(Host& host, SimTime duration) {
@@ -32,7 +40,7 @@ double top_speed_dps(Host& host, SimTime duration) {
 
 // --- contents of the reply
 
-TEST(MotionReply, TellsTheStateBeforeTheCommandActs) {
+TEST(MotionReply, ContainsTheStateBeforeTheCommand) {
   Host host(servo_config(1));
   host.wait(10ms);
   const auto first = host.ask(query(protocol::Torque{3.2}));
@@ -62,16 +70,11 @@ TEST(Limits, SpeedAndPositionRespectMaxTorqueCurrent) {
        {protocol::Command{protocol::Speed{9000}}, protocol::Command{protocol::Position1{360000}}}) {
     Host host(config);
     host.ask(query(command));
-    double most_A = 0;
-    for (int k = 0; k < 50; ++k) {
-      host.wait(1ms);
-      most_A = std::max(most_A, std::abs(host.bus.truth(1).i_q_ref));
-    }
-    EXPECT_NEAR(most_A, 1.6, 1e-9);
+    EXPECT_NEAR(most_A(host, 50ms), 1.6, 1e-9);
   }
 }
 
-TEST(Limits, MaxSpeedOfTheSetting) {
+TEST(Limits, MaxSpeedSettingLimitsPositionCommands) {
   auto config = servo_config(1);
   config.rom.max_speed_dps = 720;
   config.rom.acceleration_dps_s = 7200;  // negligible overshoot
@@ -88,7 +91,7 @@ TEST(Limits, MaxSpeedOfTheSetting) {
   EXPECT_NEAR(top_speed_dps(host, 1s), 360, 36);
 }
 
-TEST(Limits, MaxSpeedOfTheFrame) {
+TEST(Limits, MaxSpeedOfTheFrameLimitsPositionCommands) {
   auto config = servo_config(1);
   config.rom.acceleration_dps_s = 7200;
   Host host(config);
@@ -99,24 +102,20 @@ TEST(Limits, MaxSpeedOfTheFrame) {
   EXPECT_NEAR(top_speed_dps(host, 500ms), 300, 30);
 }
 
-TEST(Limits, MaxAngleHoldsMultiTurnTargets) {
+TEST(Limits, MaxAngleLimitsMultiTurnTargets) {
   auto config = servo_config(1);
   config.rom.max_angle_deg = 90;
   Host host(config);
-  host.ask(query(protocol::Position1{20000}));
-  EXPECT_NEAR(rest_cdeg(host), 9000, kArrived_cdeg);
-  host.ask(query(protocol::Position2{0, -20000}));
-  EXPECT_NEAR(rest_cdeg(host), -9000, kArrived_cdeg);
-  host.ask(
-      query(protocol::Position5{-9000}));  // increments and single-turn targets ignore Max Angle
-  EXPECT_NEAR(rest_cdeg(host), -18000, kArrived_cdeg);
-  host.ask(query(protocol::Position3{protocol::kCounterClockwise, 9000}));
-  EXPECT_NEAR(rest_cdeg(host), -27000, kArrived_cdeg);
+  expect_rest(host, protocol::Position1{20000}, 9000);
+  expect_rest(host, protocol::Position2{0, -20000}, -9000);
+  // Increments and single-turn targets ignore Max Angle.
+  expect_rest(host, protocol::Position5{-9000}, -18000);
+  expect_rest(host, protocol::Position3{protocol::kCounterClockwise, 9000}, -27000);
 }
 
 /// Without a ramp the reference jumps to the target. A ramp that is set in motion starts at the
 /// shaft: a new target reverses it within its braking distance.
-TEST(Limits, AnAccelerationSetUnderWayBeginsWhereTheShaftIs) {
+TEST(Limits, NewAccelerationStartsAtTheShaft) {
   Host host(servo_config(1));
   host.ask(query(protocol::Position2{500, 3'600'000}));
   host.wait(2s);
@@ -137,20 +136,16 @@ TEST(Limits, AnAccelerationSetUnderWayBeginsWhereTheShaftIs) {
 
 // --- an encoder mounted in the opposite direction, without effect on the wire
 
-ServoConfig mounted_the_other_way() {
+ServoConfig reversed_encoder() {
   ServoConfig config = servo_config(1);
   config.profile.drive.encoder.direction = -1;
   return config;
 }
 
-TEST(OtherWayRound, BootsWhereItIsTold) {
-  Host host(mounted_the_other_way());
+TEST(ReversedEncoder, HasNoEffectOnBootAngleAndSpeed) {
+  Host host(reversed_encoder());
   EXPECT_NEAR(host.single_turn_cdeg(), 4500, kCount_cdeg);
   EXPECT_NEAR(host.bus.truth(1).theta_m, std::numbers::pi / 4, 1e-3);
-}
-
-TEST(OtherWayRound, AnglesGrowWithTheSpeed) {
-  Host host(mounted_the_other_way());
   host.ask(query(protocol::Speed{360.0}));
   host.wait(1s);
   EXPECT_NEAR(host.state_2().speed_dps, 360, 4);
@@ -158,35 +153,20 @@ TEST(OtherWayRound, AnglesGrowWithTheSpeed) {
   EXPECT_GT(host.bus.truth(1).omega_m, 6);
 }
 
-TEST(OtherWayRound, ArrivesAndStays) {
-  Host host(mounted_the_other_way());
-  host.ask(query(protocol::Position1{20000}));
-  EXPECT_NEAR(rest_cdeg(host), 20000, kArrived_cdeg);
-  host.ask(query(protocol::Position5{0}));
-  EXPECT_NEAR(rest_cdeg(host), 20000, kArrived_cdeg);
-  host.ask(query(protocol::Position3{protocol::kCounterClockwise, 9000}));
-  EXPECT_NEAR(rest_cdeg(host), 9000, kArrived_cdeg);
-  host.ask(query(protocol::Position5{-4500}));
-  EXPECT_NEAR(rest_cdeg(host), 4500, kArrived_cdeg);
+TEST(ReversedEncoder, HasNoEffectOnTargets) {
+  Host host(reversed_encoder());
+  expect_rest(host, protocol::Position1{20000}, 20000);
+  expect_rest(host, protocol::Position5{0}, 20000);
+  expect_rest(host, protocol::Position3{protocol::kCounterClockwise, 9000}, 9000);
+  expect_rest(host, protocol::Position5{-4500}, 4500);
 }
 
 // --- multi-turn
 
-TEST(MultiTurn, BothDirections) {
+TEST(MultiTurn, ReachesTargetsInBothDirections) {
   Host host(servo_config(1));
-  host.ask(query(protocol::Position1{100000}));
-  EXPECT_NEAR(rest_cdeg(host), 100000, kArrived_cdeg);
-  host.ask(query(protocol::Position2{3000, -50000}));
-  EXPECT_NEAR(rest_cdeg(host), -50000, kArrived_cdeg);
-}
-
-TEST(MultiTurn, CountsFromTheStoredOffset) {
-  auto config = servo_config(1);
-  config.rom.encoder_offset = 5000;
-  Host host(config);
-  host.ask(query(protocol::Position1{45000}));
-  EXPECT_NEAR(rest_cdeg(host), 45000, kArrived_cdeg);
-  EXPECT_NEAR(host.state_2().encoder_counts, 4096, 1);
+  expect_rest(host, protocol::Position1{100000}, 100000);
+  expect_rest(host, protocol::Position2{3000, -50000}, -50000);
 }
 
 // --- increments
@@ -199,8 +179,7 @@ TEST(Increments, CountFromTheLastCommandedPosition) {
     host.wait(1ms);
   }
   EXPECT_NEAR(rest_cdeg(host), 19000, kArrived_cdeg);
-  host.ask(query(protocol::Position6{0, -29000}));
-  EXPECT_NEAR(rest_cdeg(host), -10000, kArrived_cdeg);
+  expect_rest(host, protocol::Position6{0, -29000}, -10000);
 }
 
 TEST(Increments, AddUpWithoutRounding) {
@@ -215,68 +194,61 @@ TEST(Increments, AddUpWithoutRounding) {
 TEST(Increments, CountFromASingleTurnTarget) {
   Host host(servo_config(1));
   host.ask(query(protocol::Position3{protocol::kCounterClockwise, 0}));
-  host.ask(query(protocol::Position5{9000}));
-  EXPECT_NEAR(rest_cdeg(host), 9000, kArrived_cdeg);
+  expect_rest(host, protocol::Position5{9000}, 9000);
 }
 
 // Without an active position command they count from the shaft's angle.
-TEST(Increments, CountFromThePresentPositionOtherwise) {
+TEST(Increments, CountFromTheShaftWithoutAPositionCommand) {
   auto config = servo_config(1);
   config.quirks.off_needs_run = true;
   Host host(config);
-  host.ask(query(protocol::Position5{1000}));  // after power-up
-  EXPECT_NEAR(rest_cdeg(host), 5500, kArrived_cdeg);
+  expect_rest(host, protocol::Position5{1000}, 5500);
 
   host.ask(query(protocol::Position1{50000}));  // after off and run
   host.ask(query(protocol::Off{}));
   host.ask(query(protocol::Run{}));
-  host.ask(query(protocol::Position5{1000}));
-  EXPECT_NEAR(rest_cdeg(host), 6500, kArrived_cdeg);
+  expect_rest(host, protocol::Position5{1000}, 6500);
 
   host.ask(query(protocol::Position1{50000}));  // after another mode
   host.ask(query(protocol::Speed{0}));
-  host.ask(query(protocol::Position5{1000}));
-  EXPECT_NEAR(rest_cdeg(host), 7500, kArrived_cdeg);
+  expect_rest(host, protocol::Position5{1000}, 7500);
 
   host.ask(query(protocol::Position1{50000}));  // refused commands have no effect
   host.ask(query(protocol::Off{}));
   host.ask(query(protocol::Position1{90000}));
   host.ask(query(protocol::Run{}));
-  host.ask(query(protocol::Position5{1000}));
-  EXPECT_NEAR(rest_cdeg(host), 8500, kArrived_cdeg);
+  expect_rest(host, protocol::Position5{1000}, 8500);
 }
 
 TEST(Increments, StopKeepsTheBase) {
   Host host(servo_config(1));
   host.ask(query(protocol::Position1{9000}));
   host.ask(query(protocol::Stop{}));
-  host.ask(query(protocol::Position5{1000}));
-  EXPECT_NEAR(rest_cdeg(host), 10000, kArrived_cdeg);
+  expect_rest(host, protocol::Position5{1000}, 10000);
 }
 
 // --- clear angle as documented
 
-TEST(ClearAngle, DropsPositionCommandsAndMovesBothZeros) {
-  auto config = servo_config(1);
+ServoConfig clears_angle() {
+  ServoConfig config = servo_config(1);
   config.quirks.dialect.clear_angle = protocol::ClearAngleMeaning::kImplemented;
+  return config;
+}
+
+TEST(ClearAngle, DropsPositionCommandsAndMovesBothZeros) {
+  auto config = clears_angle();
   // Enough friction to stay where it is released.
   config.profile.drive.mechanics.tau_coulomb = config.profile.drive.mechanics.tau_static = 1e-3;
   Host host(config);
-  host.ask(query(protocol::Position1{9000}));
-  EXPECT_NEAR(rest_cdeg(host), 9000, kArrived_cdeg);
+  expect_rest(host, protocol::Position1{9000}, 9000);
   host.ask(query(protocol::Position1{50000}));
-  host.ask(query(protocol::ClearAngle{}));
-  EXPECT_NEAR(rest_cdeg(host), 0, kArrived_cdeg);
-  host.ask(query(protocol::Position3{protocol::kClockwise, 9000}));
-  EXPECT_NEAR(rest_cdeg(host), 9000, kArrived_cdeg);
-  host.ask(query(protocol::Position1{-9000}));
-  EXPECT_NEAR(rest_cdeg(host), -9000, kArrived_cdeg);
+  expect_rest(host, protocol::ClearAngle{}, 0);
+  expect_rest(host, protocol::Position3{protocol::kClockwise, 9000}, 9000);
+  expect_rest(host, protocol::Position1{-9000}, -9000);
 }
 
-TEST(ClearAngle, LeavesSpeedAlone) {
-  auto config = servo_config(1);
-  config.quirks.dialect.clear_angle = protocol::ClearAngleMeaning::kImplemented;
-  Host host(config);
+TEST(ClearAngle, KeepsASpeedCommand) {
+  Host host(clears_angle());
   host.ask(query(protocol::Speed{360}));
   host.wait(500ms);
   host.ask(query(protocol::ClearAngle{}));
@@ -284,9 +256,8 @@ TEST(ClearAngle, LeavesSpeedAlone) {
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 36000, 300);
 }
 
-TEST(ClearAngle, LetsNothingGoThatIsStopped) {
-  auto config = servo_config(1);
-  config.quirks.dialect.clear_angle = protocol::ClearAngleMeaning::kImplemented;
+TEST(ClearAngle, HoldsAStoppedShaft) {
+  auto config = clears_angle();
   config.quirks.stop_holds = true;
   Host host(config);
   host.ask(query(protocol::Position1{9000}));
@@ -298,6 +269,109 @@ TEST(ClearAngle, LetsNothingGoThatIsStopped) {
   host.bus.set_load(1, push);
   EXPECT_NEAR(rest_cdeg(host), 0, 500);
   EXPECT_EQ(host.run_state(), RunState::kStopped);
+}
+
+struct SingleTurnCase {
+  std::uint8_t direction;
+  std::uint16_t target_cdeg;
+  double rest_cdeg;  // multi-turn, from 45.00°
+};
+
+TEST(SingleTurn, TurnsInTheCommandedDirection) {
+  for (const auto& c : {
+           SingleTurnCase{protocol::kClockwise, 9000, 9000},
+           SingleTurnCase{protocol::kCounterClockwise, 9000, 9000 - 36000},
+           SingleTurnCase{protocol::kClockwise, 0, 36000},
+           SingleTurnCase{protocol::kCounterClockwise, 0, 0},
+           SingleTurnCase{protocol::kClockwise, 35999, 35999},
+           SingleTurnCase{protocol::kCounterClockwise, 35999, -1},
+           SingleTurnCase{protocol::kClockwise, 4400, 40400},
+           SingleTurnCase{protocol::kCounterClockwise, 4600, 4600 - 36000},
+           SingleTurnCase{protocol::kClockwise, 4500, 4500},  // already there
+           SingleTurnCase{protocol::kCounterClockwise, 4500, 4500},
+           SingleTurnCase{protocol::kClockwise, 4497, 4497},  // within the noise of the target
+           SingleTurnCase{protocol::kCounterClockwise, 4503, 4503},
+       }) {
+    Host host(servo_config(1));
+    host.ask(query(protocol::Position3{c.direction, c.target_cdeg}));
+    EXPECT_NEAR(rest_cdeg(host), c.rest_cdeg, kArrived_cdeg)
+        << int{c.direction} << ' ' << c.target_cdeg;
+  }
+}
+
+TEST(Position, CountsFromTheStoredOffset) {
+  auto config = servo_config(1);
+  config.rom.encoder_offset = 5000;
+  Host host(config);
+  host.ask(query(protocol::Position3{protocol::kClockwise, 18000}));
+  host.wait(2s);
+  EXPECT_NEAR(host.single_turn_cdeg(), 18000, kArrived_cdeg);
+  EXPECT_NEAR(host.state_2().encoder_counts, 8192, 1);
+  expect_rest(host, protocol::Position1{45000}, 45000);
+  EXPECT_NEAR(host.state_2().encoder_counts, 4096, 1);
+}
+
+// A host that streams the target must not cause another turn if the shaft overshoots it.
+TEST(SingleTurn, RepeatedCommandKeepsItsTurn) {
+  auto config = servo_config(1);
+  config.rom.gains.speed_kp = 25;  // soft: it overshoots
+  Host host(config);
+  double furthest_cdeg = 0;
+  for (int k = 0; k < 2000; ++k) {
+    host.ask(query(protocol::Position4{protocol::kClockwise, 3000, 9000}));
+    host.wait(1ms);
+    furthest_cdeg = std::max(furthest_cdeg, static_cast<double>(host.multi_turn_cdeg()));
+  }
+  EXPECT_GT(furthest_cdeg, 9000 + 3 * kCount_cdeg);  // otherwise this tests nothing
+  EXPECT_LT(furthest_cdeg, 20000);
+  EXPECT_NEAR(rest_cdeg(host), 9000, kArrived_cdeg);
+}
+
+/// After a stop the direction counts again: clockwise from 45° to 110°, by hand to 200°. The
+/// repeated command then moves clockwise to 470°, not back.
+TEST(SingleTurn, DirectionCountsAgainAfterAStop) {
+  Host host(servo_config(1));
+  const auto clockwise_to_110 = query(protocol::Position3{protocol::kClockwise, 11000});
+  host.ask(clockwise_to_110);
+  EXPECT_NEAR(rest_cdeg(host), 11000, kArrived_cdeg);
+  expect_rest(host, protocol::Position1{20000}, 20000);
+  host.ask(clockwise_to_110);
+  EXPECT_NEAR(rest_cdeg(host), 47000, kArrived_cdeg);
+  host.ask("141#8100000000000000");
+  model::LoadParams push;
+  push.tau = 0.05;  // turns the free shaft clockwise, past the target
+  host.bus.set_load(1, push);
+  while (host.multi_turn_cdeg() < 50000) host.wait(1ms);
+  host.bus.set_load(1, {});
+  host.ask(clockwise_to_110);
+  EXPECT_GT(rest_cdeg(host), 80000);
+  EXPECT_NEAR(host.single_turn_cdeg(), 11000, kArrived_cdeg);
+}
+
+/// If 0x91 takes effect at once, a given single-turn target is at another angle.
+TEST(SingleTurn, NewOffsetMovesTheTarget) {
+  Host host(servo_config(1));
+  const auto clockwise_to_100 = query(protocol::Position3{protocol::kClockwise, 10000});
+  host.ask(clockwise_to_100);
+  rest_cdeg(host);
+  host.ask("141#9100000000000010");  // 4096 counts: 90°
+  EXPECT_NEAR(host.single_turn_cdeg(), 1000, kArrived_cdeg);
+  host.ask(clockwise_to_100);
+  rest_cdeg(host);
+  EXPECT_NEAR(host.single_turn_cdeg(), 10000, kArrived_cdeg);
+}
+
+TEST(SingleTurn, InvalidTargetsAreAnsweredAndCounted) {
+  Host host(servo_config(1));
+  host.ask(query(protocol::Position1{9000}));
+  host.wait(1s);
+  for (const char* text : {"141#A5000000A08C0000", "141#A5020000E8030000", "141#A600E803FFFF0000",
+                           "141#A6FFE803E8030000"}) {
+    EXPECT_EQ(host.ask(text).data[0], frame(text).data[0]);
+  }
+  EXPECT_NEAR(rest_cdeg(host), 9000, kArrived_cdeg);
+  EXPECT_EQ(host.bus.servo(1).stats.invalid_targets, 4U);
+  EXPECT_EQ(host.bus.stats().invalid_targets, 4U);
 }
 
 }  // namespace position_test

@@ -1,25 +1,34 @@
-// Off, stop, run; errors; misprints; multi-drive mode.
+// Off, stop, run; misprints; multi-drive mode.
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
+#include <numbers>
 
-#include "emulator/core/servo/servo.hpp"
-#include "tests/emulator/core/faults/fault_support.hpp"
+#include "emulator/core/generation.hpp"
+#include "tests/emulator/core/core_support.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
 namespace run_state_test {
 
 using namespace std::chrono_literals;
+using test::drive;
 using test::frame;
 using test::Host;
+using test::kMfLsb_A;
+using test::kMgLsb_A;
 using test::servo_config;
+
+constexpr const char* kOff = "141#8000000000000000";
+constexpr const char* kStop = "141#8100000000000000";
+constexpr const char* kRun = "141#8800000000000000";
+constexpr const char* kTorque = "141#A100000064000000";  // 100 LSB = 1.6 A
+constexpr const char* kSpeed = "141#A200000010270000";   // 100 dps
 
 // --- off, stop, run
 
-TEST(RunState, OnAndIdleAfterPowerUp) {
+TEST(RunState, RunningAndIdleAfterPowerUp) {
   Host host(servo_config(1));
   EXPECT_EQ(host.run_state(), RunState::kRunning);
   EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
@@ -27,11 +36,11 @@ TEST(RunState, OnAndIdleAfterPowerUp) {
   EXPECT_EQ(host.multi_turn_cdeg(), 4500);
 }
 
-TEST(RunState, OffRefusesMotionUntilRunWhereTheSwitchSaysSo) {
+TEST(RunState, OffRefusesMotionUntilRunIfConfigured) {
   auto config = servo_config(1);
   config.quirks.off_needs_run = true;
   Host host(config);
-  host.ask("141#8000000000000000");
+  host.ask(kOff);
   for (int opcode = 0xA1; opcode <= 0xA8; ++opcode) {
     protocol::Frame query = frame("141#00000000 64 000000");
     query.data[0] = static_cast<std::uint8_t>(opcode);
@@ -43,11 +52,11 @@ TEST(RunState, OffRefusesMotionUntilRunWhereTheSwitchSaysSo) {
   EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 8U);
   EXPECT_EQ(host.bus.stats().refused_motion, 8U);
 
-  host.ask("141#8800000000000000");
+  host.ask(kRun);
   host.wait(100ms);
   EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
   EXPECT_EQ(host.multi_turn_cdeg(), 4500);  // on and idle: refused commands are not executed later
-  host.ask("141#A200000010270000");
+  host.ask(kSpeed);
   host.wait(100ms);
   EXPECT_NE(host.multi_turn_cdeg(), 4500);
 }
@@ -55,12 +64,11 @@ TEST(RunState, OffRefusesMotionUntilRunWhereTheSwitchSaysSo) {
 /// docs/reference/protocol.md §4.1: a real GYEMS drive moves after 0x80 without 0x88.
 TEST(RunState, MotionCommandLeavesOff) {
   for (const char* const command :
-       {"141#A100000064000000", "141#A200000010270000", "141#A300000050460000",
-        "141#A400640050460000", "141#A500000050460000", "141#A600640050460000",
-        "141#A700000050460000", "141#A800640050460000"}) {
+       {kTorque, kSpeed, "141#A300000050460000", "141#A400640050460000", "141#A500000050460000",
+        "141#A600640050460000", "141#A700000050460000", "141#A800640050460000"}) {
     SCOPED_TRACE(command);
     Host host(servo_config(1));
-    host.ask("141#8000000000000000");
+    host.ask(kOff);
     host.wait(1ms);
     EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
     host.ask(command);
@@ -73,9 +81,9 @@ TEST(RunState, MotionCommandLeavesOff) {
 }
 
 /// An invalid target does not switch the drive on.
-TEST(RunState, AnInvalidTargetLeavesADriveOff) {
+TEST(RunState, InvalidTargetLeavesADriveOff) {
   Host host(servo_config(1));
-  host.ask("141#8000000000000000");
+  host.ask(kOff);
   host.ask("141#A5020000 10270000");
   EXPECT_EQ(host.run_state(), RunState::kOff);
   EXPECT_EQ(host.bus.servo(1).stats.invalid_targets, 1U);
@@ -86,71 +94,38 @@ TEST(RunState, OffLosesTheTurnCount) {
   host.ask("141#A3000000 50C30000");  // 500°
   host.wait(2s);
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 50000, 3);
-  host.ask("141#8000000000000000");
+  host.ask(kOff);
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 14000, 3);
   EXPECT_NEAR(host.single_turn_cdeg(), 14000, 3);
 }
 
-TEST(RunState, OffForgetsTheCommand) {
-  Host host(servo_config(1));
-  host.ask("141#A200000010270000");
-  host.wait(200ms);
-  host.ask("141#8000000000000000");
-  host.ask("141#8800000000000000");
-  host.wait(1ms);
-  EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);
-}
+struct Sequence {
+  const char* name;
+  std::vector<const char*> commands;
+  RunState state;
+  double i_q_ref_A;
+  bool bridge_on = true;
+};
 
-TEST(RunState, StopKeepsTheCommandAndRunResumes) {
-  Host host(servo_config(1));
-  host.ask("141#A100000064000000");
-  host.wait(1ms);
-  EXPECT_NEAR(host.bus.truth(1).i_q_ref, 1.6, 1e-9);
-  host.ask("141#8100000000000000");
-  EXPECT_EQ(host.run_state(), RunState::kStopped);
-  host.wait(1ms);
-  EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);
-  EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
-  host.ask("141#8800000000000000");
-  host.wait(1ms);
-  EXPECT_NEAR(host.bus.truth(1).i_q_ref, 1.6, 1e-9);
-}
-
-TEST(RunState, RunNeedNotResume) {
-  auto config = servo_config(1);
-  config.quirks.run_resumes = false;
-  Host host(config);
-  host.ask("141#A100000064000000");
-  host.ask("141#8100000000000000");
-  host.ask("141#8800000000000000");
-  host.wait(1ms);
-  EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);
-  EXPECT_EQ(host.run_state(), RunState::kRunning);
-}
-
-TEST(RunState, RunWhileRunningChangesNothing) {
-  Host host(servo_config(1));
-  host.ask("141#A100000064000000");
-  host.ask("141#8800000000000000");
-  host.wait(1ms);
-  EXPECT_NEAR(host.bus.truth(1).i_q_ref, 1.6, 1e-9);
-}
-
-TEST(RunState, MotionCommandLeavesStopped) {
-  Host host(servo_config(1));
-  host.ask("141#8100000000000000");
-  host.ask("141#A1000000C8000000");
-  EXPECT_EQ(host.run_state(), RunState::kRunning);
-  host.wait(1ms);
-  EXPECT_NEAR(host.bus.truth(1).i_q_ref, 3.2, 1e-9);
-  EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 0U);
-}
-
-TEST(RunState, StopWhileOffStaysOff) {
-  Host host(servo_config(1));
-  host.ask("141#8000000000000000");
-  host.ask("141#8100000000000000");
-  EXPECT_EQ(host.run_state(), RunState::kOff);
+TEST(RunState, FollowsOffStopRunAndMotion) {
+  for (const Sequence& c :
+       {Sequence{"off drops the command", {kSpeed, kOff, kRun}, RunState::kRunning, 0},
+        Sequence{"stop keeps the command", {kTorque, kStop}, RunState::kStopped, 0},
+        Sequence{"run resumes after a stop", {kTorque, kStop, kRun}, RunState::kRunning, 1.6},
+        Sequence{"run while running", {kTorque, kRun}, RunState::kRunning, 1.6},
+        Sequence{"motion leaves stop", {kStop, kTorque}, RunState::kRunning, 1.6},
+        Sequence{"stop while off", {kOff, kStop}, RunState::kOff, 0, false}}) {
+    SCOPED_TRACE(c.name);
+    Host host(servo_config(1));
+    for (const char* command : c.commands) {
+      host.ask(command);
+      host.wait(1ms);
+    }
+    EXPECT_EQ(host.run_state(), c.state);
+    EXPECT_NEAR(host.bus.truth(1).i_q_ref, c.i_q_ref_A, 1e-9);
+    EXPECT_EQ(host.bus.telemetry(1).bridge_on, c.bridge_on);
+    EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 0U);
+  }
 }
 
 /// Returns the angle in degrees by which a load torque moves the shaft in 0.2 s after 0x81.
@@ -159,21 +134,21 @@ double drift_after_stop_deg(bool stop_holds) {
   config.quirks.stop_holds = stop_holds;
   config.profile.drive.load.tau = 0.02;
   Host host(config);
-  host.ask("141#8100000000000000");
+  host.ask(kStop);
   host.wait(200ms);
   return static_cast<double>(host.multi_turn_cdeg() - 4500) / 100;
 }
 
-TEST(RunState, StopFreesTheShaftOrHoldsIt) {
+TEST(RunState, StopReleasesOrHoldsTheShaft) {
   EXPECT_GT(drift_after_stop_deg(false), 90);
   EXPECT_LT(std::abs(drift_after_stop_deg(true)), 2);
 }
 
-TEST(RunState, PowerCycleStartsOver) {
+TEST(RunState, PowerCycleResetsStateAndTurns) {
   Host host(servo_config(1));
   host.ask("141#A3000000 50C30000");
   host.wait(2s);
-  host.ask("141#8000000000000000");
+  host.ask(kOff);
   host.bus.power_cycle(1);
   EXPECT_EQ(host.run_state(), RunState::kRunning);
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 14000, 3);
@@ -182,166 +157,9 @@ TEST(RunState, PowerCycleStartsOver) {
   EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);
 }
 
-// --- errors
-
-ServoConfig protected_config() {
-  auto config = servo_config(1);
-  auto& protections = config.rom.protections;
-  protections[static_cast<std::size_t>(model::Error::kUnderVoltage)] = {true, 7.0, 0.5, 0.001};
-  protections[static_cast<std::size_t>(model::Error::kOverVoltage)] = {true, 60.0, 1.0, 0.001};
-  return config;
-}
-
-int error_state(Host& host) { return host.get<protocol::State1>(protocol::ReadState1{}).errors; }
-
-TEST(Errors, TripTurnsOffUntilClearedAndRun) {
-  Host host(protected_config());
-  host.ask("141#A200000010270000");
-  host.wait(100ms);
-  host.bus.set_supply_voltage(1, 6.0);
-  host.wait(100ms);
-  EXPECT_EQ(error_state(host), 0x01);
-  EXPECT_EQ(host.run_state(), RunState::kOff);
-  EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
-
-  // The cause persists: neither 0x9B nor 0x88 helps.
-  EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0x01);
-  host.ask("141#8800000000000000");
-  EXPECT_EQ(host.run_state(), RunState::kOff);
-  host.ask("141#A100000064000000");
-  EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 1U);
-
-  host.bus.set_supply_voltage(1, 24.0);
-  host.wait(100ms);
-  EXPECT_EQ(error_state(host), 0x01);  // latched
-  host.ask("141#8800000000000000");
-  EXPECT_EQ(host.run_state(), RunState::kOff);
-  EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0x00);  // shows the remaining errors
-  host.ask("141#A100000064000000");
-  EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 2U);  // cleared, but still off
-  host.ask("141#8800000000000000");
-  host.wait(1ms);
-  EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
-  EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);  // the trip dropped the earlier command
-  host.ask("141#A100000064000000");
-  host.wait(1ms);
-  EXPECT_NEAR(host.bus.truth(1).i_q_ref, 1.6, 1e-9);
-}
-
-/// The drive switches off before any query sees the trip.
-TEST(Errors, ATripNeedsNobodyToAsk) {
-  Host host(protected_config());
-  host.ask("141#A200000010270000");
-  host.wait(100ms);
-  EXPECT_EQ(host.run_state(), RunState::kRunning);
-  host.bus.set_supply_voltage(1, 6.0);
-  host.wait(100ms);
-  EXPECT_EQ(host.run_state(), RunState::kOff);
-}
-
-/// docs/reference/protocol.md §6: a trip drops the command. Later writes to the drive's memory do
-/// not restore it, even if the error is cleared before the loops run again.
-TEST(Errors, NoSettingBringsBackWhatATripDropped) {
-  const auto somebody_writes = [](Host& host) {
-    host.bus.apply({1, Setting{RomParameter::kMaxSpeed, host.bus.servo(1).rom}});
-  };
-  const auto a_bit_flips = [](Host& host) {
-    test::inject(host, "ram_flipped", {RomParameter::kMaxSpeed});
-  };
-  for (const std::function<void(Host&)>& write :
-       {std::function<void(Host&)>(somebody_writes), std::function<void(Host&)>(a_bit_flips)}) {
-    Host host(protected_config());
-    host.ask("141#A200000010270000");
-    host.wait(100ms);
-    host.bus.set_supply_voltage(1, 6.0);
-    host.wait(100ms);
-    host.bus.set_supply_voltage(1, 24.0);
-    host.wait(100ms);
-    write(host);
-    EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
-    EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0x00);
-    host.wait(10ms);
-    EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
-    host.ask("141#8800000000000000");
-    host.wait(1ms);
-    EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
-    EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);
-  }
-}
-
-TEST(Errors, TripKeepsTheTurnCount) {
-  Host host(protected_config());
-  host.ask("141#A3000000 50C30000");
-  host.wait(2s);
-  host.bus.set_supply_voltage(1, 6.0);
-  host.wait(100ms);
-  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 50000, 100);  // no longer held
-}
-
-TEST(Errors, OthersThanTheTwoOfTheManualAreNotShown) {
-  Host host(protected_config());
-  host.bus.set_supply_voltage(1, 65.0);
-  host.wait(100ms);
-  EXPECT_EQ(error_state(host), 0);
-  EXPECT_EQ(host.bus.telemetry(1).errors, model::bit(model::Error::kOverVoltage));
-  host.ask("141#A100000064000000");
-  EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 1U);
-}
-
-TEST(Errors, PowerCycleClears) {
-  Host host(protected_config());
-  host.bus.set_supply_voltage(1, 6.0);
-  host.wait(100ms);
-  host.bus.set_supply_voltage(1, 24.0);
-  host.wait(100ms);
-  host.bus.power_cycle(1);
-  EXPECT_EQ(error_state(host), 0);
-  host.ask("141#A100000064000000");
-  host.wait(1ms);
-  EXPECT_NEAR(host.bus.truth(1).i_q_ref, 1.6, 1e-9);
-}
-
-TEST(Errors, LostInput) {
-  auto config = servo_config(1);
-  config.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)] = {true, 0.1, 0, 0};
-  Host host(config);
-  for (int k = 0; k < 10; ++k) {
-    host.ask("141#9A00000000000000");  // any command resets the time-out
-    host.wait(50ms);
-  }
-  EXPECT_EQ(host.bus.telemetry(1).errors, 0);
-  host.wait(100ms);
-  EXPECT_EQ(host.bus.telemetry(1).errors, model::bit(model::Error::kLostInput));
-  host.ask("141#A100000064000000");
-  EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 1U);
-  host.wait(1ms);
-  EXPECT_EQ(host.bus.telemetry(1).errors,
-            model::bit(model::Error::kLostInput));  // frames alone do not clear it
-  host.ask("141#9B00000000000000");
-  host.ask("141#8800000000000000");
-  host.ask("141#A100000064000000");
-  host.wait(1ms);
-  EXPECT_NEAR(host.bus.truth(1).i_q_ref, 1.6, 1e-9);
-}
-
-/// The clearing frame may end the silence itself: it counts as input.
-TEST(Errors, LostInputIsClearedByTheFirstFrameAfterTheSilence) {
-  auto config = servo_config(1);
-  config.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)] = {true, 0.1, 0, 0};
-  Host host(config);
-  host.wait(500ms);
-  ASSERT_EQ(host.bus.telemetry(1).errors, model::bit(model::Error::kLostInput));
-  host.ask("141#9B00000000000000");
-  host.ask("141#8800000000000000");
-  host.ask("141#A100000064000000");
-  host.wait(1ms);
-  EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 0U);
-  EXPECT_NEAR(host.bus.truth(1).i_q_ref, 1.6, 1e-9);
-}
-
 // --- misprints and modes
 
-TEST(Quirks, ManualReplyBytes) {
+TEST(Quirks, ReplyBytesOfTheManual) {
   auto config = servo_config(1);
   config.quirks.manual_reply_bytes = true;
   Host host(config);
@@ -363,7 +181,7 @@ BusConfig multi_drive_config() {
   return config;
 }
 
-TEST(MultiDrive, AnswersInOrderOfIdsAsForTorque) {
+TEST(MultiDrive, TorqueIsAnsweredInOrderOfIds) {
   Host host(multi_drive_config());
   const auto replies = host.talk(frame("280#6400 C800 2C01 9001"));
   ASSERT_EQ(replies.size(), 3U);
@@ -390,13 +208,7 @@ TEST(MultiDrive, SingleDriveFramesAreIgnored) {
   EXPECT_EQ(host.bus.stats().count(Drop::kWrongMode), 1U);
 }
 
-TEST(MultiDrive, IgnoredWithTheModeOff) {
-  Host host(test::bus_config({1, 2}));
-  EXPECT_TRUE(host.talk(frame("280#6400640064006400")).empty());
-  EXPECT_EQ(host.bus.stats().count(Drop::kWrongMode), 1U);
-}
-
-TEST(MultiDrive, RefusedWithAnError) {
+TEST(MultiDrive, RefusesMotionWithAnError) {
   BusConfig config = multi_drive_config();
   config.servos[0].rom.protections[0] = {true, 7.0, 0.5, 0.001};
   Host host(config);
@@ -404,6 +216,108 @@ TEST(MultiDrive, RefusedWithAnError) {
   host.wait(100ms);
   EXPECT_EQ(host.talk(frame("280#6400640064006400")).size(), 3U);
   EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 1U);
+}
+
+/// v236 drives 1, 2, 3 and 6 and a legacy one, 4, all in multi-drive mode.
+Host several() {
+  BusConfig config = test::bus_config({});
+  config.servos = {
+      drive(Generation::kV236, Series::kMg, 1), drive(Generation::kV236, Series::kMf, 2),
+      drive(Generation::kV236, Series::kMs, 3), drive(Generation::kLegacy, Series::kMf, 4),
+      drive(Generation::kV236, Series::kMg, 6)};
+  for (auto& servo : config.servos) servo.rom.broadcast_mode = true;
+  return Host(config);
+}
+
+using Ids = std::vector<std::uint32_t>;
+
+Ids ids(const std::vector<protocol::Frame>& replies) {
+  Ids result;
+  for (const auto& reply : replies) result.push_back(reply.id);
+  return result;
+}
+
+TEST(MultiDrive, TorqueHasTheScaleOfEachDrive) {
+  Host host = several();
+  const auto replies = host.talk(frame("280#6400640064006400"));
+  EXPECT_EQ(ids(replies), (Ids{0x141, 0x142, 0x144, 0x146}));  // MS has no torque command
+  host.wait(1ms);
+  EXPECT_NEAR(host.bus.truth(1).i_q_ref, 100 * kMgLsb_A, 1e-9);
+  EXPECT_NEAR(host.bus.truth(2).i_q_ref, 100 * kMfLsb_A, 1e-9);
+  EXPECT_NEAR(host.bus.truth(4).i_q_ref, 1.6, 1e-9);
+  EXPECT_EQ(host.bus.truth(6).i_q_ref, 0);
+}
+
+TEST(MultiDrive, SpeedIsObeyedByEachDrive) {
+  Host host = several();
+  const auto replies = host.talk(frame("281#680198FE68016801"));  // 360, −360, 360, 360
+  EXPECT_EQ(ids(replies), (Ids{0x141, 0x142, 0x143, 0x146}));     // not a legacy command
+  for (const auto& reply : replies) {
+    auto expected = frame("141#A219000000000008");
+    expected.id = reply.id;
+    EXPECT_EQ(reply, expected);
+  }
+  host.wait(1s);
+  EXPECT_NEAR(test::speed_dps(host, 1), 360, 10);
+  EXPECT_NEAR(test::speed_dps(host, 2), -360, 10);
+  EXPECT_NEAR(test::speed_dps(host, 6), 0, 1);
+}
+
+TEST(MultiDrive, PositionIsObeyedByEachDrive) {
+  Host host = several();
+  const auto replies = host.talk(frame("282#1027 F0D8 1027 1027"));  // ±10000 = ±100°
+  ASSERT_EQ(ids(replies), (Ids{0x141, 0x142, 0x143, 0x146}));
+  EXPECT_EQ(replies[0].data[0], 0xA3);
+  host.wait(2s);
+  const auto moved_deg = [&](int id) {
+    return (host.bus.truth(id).theta_m * 180 / std::numbers::pi) - 45;
+  };
+  EXPECT_NEAR(moved_deg(1), 55, 0.1);
+  EXPECT_NEAR(moved_deg(2), -145, 0.1);
+  EXPECT_NEAR(moved_deg(6), 0, 0.1);
+}
+
+TEST(MultiDrive, AnyCommandIsAnsweredBySlot) {
+  Host host = several();
+  const auto replies = host.talk(frame("288#9AFF9C0092009A00"));
+  ASSERT_EQ(ids(replies), (Ids{0x141, 0x142, 0x143}));  // 4 is legacy, 6 has no slot
+  EXPECT_EQ(replies[0], frame("141#9A19600900000000"));
+  EXPECT_EQ(replies[1], frame("142#9C19000000000008"));
+  EXPECT_EQ(replies[2], frame("143#9294110000000000"));
+  // MS lacks torque, v236 lacks 0x30; the other slots are answered.
+  EXPECT_EQ(ids(host.talk(frame("288#3000 8100 A100 9A00"))), (Ids{0x142}));
+  EXPECT_EQ(host.bus.servo(1).stats.unknown_commands, 1U);
+  EXPECT_EQ(host.bus.servo(3).stats.unknown_commands, 1U);
+  EXPECT_EQ(host.bus.servo(6).stats.unknown_commands, 0U);
+  EXPECT_EQ(host.run_state(2), RunState::kStopped);
+  EXPECT_EQ(host.bus.stats().queries, 2U);
+}
+
+TEST(MultiDrive, EmptySlotIsNoCommand) {
+  Host host = several();
+  EXPECT_EQ(ids(host.talk(frame("288#00FF9A0000000000"))), (Ids{0x142}));
+  EXPECT_TRUE(host.talk(frame("288#0000000000000000")).empty());
+  for (const int id : {1, 2, 3, 6}) {
+    EXPECT_EQ(host.bus.servo(id).stats.unknown_commands, 0U) << id;
+  }
+  EXPECT_EQ(host.bus.stats().count(Drop::kUnknownCommand), 0U);
+  EXPECT_EQ(host.bus.stats().count(Drop::kForeignId), 1U);
+}
+
+TEST(MultiDrive, FramesAreIgnoredOutsideTheMode) {
+  Host host = Host(drive(Generation::kV236));
+  for (const char* text : {"280#0000000000000000", "281#0000000000000000", "282#0000000000000000",
+                           "288#9A00000000000000"}) {
+    EXPECT_TRUE(host.talk(frame(text)).empty());
+  }
+  EXPECT_EQ(host.bus.stats().count(Drop::kWrongMode), 4U);
+  // Drives outside the mode do not count unknown commands.
+  EXPECT_TRUE(host.talk(frame("288#3000000000000000")).empty());
+  EXPECT_EQ(host.bus.servo(1).stats.unknown_commands, 0U);
+  EXPECT_EQ(host.bus.stats().count(Drop::kUnknownCommand), 0U);
+  Host legacy = Host(drive(Generation::kLegacy));
+  EXPECT_TRUE(legacy.talk(frame("281#0000000000000000")).empty());
+  EXPECT_EQ(legacy.bus.stats().count(Drop::kForeignId), 1U);
 }
 
 }  // namespace run_state_test
