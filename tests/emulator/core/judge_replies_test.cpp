@@ -1,4 +1,5 @@
-// Which frames count as queries and replies, and their contents.
+// Verdicts on replies: which frames count as queries and replies, their number, age and contents;
+// queries that are answered in time, late, or never.
 
 #include <gtest/gtest.h>
 
@@ -9,91 +10,256 @@ namespace lk::emulator {
 namespace judge_replies_test {
 
 using namespace std::chrono_literals;
+
 using Status = ExpectationResult::Status;
 
-/// A judge of drive 1 from 0 to 10 s with a manual wire.
-struct Ear {
-  explicit Ear(const Replies& replies, const BusConfig& config = test::bus_config({1}))
-      : bus(config),
-        judge(config, {{0, 1, replies, {Period::Kind::kThroughout, 0ns, 10s}, ""}}, 0, 0ns) {}
-  void query(SimTime when, const protocol::Frame& frame) { judge.on_query({when, frame}, bus); }
-  void query(SimTime when, const char* text) { query(when, test::frame(text)); }
+constexpr const char* kState1 = "141#9A00000000000000";
+constexpr const char* kState2 = "141#9C00000000000000";
+
+Period throughout(SimTime from, SimTime to) { return {Period::Kind::kThroughout, from, to}; }
+
+BusConfig v236_bus(int id, bool multi_drive_mode) {
+  BusConfig config = test::bus_config({});
+  config.servos = {test::drive(Generation::kV236, Series::kMg, id)};
+  config.servos[0].rom.broadcast_mode = multi_drive_mode;
+  return config;
+}
+
+/// A judge of drive 1, whose queries and replies the test provides.
+struct JudgedDrive {
+  explicit JudgedDrive(const decltype(Expectation::what)& what, Period when = throughout(0ns, 10s),
+                       SimTime start = 0ns)
+      : judge(test::bus_config({1, 2}), {{0, 1, what, when, ""}}, 0, start) {}
+  void query(SimTime when, const char* text) { judge.on_query({when, test::frame(text)}, bus); }
   void reply(SimTime when, const char* text) { judge.on_reply({when, test::frame(text)}); }
-  Status status(SimTime now = 10s) const { return judge.results(now).at(0).status; }
-  Bus bus;
+  ExpectationResult result(SimTime now = 10s) const { return judge.results(now).at(0); }
+  Status status(SimTime now = 10s) const { return result(now).status; }
+  Bus bus{test::bus_config({1, 2})};
   Judge judge;
 };
 
-TEST(JudgeReplies, OnlyADataFrameOfElevenBitsAsks) {
-  Replies prompt;
-  prompt.age = Range{1, 2};
-  for (const char* text : {"141#R8", "00000141#0000000000000000", "141#"}) {
-    Ear ear(prompt);
-    ear.query(1s, text);
-    ear.reply(1001500us, "141#0000000000000000");
-    EXPECT_EQ(ear.status(), Status::kFailed) << text;
+TEST(JudgeReplies, CountOnlyTheirDriveAndCommand) {
+  Replies three;
+  three.command = 0x9C;
+  three.min_count = three.max_count = 2;
+  JudgedDrive drive(three);
+  drive.reply(1s, kState2);
+  EXPECT_EQ(drive.status(2s), Status::kOpen);
+  EXPECT_EQ(drive.status(), Status::kFailed);
+  drive.reply(2s, "142#9C00000000000000");  // from another drive
+  drive.reply(2s, kState1);                 // to another command
+  drive.reply(2s, "00000141#9C00000000000000");
+  EXPECT_EQ(drive.status(), Status::kFailed);
+  drive.reply(3s, kState2);
+  EXPECT_EQ(drive.status(5s), Status::kOpen) << "a third reply may come";
+  EXPECT_EQ(drive.status(), Status::kPassed);
+  drive.reply(4s, kState2);
+  EXPECT_EQ(drive.status(5s), Status::kFailed) << "a reply too many fails at once";
+}
+
+TEST(JudgeReplies, PeriodIncludesItsEnds) {
+  Replies one;
+  one.min_count = one.max_count = 2;
+  JudgedDrive drive(one, throughout(1s, 2s));
+  drive.reply(1s - 1ns, kState2);
+  drive.reply(2s + 1ns, kState2);
+  EXPECT_EQ(drive.status(), Status::kFailed);
+  drive.reply(1s, kState2);
+  drive.reply(2s, kState2);
+  EXPECT_EQ(drive.status(), Status::kPassed);
+}
+
+TEST(JudgeReplies, TimesCountFromTheStart) {
+  Replies one;
+  JudgedDrive drive(one, throughout(1s, 2s), 100s);
+  drive.reply(1500ms, kState2);
+  EXPECT_EQ(drive.status(103s), Status::kFailed);
+  drive.reply(101500ms, kState2);
+  EXPECT_EQ(drive.status(103s), Status::kPassed);
+  EXPECT_EQ(drive.judge.results(103s).at(0).measured, "1 reply at 1.5 s");
+}
+
+TEST(JudgeReplies, ZeroRepliesCanBeExpected) {
+  Replies none;
+  none.command = 0x9C;
+  none.min_count = none.max_count = 0;
+  JudgedDrive drive(none);
+  EXPECT_EQ(drive.status(5s), Status::kOpen);
+  EXPECT_EQ(drive.status(), Status::kPassed);
+  drive.reply(1s, kState2);
+  EXPECT_EQ(drive.status(5s), Status::kFailed);
+}
+
+TEST(JudgeReplies, AgeCountsFromTheLatestQueryOfTheCommand) {
+  Replies late;
+  late.command = 0x9C;
+  late.age = Range{5, 6};
+  JudgedDrive drive(late);
+  drive.reply(0s, kState2);  // without a query
+  drive.query(1000ms, kState2);
+  drive.query(1003ms, kState1);
+  drive.query(1003ms, "142#9C00000000000000");
+  drive.reply(1005ms - 1ns, kState2);
+  drive.reply(1006ms + 1ns, kState2);
+  EXPECT_EQ(drive.status(), Status::kFailed);
+  drive.reply(1005ms, kState2);
+  EXPECT_EQ(drive.status(), Status::kPassed);
+}
+
+TEST(JudgeReplies, MultiDriveFrameQueriesEachDrive) {
+  const BusConfig config = v236_bus(1, true);
+  const Bus bus(config);
+  const std::pair<const char*, std::uint8_t> asked[] = {{"280#0000000000000000", 0xA1},
+                                                        {"281#0000000000000000", 0xA2},
+                                                        {"282#0000000000000000", 0xA3},
+                                                        {"288#9C009A0000000000", 0x9C}};
+  for (const auto& [query, command] : asked) {
+    Replies prompt;
+    prompt.command = command;
+    prompt.age = Range{1, 2};
+    Judge judge(config, {{0, 1, prompt, throughout(0ns, 10s), ""}}, 0, 0ns);
+    protocol::Frame reply = test::frame("141#0000000000000000");
+    reply.data[0] = command;
+    judge.on_reply({500ms, reply});  // without a query
+    judge.on_query({1s, test::frame(query)}, bus);
+    EXPECT_EQ(judge.results(10s).at(0).status, Status::kFailed) << query;
+    judge.on_reply({1s + 1500us, reply});
+    EXPECT_EQ(judge.results(10s).at(0).status, Status::kPassed) << query;
   }
-  Ear ear(prompt);
-  ear.query(1s, "141#0000000000000000");
-  ear.reply(1001500us, "141#0000000000000000");
-  EXPECT_EQ(ear.status(), Status::kPassed);
 }
 
-TEST(JudgeReplies, OnlyADataFrameReplies) {
-  Ear ear(Replies{});
-  ear.reply(1s, "141#R8");
-  EXPECT_EQ(ear.status(), Status::kFailed);
-  ear.reply(1s, "141#");
-  EXPECT_EQ(ear.status(), Status::kPassed);
+TEST(JudgeReplies, IgnoredFrameIsNoQuery) {
+  for (const bool several : {false, true}) {
+    const BusConfig config = v236_bus(1, several);
+    const Bus bus(config);
+    const char* own = several ? "280#0000000000000000" : "141#A100000000000000";
+    const char* others = several ? "141#A100000000000000" : "280#0000000000000000";
+    Replies slow;
+    slow.command = 0xA1;
+    slow.age = Range{5, 6};
+    Judge judge(config, {{0, 1, slow, throughout(0ns, 10s), ""}}, 0, 0ns);
+    judge.on_query({1000ms, test::frame(own)}, bus);
+    judge.on_query({1004ms, test::frame(others)}, bus);
+    judge.on_reply({1005ms, test::frame("141#A100000000000000")});
+    EXPECT_EQ(judge.results(10s).at(0).status, Status::kPassed) << several;
+  }
 }
 
-// A wrong_dlc of 0 gives a frame without a command.
-TEST(JudgeReplies, AnEmptyReplyIsToNoCommand) {
-  Replies to_zero;
-  to_zero.command = 0x00;
-  Ear command(to_zero);
-  command.reply(1s, "141#");
-  EXPECT_EQ(command.status(), Status::kFailed);
-
+TEST(JudgeReplies, MultiDriveFrameWithoutASlotIsNoQuery) {
+  const BusConfig config = v236_bus(9, true);
+  const Bus bus(config);
   Replies prompt;
-  prompt.age = Range{1, 2};
-  Ear age(prompt);
-  age.query(1s, "141#0000000000000000");
-  age.reply(1001500us, "141#");
-  EXPECT_EQ(age.status(), Status::kFailed);
+  prompt.age = Range{0, 5};
+  // 0x288 addresses drives 1 to 8; half a frame addresses none.
+  for (const char* query : {"288#9A9A9A9A9A9A9A9A", "280#0000"}) {
+    Judge judge(config, {{0, 9, prompt, throughout(0ns, 10s), ""}}, 0, 0ns);
+    judge.on_query({1s, test::frame(query)}, bus);
+    for (const char* reply : {"149#9A00000000000000", "149#A100000000000000"}) {
+      judge.on_reply({1001ms, test::frame(reply)});
+    }
+    EXPECT_EQ(judge.results(10s).at(0).status, Status::kFailed) << query;
+  }
 }
 
-TEST(JudgeReplies, WhatCannotBeReadSaysNothing) {
-  Replies any_voltage;
-  any_voltage.field = "voltage_V";
-  Ear ear(any_voltage);
-  ear.reply(1s, "141#9A1900F0");  // truncated
-  EXPECT_EQ(ear.status(), Status::kFailed);
-  ear.reply(1s, "141#9A1900F000000000");
-  EXPECT_EQ(ear.status(), Status::kPassed);
+TEST(JudgeReplies, AreDecidedAtTheMinimumOrAboveTheMaximum) {
+  const auto decided_at = [](std::uint64_t min_count, std::uint64_t max_count) {
+    Replies replies;
+    replies.min_count = min_count;
+    replies.max_count = max_count;
+    JudgedDrive drive(replies);
+    for (const SimTime when : {1s, 2s, 3s}) drive.reply(when, "141#9C19000000000000");
+    return drive.judge.results(10s).at(0).decided_at;
+  };
+  constexpr auto kAny = std::numeric_limits<std::uint64_t>::max();
+  EXPECT_EQ(decided_at(2, kAny), 2s);
+  EXPECT_EQ(decided_at(1, 2), 3s);
+  EXPECT_EQ(decided_at(3, 3), 10s);
+  EXPECT_EQ(decided_at(4, kAny), 10s);
 }
 
-TEST(JudgeReplies, AReplyWithoutErrorBitsHasNoneSet) {
+TEST(JudgeReplies, ErrorsAndFieldsAreRead) {
+  // 0x9A by the manual: 25 °C, 24.0 V in 0.1 V, under-voltage is bit 0.
   Replies error;
   error.error = WhichError{model::Error::kUnderVoltage};
-  Ear ear(error);
-  ear.reply(1s, "141#9C1901000000FFFF");  // state 2: these bytes are a current and an angle
-  EXPECT_EQ(ear.status(), Status::kFailed);
+  JudgedDrive set(error);
+  set.reply(1s, "141#9A1900F000000000");
+  EXPECT_EQ(set.status(), Status::kFailed);
+  set.reply(1s, "141#9A1900F000000001");
+  EXPECT_EQ(set.status(), Status::kPassed);
+
+  Replies voltage;
+  voltage.field = "voltage_V";
+  voltage.range = {23.95, 24.05};
+  JudgedDrive volts(voltage);
+  volts.reply(1s, "141#9C19000000000000");  // contains no voltage
+  volts.reply(1s, "141#9A1900EF00000000");
+  EXPECT_EQ(volts.status(), Status::kFailed);
+  volts.reply(1s, "141#9A1900F000000000");
+  EXPECT_EQ(volts.status(), Status::kPassed);
 }
 
-TEST(JudgeReplies, EnoughIsEnoughWhereThereIsNoMost) {
+TEST(JudgeReplies, OnlyDataFramesCountAsReplies) {
+  JudgedDrive drive(Replies{});
+  drive.reply(1s, "141#R8");
+  EXPECT_EQ(drive.status(), Status::kFailed);
+  drive.reply(1s, "141#");
+  EXPECT_EQ(drive.status(), Status::kPassed);
+}
+
+TEST(JudgeReplies, TruncatedReplyHasNoFields) {
+  Replies any_voltage;
+  any_voltage.field = "voltage_V";
+  JudgedDrive drive(any_voltage);
+  drive.reply(1s, "141#9A1900F0");  // truncated
+  EXPECT_EQ(drive.status(), Status::kFailed);
+  drive.reply(1s, "141#9A1900F000000000");
+  EXPECT_EQ(drive.status(), Status::kPassed);
+}
+
+TEST(JudgeReplies, ReplyWithoutErrorBitsHasNoError) {
+  Replies error;
+  error.error = WhichError{model::Error::kUnderVoltage};
+  JudgedDrive drive(error);
+  drive.reply(1s, "141#9C1901000000FFFF");  // state 2: these bytes are a current and an angle
+  EXPECT_EQ(drive.status(), Status::kFailed);
+}
+
+TEST(JudgeReplies, MinimumAlonePassesAtOnce) {
   Replies two;
   two.min_count = 2;
-  Ear ear(two);
-  ear.reply(1s, "141#9C00000000000000");
-  EXPECT_EQ(ear.status(1s), Status::kOpen);
-  ear.reply(2s, "141#9C00000000000000");
-  EXPECT_EQ(ear.status(2s), Status::kPassed);
+  JudgedDrive drive(two);
+  drive.reply(1s, kState2);
+  EXPECT_EQ(drive.status(1s), Status::kOpen);
+  drive.reply(2s, kState2);
+  EXPECT_EQ(drive.status(2s), Status::kPassed);
+}
+
+/// An empty frame (wrong_dlc of 0) has no command.
+TEST(JudgeReplies, OnlyReplyToAValidQueryHasAnAge) {
+  Replies prompt;
+  prompt.age = Range{1, 2};
+  const char* const zeros = "141#0000000000000000";
+  for (const auto& [query, reply, status] :
+       {std::tuple{zeros, zeros, Status::kPassed},
+        {zeros, "141#", Status::kFailed},
+        {"141#R8", zeros, Status::kFailed},
+        {"141#", zeros, Status::kFailed},
+        {"00000141#0000000000000000", zeros, Status::kFailed}}) {
+    JudgedDrive drive(prompt);
+    drive.query(1s, query);
+    drive.reply(1001500us, reply);
+    EXPECT_EQ(drive.status(), status) << query << ' ' << reply;
+  }
+  Replies to_zero;
+  to_zero.command = 0x00;
+  JudgedDrive command(to_zero);
+  command.reply(1s, "141#");
+  EXPECT_EQ(command.status(), Status::kFailed);
 }
 
 // Bytes by hand from the tables of docs/reference/protocol.md; nullopt if the reply lacks the
 // field.
-TEST(JudgeReplies, FieldsAreThoseOfTheProtocol) {
+TEST(JudgeReplies, FieldsFollowTheProtocol) {
   using protocol::kLegacyFormat;
   struct Case {
     const char* name;
@@ -128,6 +294,145 @@ TEST(JudgeReplies, FieldsAreThoseOfTheProtocol) {
       EXPECT_DOUBLE_EQ(*value, *c.value) << c.name << ' ' << c.text;
     }
   }
+}
+
+using Status = ExpectationResult::Status;
+
+// --- queries that must be answered
+
+/// Queries must be answered within 20 ms.
+JudgedDrive answered(std::optional<std::uint8_t> command = {}, Period when = throughout(0ns, 10s),
+                     SimTime start = 0ns) {
+  return JudgedDrive(Answered{command, 20ms}, when, start);
+}
+
+TEST(JudgeAnswers, ReplyAtTheLimitIsInTime) {
+  JudgedDrive drive = answered();
+  drive.query(1s, kState2);
+  drive.reply(1020ms, kState2);
+  EXPECT_EQ(drive.status(9s), Status::kOpen);
+  EXPECT_EQ(drive.status(), Status::kPassed);
+  EXPECT_EQ(drive.result().decided_at, 10s);
+  EXPECT_EQ(drive.result().margin, std::nullopt);
+}
+
+TEST(JudgeAnswers, LateReplyFailsAtTheLimit) {
+  JudgedDrive drive = answered();
+  drive.query(1s, kState2);
+  drive.reply(1020ms + 1ns, kState2);
+  EXPECT_EQ(drive.status(2s), Status::kFailed);
+  EXPECT_EQ(drive.result().decided_at, 1020ms);
+  EXPECT_EQ(drive.result().at, 1020ms);
+}
+
+TEST(JudgeAnswers, NoQueryNeedsNoAnswer) {
+  EXPECT_EQ(answered().status(), Status::kPassed);
+  JudgedDrive drive = answered();
+  drive.query(1s, "142#9C00000000000000");  // of another drive
+  drive.reply(2s, kState2);                 // without a query
+  EXPECT_EQ(drive.status(), Status::kPassed);
+}
+
+// The host repeats an unanswered query: the waiting time starts at the first.
+TEST(JudgeAnswers, RepeatedQueryDoesNotRestartTheLimit) {
+  JudgedDrive late = answered();
+  late.query(1s, kState2);
+  late.query(1010ms, kState2);
+  late.reply(1025ms, kState2);
+  EXPECT_EQ(late.result().decided_at, 1020ms);
+  JudgedDrive in_time = answered();
+  in_time.query(1s, kState2);
+  in_time.query(1010ms, kState2);
+  in_time.reply(1015ms, kState2);
+  EXPECT_EQ(in_time.status(), Status::kPassed);
+}
+
+TEST(JudgeAnswers, EachCommandNeedsItsOwnReply) {
+  JudgedDrive drive = answered();
+  drive.query(1s, kState2);
+  drive.query(1005ms, kState1);
+  drive.reply(1010ms, kState1);
+  EXPECT_EQ(drive.status(1021ms), Status::kFailed);
+  EXPECT_EQ(drive.result().decided_at, 1020ms);
+  JudgedDrive both = answered();
+  both.query(1s, kState2);
+  both.query(1s, kState1);
+  both.reply(1001ms, kState1);
+  both.reply(1002ms, kState2);
+  EXPECT_EQ(both.status(), Status::kPassed);
+}
+
+TEST(JudgeAnswers, OnlyTheNamedCommandCounts) {
+  JudgedDrive drive = answered(0x9A);
+  drive.query(1s, kState2);
+  EXPECT_EQ(drive.status(), Status::kPassed);
+  drive.query(2s, kState1);
+  EXPECT_EQ(drive.result().decided_at, 2020ms);
+}
+
+TEST(JudgeAnswers, PeriodSelectsQueries) {
+  const Period period{Period::Kind::kThroughout, 2s, 3s};
+  const auto failed_at = [&](SimTime query) {
+    JudgedDrive drive = answered(std::nullopt, period);
+    drive.query(query, kState2);
+    return drive.result().decided_at;
+  };
+  EXPECT_EQ(failed_at(2s - 1ns), 3s);  // passed: decided at the end
+  EXPECT_EQ(failed_at(2s), 2020ms);
+  EXPECT_EQ(failed_at(3s), 3020ms);  // queried in time; the wait may end later
+  EXPECT_EQ(failed_at(3s + 1ns), 3s);
+  JudgedDrive early = answered(std::nullopt, period);
+  early.query(2s - 1ns, kState2);
+  EXPECT_EQ(early.status(), Status::kPassed);
+}
+
+TEST(JudgeAnswers, FirstMissedReplyDecides) {
+  JudgedDrive drive = answered();
+  drive.query(1s, kState2);
+  drive.reply(1030ms, kState2);
+  drive.query(2s, kState1);
+  EXPECT_EQ(drive.result(5s).decided_at, 1020ms);
+}
+
+// The host accepts only its own identifier and 8 bytes, so such a frame is not an answer.
+TEST(JudgeAnswers, OtherIdOrLengthIsNoReply) {
+  const auto after = [](const char* text) {
+    JudgedDrive drive = answered();
+    drive.query(1s, kState2);
+    TimedFrame reply{1001ms, test::frame(text)};
+    reply.drive_id = 1;
+    drive.judge.on_reply(reply);
+    return drive.status();
+  };
+  EXPECT_EQ(after(kState2), Status::kPassed);
+  EXPECT_EQ(after("142#9C00000000000000"), Status::kFailed);
+  EXPECT_EQ(after("741#9C00000000000000"), Status::kFailed);
+  EXPECT_EQ(after("141#9C000000"), Status::kFailed);
+  EXPECT_EQ(after("141#"), Status::kFailed);
+  EXPECT_EQ(after(kState1), Status::kFailed);
+}
+
+/// Byte [7] of the replies of state 1 and 3 has the error bits.
+TEST(JudgeAnswers, AnyErrorMatchesEachError) {
+  Replies replies;
+  replies.error = WhichError{};
+  JudgedDrive drive(replies, {Period::Kind::kBy, 0ns, 10s});
+  drive.reply(1s, "141#9A1900F000000000");
+  EXPECT_EQ(drive.status(2s), Status::kOpen);
+  drive.reply(3s, "141#9C1901000000FFFF");  // state 2 has no error bits
+  EXPECT_EQ(drive.status(4s), Status::kOpen);
+  EXPECT_EQ(drive.status(), Status::kFailed);
+  drive.reply(5s, "141#9A1900F000000008");
+  EXPECT_EQ(drive.status(6s), Status::kPassed);
+  EXPECT_EQ(drive.result(6s).decided_at, 5s);
+}
+
+TEST(JudgeAnswers, MissingReplyFailsAtTheLimit) {
+  JudgedDrive drive = answered({}, throughout(0ns, 10s), 100s);
+  drive.query(101s, kState2);
+  EXPECT_EQ(drive.status(101020ms - 1ns), Status::kOpen);
+  EXPECT_EQ(drive.status(101020ms), Status::kFailed);
+  EXPECT_EQ(drive.result(110s).decided_at, 1020ms);  // from the start of the scenario
 }
 
 }  // namespace judge_replies_test
