@@ -76,7 +76,7 @@ std::size_t allocations_of_advice(Adviser& adviser, int frames) {
   return allocations - before;
 }
 
-TEST(Allocation, NoneOfAnAdviserThatHasGivenItsAdvice) {
+TEST(Allocation, AdviserStopsAllocatingOnceItsAdviceIsComplete) {
   Adviser adviser(test::bus_config({1, 2}, 1'000'000));
   EXPECT_GT(allocations_of_advice(adviser, 200'000), 0U) << "each advice is kept";
   EXPECT_EQ(allocations_of_advice(adviser, 200'000), 0U);

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <set>
 
-#include "tests/support/test_bus.hpp"
+#include "tests/emulator/core/core_support.hpp"
 
 namespace lk::emulator {
 namespace generation_test {
@@ -20,6 +20,7 @@ using test::frame;
 using test::Host;
 using test::kMfLsb_A;
 using test::kMgLsb_A;
+using test::most_A;
 
 /// Parameters of an MG4005-i10 that affect its angles.
 ServoConfig mg4005(Generation generation, double boot_angle_deg) {
@@ -35,16 +36,11 @@ double truth_deg(const Host& host) { return host.bus.truth(1).theta_m * 180 / st
 
 // --- answered commands
 
-TEST(Generation, LegacyIsTheDefault) {
-  EXPECT_EQ(quirks_of(Generation::kLegacy), Quirks{});
-  EXPECT_TRUE(quirks_of(Generation::kLateLegacy).run_resumes);
-  EXPECT_FALSE(quirks_of(Generation::kV235).run_resumes);
-  EXPECT_FALSE(quirks_of(Generation::kV236).run_resumes);
-}
+TEST(Generation, LegacyIsTheDefault) { EXPECT_EQ(quirks_of(Generation::kLegacy), Quirks{}); }
 
 /// docs/reference/protocol.md §4.1: the manuals of V2.35 and V2.36 require 0x88 after 0x80, the
 /// first one does not.
-TEST(Generation, NewerDrivesThatAreOffWaitForRun) {
+TEST(Generation, NewerDrivesNeedRunAfterOff) {
   for (const auto& [generation, waits] :
        {std::pair(Generation::kLegacy, false), std::pair(Generation::kLateLegacy, false),
         std::pair(Generation::kV235, true), std::pair(Generation::kV236, true)}) {
@@ -63,63 +59,52 @@ using Bytes = std::set<unsigned>;
 const Bytes kLegacyBytes{0x19, 0x30, 0x31, 0x32, 0x33, 0x34, 0x37, 0x38, 0x80, 0x81,
                          0x88, 0x90, 0x91, 0x92, 0x94, 0x95, 0x9A, 0x9B, 0x9C, 0x9D,
                          0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8};
-const Bytes kLegacyMsBytes{0x19, 0x30, 0x31, 0x32, 0x33, 0x34, 0x37, 0x38, 0x80,
-                           0x81, 0x88, 0x90, 0x91, 0x92, 0x94, 0x95, 0x9A, 0x9B,
-                           0x9C, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8};
 const Bytes kV235Bytes{0x19, 0x80, 0x81, 0x88, 0x90, 0x91, 0x92, 0x94, 0x95, 0x9A, 0x9B,
                        0x9C, 0x9D, 0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8};
-const Bytes kV235MsBytes{0x19, 0x80, 0x81, 0x88, 0x90, 0x91, 0x92, 0x94, 0x95, 0x9A,
-                         0x9B, 0x9C, 0xA0, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8};
 const Bytes kV236Bytes{0x19, 0x80, 0x81, 0x88, 0x8C, 0x90, 0x92, 0x94, 0x95, 0x9A, 0x9B, 0x9C,
                        0x9D, 0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8, 0xC0, 0xC1};
-const Bytes kV236MsBytes{0x19, 0x80, 0x81, 0x88, 0x8C, 0x90, 0x92, 0x94, 0x95, 0x9A, 0x9B,
-                         0x9C, 0xA0, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8, 0xC0, 0xC1};
+
+/// MS drives have no currents (0x9D, 0xA1); from V2.35 on they have open-loop power (0xA0).
+Bytes bytes_of_ms(Bytes bytes, bool legacy) {
+  bytes.erase(0x9D);
+  bytes.erase(0xA1);
+  if (!legacy) bytes.insert(0xA0);
+  return bytes;
+}
 
 TEST(Generation, AnswersWhatTheManualsSay) {
   struct Case {
     Generation generation;
-    Series series;
-    const Bytes& answered;
+    const Bytes& bytes;
   };
-  for (const Case& c : {
-           Case{Generation::kLegacy, Series::kMs, kLegacyMsBytes},
-           Case{Generation::kLegacy, Series::kMf, kLegacyBytes},
-           Case{Generation::kLegacy, Series::kMg, kLegacyBytes},
-           Case{Generation::kLegacy, Series::kMh, kLegacyBytes},
-           Case{Generation::kLateLegacy, Series::kMs, kLegacyMsBytes},
-           Case{Generation::kLateLegacy, Series::kMf, kLegacyBytes},
-           Case{Generation::kLateLegacy, Series::kMg, kLegacyBytes},
-           Case{Generation::kV235, Series::kMs, kV235MsBytes},
-           Case{Generation::kV235, Series::kMf, kV235Bytes},
-           Case{Generation::kV235, Series::kMg, kV235Bytes},
-           Case{Generation::kV235, Series::kMh, kV235Bytes},
-           Case{Generation::kV236, Series::kMs, kV236MsBytes},
-           Case{Generation::kV236, Series::kMf, kV236Bytes},
-           Case{Generation::kV236, Series::kMg, kV236Bytes},
-           Case{Generation::kV236, Series::kMh, kV236Bytes},
-       }) {
-    Host host(drive(c.generation, c.series));
-    Bytes answered;
-    for (unsigned byte = 0; byte < 256; ++byte) {
-      protocol::Frame query = frame("141#000A000000000000");
-      query.data[0] = static_cast<std::uint8_t>(byte);
-      const auto replies = host.talk(query);
-      ASSERT_LE(replies.size(), 1U) << byte;
-      if (replies.empty()) {
-        continue;
+  const Series kSeries[] = {Series::kMs, Series::kMf, Series::kMg, Series::kMh};
+  for (const Case& c :
+       {Case{Generation::kLegacy, kLegacyBytes}, Case{Generation::kLateLegacy, kLegacyBytes},
+        Case{Generation::kV235, kV235Bytes}, Case{Generation::kV236, kV236Bytes}}) {
+    for (const Series series : kSeries) {
+      const bool legacy = &c.bytes == &kLegacyBytes;
+      const Bytes expected = series == Series::kMs ? bytes_of_ms(c.bytes, legacy) : c.bytes;
+      Host host(drive(c.generation, series));
+      Bytes answered;
+      for (unsigned byte = 0; byte < 256; ++byte) {
+        protocol::Frame query = frame("141#000A000000000000");
+        query.data[0] = static_cast<std::uint8_t>(byte);
+        const auto replies = host.talk(query);
+        ASSERT_LE(replies.size(), 1U) << byte;
+        if (replies.empty()) continue;
+        answered.insert(byte);
+        EXPECT_EQ(replies[0].data[0], byte);
       }
-      answered.insert(byte);
-      EXPECT_EQ(replies[0].data[0], byte);
+      EXPECT_EQ(answered, expected)
+          << static_cast<int>(c.generation) << ' ' << static_cast<int>(series);
+      const std::uint64_t silent = 256 - expected.size();
+      EXPECT_EQ(host.bus.servo(1).stats.unknown_commands, silent);
+      EXPECT_EQ(host.bus.stats().count(Drop::kUnknownCommand), silent);
     }
-    EXPECT_EQ(answered, c.answered)
-        << static_cast<int>(c.generation) << ' ' << static_cast<int>(c.series);
-    const std::uint64_t silent = 256 - c.answered.size();
-    EXPECT_EQ(host.bus.servo(1).stats.unknown_commands, silent);
-    EXPECT_EQ(host.bus.stats().count(Drop::kUnknownCommand), silent);
   }
 }
 
-TEST(Generation, RepliesMayHaveIdentifiersOfTheirOwn) {
+TEST(Generation, ReplyIdentifiersAreConfigurable) {
   auto config = drive(Generation::kV236, Series::kMg, 3);
   config.quirks.dialect.reply_id_base = 0x180;
   Host host(config);
@@ -128,7 +113,7 @@ TEST(Generation, RepliesMayHaveIdentifiersOfTheirOwn) {
 
 // --- captures of real drives
 
-TEST(Generation, StateOfRealDrivesAtRest) {
+TEST(Generation, StateAtRestMatchesRealDrives) {
   struct Capture {
     const char* text;
     double temperature_C, voltage_V;
@@ -147,7 +132,7 @@ TEST(Generation, StateOfRealDrivesAtRest) {
 // Angle and encoder field of a real MG4005-i10. The encoder has steps of 0.055°, the angle of
 // 0.01°, so a pair fixes the true angle only within five steps. All pairs are correct if the field
 // is rounded down.
-TEST(Generation, AnglesOfARealDrive) {
+TEST(Generation, AnglesMatchARealDrive) {
   struct Reading {
     int angle_cdeg;
     int encoder;
@@ -184,7 +169,7 @@ void expect_at_45_deg(int bits, EncoderSpan span, Generation generation, double 
   EXPECT_EQ(host.bus.servo(1).ram.encoder_offset, offset);
 }
 
-TEST(Generation, EncodersOfEveryWidth) {
+TEST(Generation, EncodersOfEveryWidthShowTheirAngle) {
   for (const int bits : {12, 14, 15, 16, 18}) {
     for (const EncoderSpan span : {EncoderSpan::kRotorTurn, EncoderSpan::kOutputTurn}) {
       for (const Generation generation : {Generation::kLegacy, Generation::kV236}) {
@@ -199,7 +184,7 @@ TEST(Generation, EncodersOfEveryWidth) {
 
 // docs/reference/protocol.md §10.1: DATA[0] of the query, 24.0 V at 3–4, one turn of the output at
 // 4–7.
-TEST(Generation, LateLegacyIsAMixture) {
+TEST(Generation, LateLegacyMixesBothFormats) {
   Host host(mg4005(Generation::kLateLegacy, 3599.0));
   EXPECT_EQ(host.ask("141#9A00000000000000"), frame("141#9A1900F000000000"));
   EXPECT_EQ(host.ask("141#9B00000000000000"), frame("141#9B1900F000000000"));
@@ -219,7 +204,7 @@ TEST(Generation, LateLegacyIsAMixture) {
 
 // --- state 1
 
-TEST(Generation, StateTellsOffAndAllErrors) {
+TEST(Generation, NewerStatesContainOffAndAllErrors) {
   for (const Generation generation : {Generation::kLegacy, Generation::kV236}) {
     auto config = drive(generation);
     config.rom.protections[1] = {true, 60.0, 1.0, 0.001};  // over-voltage
@@ -237,7 +222,7 @@ TEST(Generation, StateTellsOffAndAllErrors) {
   }
 }
 
-TEST(Generation, BusCurrentIsThatOfTheMotor) {
+TEST(Generation, BusCurrentIsMeasured) {
   Host host(drive(Generation::kV236));
   host.ask(protocol::encode_query(1, protocol::Torque{4}, host.bus.servo(1).format));
   host.wait(30ms);
@@ -293,7 +278,7 @@ TEST(Generation, SingleTurnAngleCoversTheOutputTurn) {
 
 // docs/reference/protocol.md §7: the initial multi-turn angle and the effect of 0x80 on it are
 // independent.
-TEST(Generation, MultiTurnAngleStartsAtZeroOnDrivesThatDoSo) {
+TEST(Generation, MultiTurnAngleStartsAtZeroIfConfigured) {
   auto config = mg4005(Generation::kV236, 90);
   config.quirks.boot_multi_turn = BootMultiTurn::kZero;
   Host host(config);
@@ -322,9 +307,11 @@ TEST(Generation, MultiTurnAngleStartsAtZeroOnDrivesThatDoSo) {
 
 // docs/reference/protocol.md §4: the under-voltage is over; 0x9B clears it, independent of the
 // shown flags.
-TEST(Generation, ClearRepliesShowTheFlagsFromBeforeOnDrivesThatDoSo) {
-  for (const ClearReply shown : {ClearReply::kAfter, ClearReply::kBefore}) {
-    auto config = drive(Generation::kV236);
+TEST(Generation, ClearReplyShowsEarlierFlagsIfConfigured) {
+  for (const auto& [generation, shown] : {std::pair{Generation::kV236, ClearReply::kAfter},
+                                          {Generation::kV236, ClearReply::kBefore},
+                                          {Generation::kV236b, ClearReply::kBefore}}) {
+    auto config = drive(generation);
     config.quirks.clear_reply = shown;
     config.rom.protections[0] = {.enabled = true, .threshold = 18, .hysteresis = 1};
     Host host(config);
@@ -333,7 +320,9 @@ TEST(Generation, ClearRepliesShowTheFlagsFromBeforeOnDrivesThatDoSo) {
     host.bus.set_supply_voltage(1, 24);
     host.wait(500ms);
     ASSERT_EQ(host.ask("141#9A00000000000000").data[7], 1);
-    EXPECT_EQ(host.ask("141#9B00000000000000").data[7], shown == ClearReply::kBefore ? 1 : 0);
+    const auto cleared = host.ask("141#9B00000000000000");
+    EXPECT_EQ(cleared.data[6], 0x10);  // the bridge is off
+    EXPECT_EQ(cleared.data[7], shown == ClearReply::kBefore ? 1 : 0);
     EXPECT_EQ(host.ask("141#9A00000000000000").data[7], 0);
     EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0);
   }
@@ -359,7 +348,7 @@ TEST(Generation, TargetsCoverTheOutputTurn) {
   EXPECT_EQ(rotor.bus.servo(1).stats.invalid_targets, 2U);
 }
 
-TEST(Generation, ClearAngleSetsTheAngleAndMovesNothing) {
+TEST(Generation, ClearAngleSetsTheAngleWithoutMotion) {
   Host host(drive(Generation::kV236));
   host.ask("141#A300000028230000");  // 90°
   host.wait(1s);
@@ -391,29 +380,26 @@ TEST(Generation, RunAfterStopWaitsForACommand) {
     host.wait(1ms);
     const bool resumes = generation == Generation::kLegacy || generation == Generation::kLateLegacy;
     EXPECT_EQ(host.bus.truth(1).i_q_ref != 0, resumes);
+    EXPECT_EQ(host.run_state(), RunState::kRunning);
   }
 }
 
-TEST(Generation, SpeedHasLimits) {
+TEST(Generation, SpeedCommandsHaveLimitsFromV236) {
   for (const Generation generation : {Generation::kV235, Generation::kV236}) {
     const bool limited = generation == Generation::kV236;
     auto config = drive(generation);
     config.rom.max_speed_dps = 360;
     Host host(config);
     host.ask("141#A2000A0010270000");  // 100 dps, 10 LSB = 0.16 A
-    double most_A = 0;
-    for (int k = 0; k < 40; ++k) {
-      host.wait(250us);
-      most_A = std::max(most_A, std::abs(host.bus.truth(1).i_q_ref));
-    }
+    const double demand_A = most_A(host);
     if (limited) {
-      EXPECT_NEAR(most_A, 10 * kMgLsb_A, 1e-9);
+      EXPECT_NEAR(demand_A, 10 * kMgLsb_A, 1e-9);
     } else {
-      EXPECT_GT(most_A, 0.3);
+      EXPECT_GT(demand_A, 0.3);
     }
     host.ask("141#A2000000A0860100");  // 1000 dps, limit 0 = Max Torque Current
     host.wait(1s);
-    EXPECT_NEAR(host.bus.truth(1).omega_m * 180 / std::numbers::pi, limited ? 360 : 1000, 20);
+    EXPECT_NEAR(test::speed_dps(host), limited ? 360 : 1000, 20);
   }
 }
 
@@ -422,17 +408,12 @@ TEST(Generation, FrameLimitDoesNotRaiseMaxTorqueCurrent) {
   config.rom.max_torque_current_lsb = 50;
   Host host(config);
   host.ask("141#A200000840420F00");
-  double most_A = 0;
-  for (int k = 0; k < 40; ++k) {
-    host.wait(250us);
-    most_A = std::max(most_A, std::abs(host.bus.truth(1).i_q_ref));
-  }
-  EXPECT_NEAR(most_A, 50 * kMgLsb_A, 1e-9);
+  EXPECT_NEAR(most_A(host), 50 * kMgLsb_A, 1e-9);
 }
 
 // --- MS
 
-TEST(Generation, OpenLoopPowerOfMsDrives) {
+TEST(Generation, MsDrivesHaveOpenLoopPower) {
   Host host(drive(Generation::kV236, Series::kMs));
   EXPECT_EQ(host.ask("141#A0000000FA000000"), frame("141#A019000000000008"));  // 250, state before
   host.wait(200ms);
@@ -448,7 +429,7 @@ TEST(Generation, OpenLoopPowerOfMsDrives) {
   EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 1U);
 }
 
-TEST(Generation, MsDrivesKnowNoTorque) {
+TEST(Generation, MsDrivesHaveNoTorqueCommand) {
   auto config = drive(Generation::kLegacy, Series::kMs);
   config.rom.broadcast_mode = true;
   Host host(config);
@@ -459,7 +440,7 @@ TEST(Generation, MsDrivesKnowNoTorque) {
 
 // --- brake
 
-TEST(Generation, BrakeTellsItsCoil) {
+TEST(Generation, BrakeReplyShowsItsCoil) {
   Host host(drive(Generation::kV236));
   EXPECT_EQ(host.ask("141#8C10FFFFFFFFFFFF"), frame("141#8C00000000000000"));
   EXPECT_EQ(host.ask("141#8C01FFFFFFFFFFFF"), frame("141#8C01000000000000"));

@@ -7,15 +7,16 @@
 #include <algorithm>
 #include <vector>
 
+#include "tests/emulator/core/core_support.hpp"
 #include "tests/support/faults.hpp"
 #include "tests/support/serial_bus.hpp"
-#include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
 namespace host_adapter_test {
 
 using namespace std::chrono_literals;
 using test::frame;
+using test::run_until;
 
 const protocol::Frame kAskSerial[] = {
     test::packet("3E 9C 01 00 DB"), test::packet("3E 9C 02 00 DC"), test::packet("3E 9C 03 00 DD")};
@@ -30,31 +31,7 @@ std::vector<SimTime> arrivals(HostAdapter& adapter) {
 
 AdapterTimes times_of(std::string_view profile) { return find_adapter(profile)->times; }
 
-/// Rounds per second of an infinitely fast host that queries three drives in turn at 2 Mbit/s. Each
-/// takes 90 us of wire and 150 us of reply time.
-double rounds_Hz(std::string_view profile) {
-  constexpr int kRounds = 20'000;
-  constexpr int kDrives = 3;
-  HostAdapter adapter(times_of(profile), 1);
-  SimTime now{0};
-  for (int n = 0; n < kRounds * kDrives; ++n) {
-    const SimTime on_wire = adapter.in_use() ? adapter.to_wire(now).at : now;
-    now = on_wire + 90us + 150us;
-    if (!adapter.in_use()) continue;
-    adapter.from_wire(reply(now));
-    now = adapter.take().at;
-  }
-  return kRounds / std::chrono::duration<double>(now).count();
-}
-
-TEST(HostAdapter, ThreeDrivesComeToTheRatesThatWereMeasured) {
-  EXPECT_NEAR(rounds_Hz("none"), 1389, 1);
-  const double ch348_Hz = rounds_Hz("ch348");
-  EXPECT_GE(ch348_Hz, 415 * 0.95);
-  EXPECT_LE(ch348_Hz, 443 * 1.05);
-}
-
-TEST(HostAdapter, TheLineOfTextCarries523FramesASecond) {
+TEST(HostAdapter, SlcanCarries523FramesPerSecond) {
   constexpr double kFrame_s = 1 / 523.6;  // 22 characters of 10 bits at 115200 baud
   HostAdapter adapter(times_of("slcan_115200"), 1);
   SimTime last{0};
@@ -68,13 +45,13 @@ TEST(HostAdapter, TheLineOfTextCarries523FramesASecond) {
   EXPECT_NEAR(std::chrono::duration<double>(times.front()).count(), 0.00191, 1e-5);
 }
 
-TEST(HostAdapter, BundlesComeAtTicksInOrder) {
+TEST(HostAdapter, BatchesArriveAtTicksInOrder) {
   HostAdapter adapter(times_of("usb_can"), 1);
   for (const SimTime at : {100us, 900us, 1000us, 1001us}) adapter.from_wire(reply(at));
   EXPECT_EQ(arrivals(adapter), (std::vector<SimTime>{1ms, 1ms, 1ms, 2ms}));
 }
 
-TEST(HostAdapter, AFullBufferGoesAtOnce) {
+TEST(HostAdapter, FullBufferIsSentAtOnce) {
   HostAdapter adapter({.batch_us = 16'000, .batch_most = 3}, 1);
   for (const SimTime at : {100us, 200us, 300us}) adapter.from_wire(reply(at));
   EXPECT_EQ(arrivals(adapter), (std::vector<SimTime>{300us, 300us, 300us}));
@@ -86,7 +63,7 @@ TEST(HostAdapter, AFullBufferGoesAtOnce) {
   EXPECT_EQ(arrivals(bytes), (std::vector<SimTime>{200us, 200us}));
 }
 
-TEST(HostAdapter, LosesTheNewestAndSaysSoOnce) {
+TEST(HostAdapter, DropsTheNewestAndReportsItOnce) {
   HostAdapter adapter({.batch_us = 1000, .depth = 2}, 1);
   EXPECT_FALSE(adapter.from_wire(reply(100us)).lost);
   EXPECT_FALSE(adapter.from_wire(reply(200us)).lost);
@@ -98,13 +75,13 @@ TEST(HostAdapter, LosesTheNewestAndSaysSoOnce) {
   EXPECT_FALSE(adapter.from_wire(reply(1100us)).lost);
 }
 
-TEST(HostAdapter, HoldsNoMoreThanAQueueWithoutADepthToo) {
+TEST(HostAdapter, QueueIsLimitedWithoutADepth) {
   HostAdapter adapter({.rx_us = 1e6}, 1);
   for (int n = 0; n < 5000; ++n) adapter.from_wire(reply(0s));
   EXPECT_EQ(arrivals(adapter).size(), kMaxInAdapter);
 }
 
-TEST(HostAdapter, EverySecondWriteStallsWhileNothingAnswers) {
+TEST(HostAdapter, WritesStallOnlyWithoutReplies) {
   HostAdapter adapter({.stall_every = 2, .stall_us = 5.2e6}, 1);
   SimTime now = 1s;
   std::vector<SimTime> blocked;
@@ -121,13 +98,13 @@ TEST(HostAdapter, EverySecondWriteStallsWhileNothingAnswers) {
   }
 }
 
-TEST(HostAdapter, WhatIsWrittenDuringAStallWaitsBehindIt) {
+TEST(HostAdapter, WritesDuringAStallWaitForItsEnd) {
   HostAdapter adapter({.stall_every = 1, .stall_us = 1e6}, 1);
   EXPECT_EQ(adapter.to_wire(100ms).at, 1100ms);
   EXPECT_EQ(adapter.to_wire(200ms).at, 1100ms);
 }
 
-TEST(HostAdapter, NothingOvertakesWhateverTheJitter) {
+TEST(HostAdapter, JitterDoesNotReorderFrames) {
   HostAdapter adapter(
       {.tx_us = 50, .rx_us = 50, .jitter_us = 100, .tail_us = 1000, .tail_probability = 0.1}, 1);
   SimTime before{0};
@@ -143,7 +120,7 @@ TEST(HostAdapter, NothingOvertakesWhateverTheJitter) {
   EXPECT_TRUE(std::ranges::is_sorted(times));
 }
 
-TEST(HostAdapter, EveryProfileHasANameOfItsOwnAndASource) {
+TEST(HostAdapter, ProfilesHaveUniqueNamesAndSources) {
   EXPECT_EQ(adapter_profiles().front().name, "none");
   EXPECT_FALSE(adapter_profiles().front().times.any());
   for (const AdapterProfile& profile : adapter_profiles()) {
@@ -161,23 +138,19 @@ BusConfig behind(std::string_view profile) {
   return config;
 }
 
-TEST(BusBehindAnAdapter, HostsGetRepliesWhenItHandsThemOver) {
+TEST(BusBehindAnAdapter, RepliesArriveAtTheAdaptersTicks) {
   Bus bus(behind("usb_can"));
   for (const SimTime at : {0us, 400us}) bus.receive({at, frame("141#9C00000000000000")});
-  bus.advance_to(999us);
-  std::vector<TimedFrame> replies;
-  bus.take_replies(replies);
-  EXPECT_TRUE(replies.empty());
+  EXPECT_TRUE(run_until(bus, 999us).empty());
   EXPECT_EQ(bus.stats().replies_waiting, 2U);
   EXPECT_EQ(bus.next_due(), 1ms);
-  bus.advance_to(1ms);
-  bus.take_replies(replies);
+  const auto replies = run_until(bus, 1ms);
   ASSERT_EQ(replies.size(), 2U);
   for (const TimedFrame& one : replies) EXPECT_EQ(one.at, 1ms);
   EXPECT_EQ(bus.stats().replies, 2U);
 }
 
-TEST(BusBehindAnAdapter, QueriesReachTheWireLate) {
+TEST(BusBehindAnAdapter, QueriesAreDelayed) {
   Bus plain(behind("none"));
   Bus late(behind("slcan_115200"));
   std::vector<TimedFrame> replies;
@@ -192,13 +165,11 @@ TEST(BusBehindAnAdapter, QueriesReachTheWireLate) {
   EXPECT_NEAR(std::chrono::duration<double>(more).count(), 2 * 220.0 / 115'200, 1e-8);
 }
 
-TEST(BusBehindAnAdapter, AnOverrunIsAnErrorFrame) {
+TEST(BusBehindAnAdapter, OverrunIsAnErrorFrame) {
   Bus bus(behind("usb_can"));
   bus.apply({kWholeBus, SetFault{test::fault_of("adapter_overrun", {1})}});
   for (const SimTime at : {0us, 300us}) bus.receive({at, frame("141#9C00000000000000")});
-  bus.advance_to(2ms);
-  std::vector<TimedFrame> replies;
-  bus.take_replies(replies);
+  const auto replies = run_until(bus, 2ms);
   ASSERT_EQ(replies.size(), 2U);
   EXPECT_EQ(replies[0].frame.id, 0x141U);
   EXPECT_EQ(replies[1].frame.kind, protocol::FrameKind::kError);
@@ -209,15 +180,13 @@ TEST(BusBehindAnAdapter, AnOverrunIsAnErrorFrame) {
   EXPECT_EQ(bus.faults()[0].evidence.effects, 1U);
 }
 
-TEST(BusBehindAnAdapter, LatencyOfAFaultEndsWithIt) {
+TEST(BusBehindAnAdapter, FaultLatencyEndsWithTheFault) {
   Bus bus(test::bus_config({1}));
   Fault fault = test::fault_of("adapter_latency", {1000, 2000});
   fault.duration = 5ms;
   bus.apply({kWholeBus, SetFault{fault}});
   for (const SimTime at : {0ms, 10ms}) bus.receive({at, frame("141#9C00000000000000")});
-  bus.advance_to(20ms);
-  std::vector<TimedFrame> replies;
-  bus.take_replies(replies);
+  const auto replies = run_until(bus, 20ms);
   ASSERT_EQ(replies.size(), 2U);
   EXPECT_EQ(replies[0].at, 3ms);
   EXPECT_EQ(replies[1].at, 10ms);
@@ -226,14 +195,11 @@ TEST(BusBehindAnAdapter, LatencyOfAFaultEndsWithIt) {
 TEST(BusBehindAnAdapter, TheSameSeedGivesTheSameTimes) {
   const auto run = [](SimTime step) {
     Bus bus(behind("ch348"));
-    std::vector<TimedFrame> replies;
     for (SimTime at{0}; at < 200ms; at += 1ms) {
       bus.receive({at, frame("141#9C00000000000000")});
       for (SimTime t = at; t < at + 1ms; t += step) bus.advance_to(t);
     }
-    bus.advance_to(300ms);
-    bus.take_replies(replies);
-    return replies;
+    return run_until(bus, 300ms);
   };
   const auto once = run(1ms);
   EXPECT_TRUE(once == run(130us));
@@ -262,7 +228,7 @@ double polled_Hz(std::string_view profile) {
   return kRounds / std::chrono::duration<double>(host.bus.time()).count();
 }
 
-TEST(LineBehindAnAdapter, ThreeDrivesComeToTheRatesThatWereMeasured) {
+TEST(LineBehindAnAdapter, PollingReachesTheMeasuredRates) {
   EXPECT_NEAR(polled_Hz("none"), 1389, 1);  // 1 / (3 · (90 + 150) us)
   const double ch348_Hz = polled_Hz("ch348");
   EXPECT_GE(ch348_Hz, 415 * 0.95);
@@ -270,7 +236,7 @@ TEST(LineBehindAnAdapter, ThreeDrivesComeToTheRatesThatWereMeasured) {
 }
 
 /// 62 bytes: four replies of 13 and ten bytes of a fifth, which fills the buffer; then all arrive.
-TEST(LineBehindAnAdapter, ABufferHoldsBytes) {
+TEST(LineBehindAnAdapter, BufferCapacityIsInBytes) {
   test::SerialHost host(line_behind("ftdi_default"));
   std::vector<TimedFrame> replies;
   for (int n = 0; n < 5; ++n) {
@@ -281,7 +247,7 @@ TEST(LineBehindAnAdapter, ABufferHoldsBytes) {
 }
 
 /// 20 bytes are one reply and seven bytes of the next; the third is lost.
-TEST(LineBehindAnAdapter, AnOverrunIsAHole) {
+TEST(LineBehindAnAdapter, OverrunLosesBytes) {
   test::SerialHost host(line_behind("ftdi_default"));
   host.bus.apply({kWholeBus, SetFault{test::fault_of("adapter_overrun", {20})}});
   for (int n = 0; n < 3; ++n) {

@@ -200,14 +200,14 @@ Scenario scenario_with(std::size_t kind) {
   return result;
 }
 
-void tell(std::ostream& out, const std::vector<Traffic>& traffic) {
+void write(std::ostream& out, const std::vector<Traffic>& traffic) {
   for (const Traffic& one : traffic) {
     out << one.bus << (one.from_host ? " > " : " < ") << one.frame.at.count() << ' '
         << frame_text(one.frame.frame) << '\n';
   }
 }
 
-void tell(std::ostream& out, const Bus& bus) {
+void write(std::ostream& out, const Bus& bus) {
   const auto bits = [&](auto... values) {
     ((out << ' ' << std::bit_cast<std::uint64_t>(double{values})), ...);
     out << '\n';
@@ -236,10 +236,10 @@ void tell(std::ostream& out, const Bus& bus) {
 }
 
 /// Returns all observable results of a run.
-std::string account(const ScenarioRun& run, const std::vector<Traffic>& traffic) {
+std::string results_of(const ScenarioRun& run, const std::vector<Traffic>& traffic) {
   std::ostringstream out;
-  tell(out, traffic);
-  for (std::size_t bus = 0; bus < run.size(); ++bus) tell(out, run.bus(bus));
+  write(out, traffic);
+  for (std::size_t bus = 0; bus < run.size(); ++bus) write(out, run.bus(bus));
   const Verdict verdict = run.verdict();
   out << static_cast<int>(verdict.outcome) << '\n';
   for (const ExpectationResult& result : verdict.expectations) out << result.measured << '\n';
@@ -247,13 +247,15 @@ std::string account(const ScenarioRun& run, const std::vector<Traffic>& traffic)
   return out.str();
 }
 
-std::string alone(const Scenario& scenario) {
-  ScenarioRun run(scenario);
-  run.advance_to(scenario.duration);
+/// Advances a run to its end and returns its results.
+std::string finish(ScenarioRun run) {
+  run.advance_to(kDuration);
   std::vector<Traffic> traffic;
   run.take_traffic(traffic);
-  return account(run, traffic);
+  return results_of(run, traffic);
 }
+
+std::string alone(const Scenario& scenario) { return finish(ScenarioRun(scenario)); }
 
 /// Returns scenarios with faults of eight kinds, far apart in the table.
 std::vector<Scenario> batch(std::size_t first, std::size_t step) {
@@ -268,13 +270,13 @@ ScenarioFleet fleet_of(const std::vector<Scenario>& scenarios) {
   return ScenarioFleet(std::vector<ScenarioRun>(scenarios.begin(), scenarios.end()));
 }
 
-std::string account(ScenarioFleet& fleet, std::size_t n) {
+std::string results_of(ScenarioFleet& fleet, std::size_t n) {
   std::vector<Traffic> traffic;
   fleet.take_traffic(n, traffic);
-  return account(fleet.run(n), traffic);
+  return results_of(fleet.run(n), traffic);
 }
 
-TEST(ScenarioFleet, GivesWhatEachRunGivesAlone) {
+TEST(ScenarioFleet, GivesTheResultsOfSingleRuns) {
   const std::size_t batches = (fault_table().size() + 7) / 8;
   std::size_t with_fault = 0;
   for (std::size_t first = 0; first < batches; ++first) {
@@ -283,14 +285,14 @@ TEST(ScenarioFleet, GivesWhatEachRunGivesAlone) {
     fleet.advance_to(kDuration);
     for (std::size_t n = 0; n < fleet.size(); ++n) {
       SCOPED_TRACE(fault_table()[first + n * batches].word);
-      EXPECT_EQ(account(fleet, n), alone(scenarios[n]));
+      EXPECT_EQ(results_of(fleet, n), alone(scenarios[n]));
       with_fault += fleet.run(n).bus(0).faults().size();
     }
   }
   EXPECT_GE(with_fault, fault_table().size() - 3) << "drives of these tests have nearly all";
 }
 
-TEST(ScenarioFleet, GivesTheSameHoweverItIsSliced) {
+TEST(ScenarioFleet, ResultsDoNotDependOnSlices) {
   const std::vector<Scenario> scenarios = batch(2, 8);
   ScenarioFleet whole = fleet_of(scenarios);
   whole.advance_to(kDuration);
@@ -299,11 +301,11 @@ TEST(ScenarioFleet, GivesTheSameHoweverItIsSliced) {
     sliced.advance_to(std::min<SimTime>(sliced.time() + 370us, kDuration));
   }
   for (std::size_t n = 0; n < whole.size(); ++n) {
-    EXPECT_EQ(account(sliced, n), account(whole, n)) << n;
+    EXPECT_EQ(results_of(sliced, n), results_of(whole, n)) << n;
   }
 }
 
-TEST(ScenarioFleet, HearsHostsBesidesTheRunsOwn) {
+TEST(ScenarioFleet, AcceptsFramesOfAnotherHost) {
   const std::vector<Scenario> scenarios = batch(1, 8);
   const TimedFrame query{90ms + 123us, test::frame("141#9200000000000000")};
   ScenarioFleet fleet = fleet_of(scenarios);
@@ -312,14 +314,11 @@ TEST(ScenarioFleet, HearsHostsBesidesTheRunsOwn) {
   for (std::size_t n = 0; n < fleet.size(); ++n) {
     ScenarioRun run(scenarios[n]);
     if (n == 3) run.receive(0, query);
-    run.advance_to(kDuration);
-    std::vector<Traffic> traffic;
-    run.take_traffic(traffic);
-    EXPECT_EQ(account(fleet, n), account(run, traffic)) << n;
+    EXPECT_EQ(results_of(fleet, n), finish(run)) << n;
   }
 }
 
-TEST(ScenarioFleet, ACopyOfARunLeavesItAndGoesOnAlone) {
+TEST(ScenarioFleet, CopiedRunContinuesAlone) {
   const std::vector<Scenario> scenarios = batch(3, 8);
   std::optional<ScenarioFleet> fleet = fleet_of(scenarios);
   fleet->advance_to(101ms);
@@ -327,15 +326,12 @@ TEST(ScenarioFleet, ACopyOfARunLeavesItAndGoesOnAlone) {
   for (std::size_t n = 0; n < fleet->size(); ++n) copies.push_back(fleet->run(n));
   fleet->advance_to(kDuration);
   for (std::size_t n = 0; n < fleet->size(); ++n) {
-    copies[n].advance_to(kDuration);
-    std::vector<Traffic> traffic;
-    copies[n].take_traffic(traffic);
-    EXPECT_EQ(account(*fleet, n), account(copies[n], traffic)) << n;
+    EXPECT_EQ(results_of(*fleet, n), finish(copies[n])) << n;
   }
 }
 
 /// Campaigns compute the common part of several cases once.
-TEST(ScenarioRun, GoesOnWithAFaultAsIfItHadHadItFromTheStart) {
+TEST(ScenarioRun, LaterPlannedFaultActsLikeOneFromTheStart) {
   for (std::size_t kind = 0; kind < fault_table().size(); ++kind) {
     SCOPED_TRACE(fault_table()[kind].word);
     const Scenario without = scenario(place_for(kind));
@@ -345,15 +341,12 @@ TEST(ScenarioRun, GoesOnWithAFaultAsIfItHadHadItFromTheStart) {
     common.advance_to(fault->at - 1ns);
     ScenarioRun run = common;
     ASSERT_TRUE(run.plan(0, *fault));
-    run.advance_to(kDuration);
-    std::vector<Traffic> traffic;
-    run.take_traffic(traffic);
-    EXPECT_EQ(account(run, traffic), alone(scenario_with(kind)));
+    EXPECT_EQ(finish(run), alone(scenario_with(kind)));
   }
 }
 
 /// As above, for eight runs with a common beginning.
-TEST(ScenarioFleet, PlansFaultsOfRunsThatBeganTogether) {
+TEST(ScenarioFleet, PlansFaultsOfRunsWithACommonBeginning) {
   const Scenario without = scenario(9);
   ScenarioRun common(without);
   common.advance_to(50ms);
@@ -368,7 +361,7 @@ TEST(ScenarioFleet, PlansFaultsOfRunsThatBeganTogether) {
   for (std::size_t n = 0; n < faults.size(); ++n) {
     Scenario with = without;
     with.robot.front().events.push_back(faults[n]);
-    EXPECT_EQ(account(fleet, n), alone(with)) << n;
+    EXPECT_EQ(results_of(fleet, n), alone(with)) << n;
   }
 }
 

@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "emulator/core/faults/fault_table.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
+#include "tests/support/faults.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -21,69 +21,62 @@ SignalWithin within(const char* name, double min, double max) {
   return {find_signal(name), {min, max}};
 }
 
-TEST(Verdict, IsInvalidWhenAFaultDidNothing) {
+/// A second with one drive, which has power at the end.
+Scenario one_drive(std::optional<TimedDirective> event = {}) {
   Scenario scenario;
   scenario.robot = {test::bus_config({1})};
   scenario.duration = 1s;
   scenario.expectations = {{0, 1, within("alive", 1, 1), at(1s), ""}};
-  Fault hang;
-  hang.row = find_fault("hang");
-  hang.ids = {1};
-  scenario.robot[0].events = {{100ms, {kWholeBus, SetFault{hang}}, std::nullopt}};
+  if (event) scenario.robot[0].events = {*event};
+  return scenario;
+}
+
+TimedDirective hang_at(SimTime when) {
+  return {when, {kWholeBus, SetFault{test::fault_of("hang", {}, {1})}}, std::nullopt};
+}
+
+Verdict verdict_of(const Scenario& scenario) {
+  ScenarioRun run(scenario);
+  run.advance_to(1s);
+  return run.verdict();
+}
+
+const HostSend kQuery = {0, 500ms, test::frame("141#9C00000000000000")};
+
+/// Invalid, not failed: the effect of the fault is unknown.
+TEST(Verdict, IsInvalidIfAFaultHadNoEffect) {
+  Scenario scenario = one_drive(hang_at(100ms));
   // Without queries the hang of the drive is not observable.
-  ScenarioRun unasked(scenario);
-  unasked.advance_to(1s);
-  EXPECT_EQ(unasked.verdict().outcome, Outcome::kInvalid);
-  EXPECT_EQ(unasked.verdict().invalid,
+  EXPECT_EQ(verdict_of(scenario).outcome, Outcome::kInvalid);
+  EXPECT_EQ(verdict_of(scenario).invalid,
             std::vector<std::string>{"test: fault hang began at 0.1 s and changed nothing"});
-  scenario.sends = {{0, 500ms, test::frame("141#9C00000000000000")}};
-  ScenarioRun asked(scenario);
-  asked.advance_to(1s);
-  EXPECT_EQ(asked.verdict().outcome, Outcome::kPassed);
-  // Invalid, not failed: the effect of the fault is unknown.
+  scenario.sends = {kQuery};
+  EXPECT_EQ(verdict_of(scenario).outcome, Outcome::kPassed);
   scenario.sends.clear();
   scenario.expectations[0].what = within("alive", 0, 0);
-  ScenarioRun failed(scenario);
-  failed.advance_to(1s);
-  EXPECT_EQ(failed.verdict().outcome, Outcome::kInvalid);
+  EXPECT_EQ(verdict_of(scenario).outcome, Outcome::kInvalid);
 }
 
-TEST(Verdict, IsInvalidWhenAFaultNeverBegan) {
-  Scenario scenario;
-  scenario.robot = {test::bus_config({1})};
-  scenario.duration = 1s;
-  Fault hang;
-  hang.row = find_fault("hang");
-  hang.ids = {1};
-  scenario.robot[0].events = {{2s, {kWholeBus, SetFault{hang}}, std::nullopt}};
-  scenario.sends = {{0, 500ms, test::frame("141#9C00000000000000")}};
-  ScenarioRun run(scenario);
-  run.advance_to(1s);
-  EXPECT_EQ(run.verdict().outcome, Outcome::kInvalid);
-  EXPECT_EQ(run.verdict().invalid, std::vector<std::string>{"test: fault hang never began"});
-  EXPECT_FALSE(run.verdict().faults.at(0).report.evidence.began_at);
+TEST(Verdict, IsInvalidIfAFaultNeverBegan) {
+  Scenario scenario = one_drive(hang_at(2s));
+  scenario.sends = {kQuery};
+  const Verdict verdict = verdict_of(scenario);
+  EXPECT_EQ(verdict.outcome, Outcome::kInvalid);
+  EXPECT_EQ(verdict.invalid, std::vector<std::string>{"test: fault hang never began"});
+  EXPECT_FALSE(verdict.faults.at(0).report.evidence.began_at);
 }
 
-TEST(Verdict, IsInvalidWhenAnEventStillWaitsForItsCondition) {
-  Scenario scenario;
-  scenario.robot = {test::bus_config({1})};
-  scenario.duration = 1s;
-  scenario.expectations = {{0, 1, within("alive", 1, 1), at(1s), ""}};
-  scenario.robot[0].events = {
-      {0ns, {1, TurnShaft{5}}, Condition{1, SignalReaches{find_signal("alive"), Edge::kBelow, 0}}}};
-  ScenarioRun run(scenario);
-  run.advance_to(1s);
-  EXPECT_EQ(run.verdict().outcome, Outcome::kInvalid);
-  EXPECT_EQ(run.verdict().invalid,
+TEST(Verdict, IsInvalidIfAnEventStillWaitsForItsCondition) {
+  const SignalReaches no_power{find_signal("alive"), Edge::kBelow, 0};
+  const Verdict verdict =
+      verdict_of(one_drive(TimedDirective{0ns, {1, TurnShaft{5}}, Condition{1, no_power}}));
+  EXPECT_EQ(verdict.outcome, Outcome::kInvalid);
+  EXPECT_EQ(verdict.invalid,
             std::vector<std::string>{"test: 1 events wait for a condition that never held"});
 }
 
-TEST(Verdict, IsInvalidWhenTheRunEndsBeforeItsTime) {
-  Scenario scenario;
-  scenario.robot = {test::bus_config({1})};
-  scenario.duration = 1s;
-  scenario.expectations = {{0, 1, within("alive", 1, 1), at(1s), ""}};
-  ScenarioRun run(scenario);
+TEST(Verdict, IsInvalidBeforeTheEnd) {
+  ScenarioRun run(one_drive());
   run.advance_to(999ms);
   EXPECT_EQ(run.verdict().outcome, Outcome::kInvalid);
   run.advance_to(1s);
@@ -103,7 +96,7 @@ Scenario two_busy_buses() {
   return scenario;
 }
 
-TEST(ScenarioRun, GivesTheSameTrafficHoweverItIsSliced) {
+TEST(ScenarioRun, TrafficDoesNotDependOnSlices) {
   const auto traffic_of = [](SimTime slice) {
     ScenarioRun run(two_busy_buses());
     std::vector<Traffic> traffic;
@@ -128,7 +121,7 @@ TEST(ScenarioRun, GivesTheSameTrafficHoweverItIsSliced) {
   }
 }
 
-TEST(ScenarioRun, JudgesAllBuses) {
+TEST(ScenarioRun, JudgesEachBus) {
   ScenarioRun run(two_busy_buses());
   run.advance_to(300ms);
   const Verdict verdict = run.verdict();
@@ -137,21 +130,21 @@ TEST(ScenarioRun, JudgesAllBuses) {
   EXPECT_EQ(verdict.expectations.at(1).expected.substr(0, 5), "other");
 }
 
-TEST(HostScript, GivesFramesInOrderOfTime) {
+TEST(HostScript, SendsFramesInOrderOfTime) {
   const auto a = test::frame("141#01");
   const auto b = test::frame("141#02");
   // Frames of another bus, and frames with zero times, are not sent.
   HostScript script({{0, 5ms, a, 10ms, 3}, {1, 0ns, a}, {0, 7ms, b, 1ms, 0}, {0, 15ms, b}}, 0, 1s);
-  std::vector<std::pair<SimTime, int>> said;
+  std::vector<std::pair<SimTime, int>> sent;
   while (script.next_due() != SimTime::max()) {
     const TimedFrame frame = script.take();
-    said.emplace_back(frame.at, frame.frame.data[0]);
+    sent.emplace_back(frame.at, frame.frame.data[0]);
   }
-  EXPECT_EQ(said, (std::vector<std::pair<SimTime, int>>{
+  EXPECT_EQ(sent, (std::vector<std::pair<SimTime, int>>{
                       {1005ms, 1}, {1015ms, 1}, {1015ms, 2}, {1025ms, 1}}));
 }
 
-TEST(ScenarioText, WritesNumbersAndTimesForPeople) {
+TEST(ScenarioText, WritesShortNumbersAndTimes) {
   EXPECT_EQ(number_text(101.3), "101.3");
   EXPECT_EQ(number_text(-0.123456789), "-0.123457");
   EXPECT_EQ(seconds_text(0ns), "0");
@@ -160,7 +153,7 @@ TEST(ScenarioText, WritesNumbersAndTimesForPeople) {
   EXPECT_EQ(seconds_text(-1500ms), "-1.5");
 }
 
-TEST(Signals, AreFoundByTheirWholeName) {
+TEST(Signals, AreFoundByTheirFullName) {
   ASSERT_NE(find_signal("speed_dps"), nullptr);
   EXPECT_EQ(find_signal("speed_dps")->name, "speed_dps");
   for (const char* name : {"", "speed", "speed_dps ", "Speed_dps"}) {
@@ -169,7 +162,7 @@ TEST(Signals, AreFoundByTheirWholeName) {
 }
 
 /// Frames of a host compiled into the test count like those of the scenario's own host.
-TEST(ScenarioRun, HearsAHostBesidesItsOwn) {
+TEST(ScenarioRun, AcceptsFramesOfAnotherHost) {
   Scenario scenario;
   scenario.robot = {test::bus_config({1}), test::bus_config({2}, 1'000'000)};
   scenario.robot[1].interface = "other";

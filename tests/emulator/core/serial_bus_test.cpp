@@ -1,11 +1,13 @@
-// Drives on RS-485: accepted bytes and replies (docs/reference/rs485.md).
+// RS-485: timing of bytes, collisions, accepted packets and replies (docs/reference/rs485.md).
 
 #include "tests/support/serial_bus.hpp"
 
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <random>
 
+#include "emulator/core/wire/serial_wire.hpp"
 #include "tests/support/faults.hpp"
 
 namespace lk::emulator {
@@ -19,12 +21,226 @@ using test::serial_bus;
 using test::serial_drive;
 using test::SerialHost;
 
+BusConfig two_drives() {
+  return serial_bus({serial_drive(Generation::kV235), serial_drive(Generation::kV235, 2)});
+}
+
+/// Returns what the wire delivers until 1 s.
+std::vector<WireDelivery> deliveries(SerialWire& wire) {
+  std::vector<WireDelivery> read;
+  for (int n = 0; n < 100 && wire.next_due(); ++n) {
+    if (const auto delivery = wire.deliver(1s)) read.push_back(*delivery);
+  }
+  return read;
+}
+
+/// Time from the query's first bit to the reply's last, without the drive's reply time.
+double transaction_us(std::string_view query, std::size_t reply_bytes, Generation generation,
+                      std::int64_t bitrate) {
+  SerialHost host(serial_bus({serial_drive(generation)}, bitrate));
+  host.write(1ms, bytes(query));
+  const auto replies = host.read_until(100ms);
+  EXPECT_EQ(replies.size(), 1U) << query;
+  if (replies.empty()) return 0;
+  EXPECT_EQ(protocol::wire_bytes(replies.front().frame).size, reply_bytes) << query;
+  return std::chrono::duration<double, std::micro>(replies.front().at - 1ms - 150us).count();
+}
+
+struct Timing {
+  const char* query;
+  std::size_t reply_bytes;
+  Generation generation;
+  double us[5];  // at 115200, 460800, 1 M, 2 M, 4 M
+};
+
+TEST(SerialWire, TransactionTakesTenBitsPerByte) {
+  const Timing table[] = {
+      {"3E 9A 01 00 D9", 13, Generation::kV236, {1562.5, 390.6, 180, 90, 45}},
+      {"3E A1 01 02 E2 64 00 64", 13, Generation::kV236, {1822.9, 455.7, 210, 105, 52.5}},
+      {"3E A2 01 04 E5 A0 8C 00 00 2C", 13, Generation::kV236, {1996.5, 499.1, 230, 115, 57.5}},
+      {"3E A4 01 0C EF 50 46 00 00 00 00 00 00 A0 8C 00 00 C2",
+       13,
+       Generation::kV236,
+       {2691.0, 672.7, 310, 155, 77.5}},
+      {"3E 12 01 00 51", 64, Generation::kV235, {5989.6, 1497.4, 690, 345, 172.5}},
+  };
+  const std::int64_t rates[] = {115'200, 460'800, 1'000'000, 2'000'000, 4'000'000};
+  for (const Timing& row : table) {
+    for (std::size_t n = 0; n < std::size(rates); ++n) {
+      const double measured = transaction_us(row.query, row.reply_bytes, row.generation, rates[n]);
+      const double bit_us = 1e6 / static_cast<double>(rates[n]);
+      EXPECT_NEAR(measured, row.us[n], bit_us) << row.query << " at " << rates[n];
+    }
+  }
+  // Without a bit rate only the drive's reply time counts.
+  EXPECT_EQ(transaction_us("3E 9A 01 00 D9", 13, Generation::kV236, 0), 0);
+}
+
+TEST(SerialWire, HostBytesFollowBackToBack) {
+  SerialHost host(two_drives());
+  // The packet to drive 2 begins when that to the absent drive 5 ends.
+  host.write(1ms, bytes("3E 9A 05 00 DD"));
+  host.write(1ms, bytes("3E 9A 02 00 DA"));
+  const auto replies = host.read_until(10ms);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_EQ(replies.front().at, 1ms + 50us + 50us + 150us + 130us);
+}
+
+/// After a client has left, the line carries at most the bytes that a serial port buffers: 0.36 s.
+TEST(SerialWire, NoiseIsLimitedToTheBufferOfAPort) {
+  SerialHost host(serial_bus({serial_drive(Generation::kV235)}, 115'200));
+  host.write(1ms, test::Bytes(1'000'000, 0x55));
+  EXPECT_GT(host.bus.stats().count(Drop::kQueueFull), 0U);
+  // The buffer, the frame on the wire, and one that found room: ten bits per byte.
+  const double noise_s = (4096 + 2.0 * protocol::kMaxBytes) * 10 / 115'200;
+  host.read_until(1ms + SimTime(static_cast<std::int64_t>(noise_s * 1e9)));
+  EXPECT_EQ(host.bus.stats().frames_waiting, 0U);
+  host.read_until(host.bus.time() + 6ms);  // gap_ms
+  EXPECT_NE(host.ask("3E 9A 01 00 D9"), "");
+}
+
+/// A host that writes 0xA1 and 0x92 together at 4 Mbit/s and reads both replies.
+std::vector<TimedFrame> ask_back_to_back(SerialHost& host) {
+  host.write(1ms, bytes("3E A1 01 02 E2 64 00 64 3E 92 01 00 D1"));
+  return host.read_until(10ms);
+}
+
+TEST(SerialWire, PacketBeforeTheReplyIsAnsweredAfterIt) {
+  SerialHost host(serial_bus({serial_drive(Generation::kV235)}, 4'000'000));
+  const auto replies = ask_back_to_back(host);
+  ASSERT_EQ(replies.size(), 2U);
+  EXPECT_EQ(replies[0].frame.data[0], 0xA1);
+  EXPECT_EQ(replies[1].frame.data[0], 0x92);
+  // 8 bytes, the reply time, 13 bytes, and 14 more: ten bits of 0.25 µs each.
+  EXPECT_EQ(replies[0].at, 1ms + 20us + 150us + 32'500ns);
+  EXPECT_EQ(replies[1].at, replies[0].at + 35us);
+  EXPECT_EQ(host.bus.stats().queries, 2U);
+}
+
+TEST(SerialWire, DriveLosesAPacketWhileReplying) {
+  BusConfig half_duplex = serial_bus({serial_drive(Generation::kV235)}, 4'000'000);
+  half_duplex.serial->receives_while_replying = false;
+  SerialHost host(half_duplex);
+  const auto replies = ask_back_to_back(host);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_EQ(replies.front().frame.data[0], 0xA1);
+  EXPECT_EQ(host.bus.stats().count(Drop::kDriveBusy), 1U);
+  // On a slower line the second packet overlaps the start of the first reply.
+  SerialHost slow(serial_bus({serial_drive(Generation::kV235)}, 115'200));
+  const auto spoiled = ask_back_to_back(slow);
+  ASSERT_EQ(spoiled.size(), 1U);
+  EXPECT_EQ(spoiled.front().frame.kind, protocol::FrameKind::kBytes);
+  EXPECT_EQ(slow.bus.stats().queries, 1U);
+}
+
+TEST(SerialWire, SixteenRepliesWaitAndFurtherPacketsAreEffectsOfTheFault) {
+  SerialHost host(serial_bus({serial_drive(Generation::kV235)}));
+  ASSERT_TRUE(host.bus.apply({kWholeBus, SetFault{test::fault_of("queue_full", {}, {1})}}));
+  for (int n = 0; n < 20; ++n) host.ask("3E 92 01 00 D1");
+  EXPECT_EQ(host.bus.stats().replies_waiting, SerialWire::kDriveQueue);
+  EXPECT_EQ(host.bus.stats().count(Drop::kDriveBusy), 20 - SerialWire::kDriveQueue);
+  // 16 delayed replies and four ignored packets.
+  EXPECT_EQ(host.bus.faults().front().evidence.effects, 20U);
+}
+
+/// Equal bytes pass: the packet has a correct sum, and ends with the reply.
+TEST(SerialWire, DriveCannotReceiveWhileItSends) {
+  SerialWire wire(1'000'000, {}, 1);
+  const protocol::Frame both = packet("3E 88 01 00 C7");
+  wire.send_from_drive(1ms, both, 0, 0x141, false);
+  wire.send_from_host(1ms, both);
+  EXPECT_TRUE(wire.cannot_receive(0x141, 1ms + 50us));
+  EXPECT_FALSE(wire.cannot_receive(0x141, 1ms));
+  EXPECT_FALSE(wire.cannot_receive(0x142, 1ms + 50us));
+}
+
+TEST(SerialWire, RepliesDoNotDependOnTimeSplits) {
+  const auto run = [](SimTime step) {
+    SerialHost host(two_drives());
+    std::string text;
+    const auto read = [&](SimTime until) {
+      for (SimTime now = host.bus.time(); now < until; now = host.bus.time()) {
+        for (const auto& reply : host.read_until(std::min(now + step, until))) {
+          text += std::to_string(reply.at.count()) + " " + hex(reply.frame) + "\n";
+        }
+      }
+    };
+    for (int n = 0; n < 40; ++n) {
+      const SimTime at = 1ms + n * 170us;
+      read(at);
+      host.write(at, n % 3 == 2 ? bytes("3E 3E 9A 02") : bytes("3E 9A 01 00 D9 3E 9C 02 00 DC"));
+    }
+    read(20ms);
+    return text;
+  };
+  const std::string whole = run(20ms);
+  EXPECT_GT(whole.size(), 500U);
+  EXPECT_EQ(run(7us), whole);
+}
+
+const protocol::Frame kState2 = packet("3E 9C 01 07 E2 21 00 00 0D 00 2C 19 73");
+
+TEST(SerialWire, EqualBytesAtTheSameTimePass) {
+  SerialWire wire(1'000'000, {}, 1);
+  wire.send_from_drive(1ms, kState2, 0, 0x141, false);
+  wire.send_from_drive(1ms, packet("3E 9C 01 07 E2 22 00 00 0D 00 2C 19 74"), 0, 0x10141, false);
+  std::vector<std::string> read;
+  for (const WireDelivery& delivery : deliveries(wire)) {
+    if (delivery.frame.dlc > 0) read.push_back(hex(delivery.frame));
+  }
+  // The host reads one line; temperature and its sum are spoiled.
+  ASSERT_EQ(read.size(), 1U);
+  EXPECT_EQ(read[0].substr(0, 14), "3E 9C 01 07 E2");
+  EXPECT_EQ(read[0].substr(18, 17), "00 00 0D 00 2C 19");
+  EXPECT_EQ(read[0].size(), 13 * 3 - 1U);
+}
+
+TEST(SerialWire, OverlappingRepliesSpoilTheirCommonBytes) {
+  SerialWire wire(1'000'000, {}, 1);
+  wire.send_from_drive(1ms, kState2, 0, 0x141, false);
+  wire.send_from_drive(1ms + 105us, kState2, 0, 0x142, false);
+  const auto read = deliveries(wire);
+  ASSERT_EQ(read.size(), 2U);
+  // Ten bytes of the first reply, which takes 130 µs, are complete when the second begins.
+  EXPECT_EQ(read[0].at, 1ms + 130us);
+  EXPECT_EQ(hex(read[0].frame).substr(0, 29), "3E 9C 01 07 E2 21 00 00 0D 00");
+  EXPECT_EQ(read[0].frame.dlc, 13);
+  // Bytes of the second that begin before 130 µs merge with those of the first.
+  EXPECT_EQ(read[1].at, 1ms + 235us);
+  EXPECT_EQ(hex(read[1].frame), "07 E2 21 00 00 0D 00 2C 19 73");
+}
+
+/// The reply begins 150 µs after the first query, at 200 µs, while the second is on the wire.
+TEST(SerialWire, ReplyAndOverlappingQuerySpoilEachOther) {
+  const auto spoiled = [](std::uint64_t seed) {
+    BusConfig config = two_drives();
+    config.seed = seed;
+    SerialHost host(config);
+    host.write(1ms, bytes("3E 9A 01 00 D9"));
+    host.write(1ms + 190us, bytes("3E 9A 02 00 DA"));
+    const auto replies = host.read_until(10ms);
+    EXPECT_EQ(replies.size(), 1U);
+    EXPECT_EQ(replies.at(0).frame.kind, protocol::FrameKind::kBytes);
+    EXPECT_EQ(replies.at(0).at, 1ms + 50us + 150us + 130us);
+    EXPECT_EQ(replies.at(0).frame.dlc, 13);  // hosts read this number of bytes, four of them wrong
+    EXPECT_EQ(host.bus.stats().queries, 1U);
+    EXPECT_EQ(host.bus.stats().count(Drop::kNoPacket), 1U);  // no drive received the second query
+    return hex(replies.at(0).frame);
+  };
+  EXPECT_EQ(spoiled(1), spoiled(1));
+  EXPECT_NE(spoiled(1), spoiled(2));
+}
+
 /// Returns the data of a reply from drive 1 as hexadecimal digits; "" means no reply.
 std::string data_of(const std::string& reply) {
   return reply.size() < 18 ? "" : reply.substr(15, reply.size() - 18);
 }
 
-TEST(SerialBus, OneReplyAndNothingUnasked) {
+std::uint64_t dropped(const BusStats& stats) {
+  return std::accumulate(stats.dropped.begin(), stats.dropped.end(), std::uint64_t{0});
+}
+
+TEST(SerialBus, RepliesOnceToItsOwnPackets) {
   SerialHost host(serial_drive(Generation::kV236));
   EXPECT_EQ(host.ask("3E 9A 01 00 D9").substr(0, 14), "3E 9A 01 07 E0");
   EXPECT_EQ(host.ask("3E 88 01 00 C7"), "3E 88 01 00 C7");
@@ -43,7 +259,7 @@ TEST(SerialBus, OneReplyAndNothingUnasked) {
   EXPECT_EQ(stats.receiver.bad_headers, 1U);
 }
 
-TEST(SerialBus, APacketInPiecesIsAnsweredAndSoIsOneBehindRubbish) {
+TEST(SerialBus, PacketInPiecesOrAfterNoiseIsAnswered) {
   SerialHost host(serial_drive(Generation::kV236));
   host.write(host.bus.time(), bytes("3E 9A"));
   host.bus.advance_to(host.bus.time() + 4ms);  // less than the gap
@@ -53,12 +269,10 @@ TEST(SerialBus, APacketInPiecesIsAnsweredAndSoIsOneBehindRubbish) {
   host.bus.advance_to(host.bus.time() + 6ms);
   EXPECT_EQ(host.ask("01 00 D9"), "");
   const BusStats stats = host.bus.stats();
-  std::uint64_t dropped = 0;
-  for (const std::uint64_t count : stats.dropped) dropped += count;
-  EXPECT_EQ(stats.frames, stats.queries + dropped + stats.frames_waiting);
+  EXPECT_EQ(stats.frames, stats.queries + dropped(stats) + stats.frames_waiting);
 }
 
-TEST(SerialBus, AnyBytesLeaveADriveThatAnswers) {
+TEST(SerialBus, RepliesAfterAnyNoise) {
   std::mt19937 random(1);
   SerialHost host(
       serial_bus({serial_drive(Generation::kV235), serial_drive(Generation::kV236, 2)}));
@@ -72,14 +286,12 @@ TEST(SerialBus, AnyBytesLeaveADriveThatAnswers) {
   host.read_until(host.bus.time() + 1s);
   EXPECT_NE(host.ask("3E 9A 02 00 DA"), "");
   const BusStats stats = host.bus.stats();
-  std::uint64_t dropped = 0;
-  for (const std::uint64_t count : stats.dropped) dropped += count;
-  EXPECT_EQ(stats.frames, stats.queries + dropped);
+  EXPECT_EQ(stats.frames, stats.queries + dropped(stats));
   EXPECT_EQ(host.bus.servo(1).stats.replies + host.bus.servo(2).stats.replies,
             stats.replies + stats.replies_lost);
 }
 
-TEST(SerialBus, RepliesAreDrawnFromTheSpread) {
+TEST(SerialBus, ReplyTimeIsRandomWithinTheSpread) {
   ServoConfig drive = serial_drive(Generation::kV236);
   drive.reply_spread = 50us;
   SerialHost host(serial_bus({drive}));
@@ -110,7 +322,7 @@ TEST(SerialBus, AnglesHave64Bits) {
 }
 
 /// The vendor's zeros, and the packets of real hosts (a real robot: +293 rad).
-TEST(SerialBus, ZeroWithoutItsPayloadTakesWhatAnEarlierPacketLeft) {
+TEST(SerialBus, ZeroWithoutPayloadUsesEarlierBytes) {
   SerialHost host(serial_drive(Generation::kV236));
   EXPECT_EQ(host.ask("3E 95 01 00 D4"), "3E 95 01 00 D4");
   EXPECT_EQ(data_of(host.ask("3E 92 01 00 D1")), "00 00 00 01 00 00 00 00");  // no earlier packet
@@ -125,7 +337,7 @@ TEST(SerialBus, ZeroWithoutItsPayloadTakesWhatAnEarlierPacketLeft) {
   EXPECT_EQ(older.ask("3E 95 01 07 DB (8 x 00)"), "");
 }
 
-TEST(SerialBus, ClearTurnsGoesOnFromTheSingleTurnAngle) {
+TEST(SerialBus, ClearTurnsKeepsTheSingleTurnAngle) {
   SerialHost host(serial_drive(Generation::kV235));
   host.ask("3E 95 01 00 D4");
   EXPECT_EQ(host.ask("3E 93 01 00 D2"), "3E 93 01 00 D2");
@@ -134,7 +346,7 @@ TEST(SerialBus, ClearTurnsGoesOnFromTheSingleTurnAngle) {
   EXPECT_EQ(data_of(host.ask("3E 94 01 00 D3")), "94 11 00 00");
 }
 
-TEST(SerialBus, ControlParametersSayWhatIsInForce) {
+TEST(SerialBus, ControlParametersReplyTheActiveValue) {
   SerialHost host(serial_drive(Generation::kV236));
   EXPECT_EQ(host.ask("3E C1 01 07 07 0A 64 00 14 00 05 00 87"),
             "3E C1 01 07 07 0A 64 00 14 00 05 00 87");
@@ -145,7 +357,7 @@ TEST(SerialBus, ControlParametersSayWhatIsInForce) {
   EXPECT_EQ(data_of(host.ask("3E C1 01 07 07 1E E8 03 00 00 00 00 09")), "1E 00 00 00 00 00 00");
 }
 
-TEST(SerialBus, SettingsAreReadAndWrittenAndWhatIsNoneIsRefused) {
+TEST(SerialBus, SettingsAreReadAndWrittenUnknownOnesRefused) {
   SerialHost host(serial_drive(Generation::kV235));
   EXPECT_EQ(host.ask("3E 42 01 07 88 97 32 00 14 00 00 00 DD"), "3E 42 01 02 83 97 00 97");
   EXPECT_EQ(host.ask("3E 40 01 02 81 97 00 97"), "3E 40 01 07 86 97 32 00 14 00 00 00 DD");
@@ -161,7 +373,7 @@ TEST(SerialBus, SettingsAreReadAndWrittenAndWhatIsNoneIsRefused) {
 }
 
 /// The vendor's tool fails with "reading failed" if one step is missing.
-TEST(SerialBus, TheToolConnects) {
+TEST(SerialBus, AnswersTheVendorsTool) {
   SerialHost host(serial_bus({serial_drive(Generation::kV235, 1, Series::kMg)}));
   EXPECT_EQ(host.ask("3E 1F 01 00 5E"), "3E 1F 01 02 60 31 20 51");
   EXPECT_EQ(bytes(host.ask("3E 12 01 00 51")).size(), 64U);
@@ -187,7 +399,7 @@ TEST(SerialBus, TheToolConnects) {
   EXPECT_NE(host.bus.servo(1).ram.gains.angle_kp, 77);
 }
 
-TEST(SerialBus, DrivesOfOneBusHaveTheirOwnChipIds) {
+TEST(SerialBus, ChipIdsAreUnique) {
   ServoConfig first = serial_drive(Generation::kV235);
   first.profile.product.chip_id = {0x35, 0x37, 0x35, 0x30, 0x30, 0x32,
                                    0x73, 0x18, 0x78, 0x03, 0x4A, 0xFF};
@@ -201,7 +413,7 @@ TEST(SerialBus, DrivesOfOneBusHaveTheirOwnChipIds) {
   EXPECT_EQ(chip_id("3E 12 02 00 52"), "35 37 35 30 30 32 73 18 78 03 4A 00");
 }
 
-TEST(SerialBus, TheOldestManualsDriveHasAProductOf42BytesAndZeroesInSilence) {
+TEST(SerialBus, LegacyDriveHasItsProductBlockAndSilentZero) {
   SerialHost host(serial_drive(Generation::kLegacy));
   EXPECT_EQ(bytes(host.ask("3E 12 01 00 51")).size(), 6 + 42U);
   EXPECT_EQ(host.ask("3E 19 01 00 58"), "");
@@ -220,7 +432,7 @@ BusConfig broadcast_bus(std::int64_t bitrate) {
   return serial_bus(std::move(drives), bitrate);
 }
 
-TEST(SerialBus, APacketForSeveralIsAnsweredInTurnByTime) {
+TEST(SerialBus, MultiDriveRepliesFollowInTimeSlots) {
   BusConfig config = broadcast_bus(1'000'000);
   config.servos.erase(config.servos.begin() + 1);  // drive 2 is absent
   SerialHost host(config);
@@ -237,7 +449,7 @@ TEST(SerialBus, APacketForSeveralIsAnsweredInTurnByTime) {
 }
 
 /// 11 + 4 · 13 bytes, without the waiting times before the replies.
-TEST(SerialBus, FourRepliesTakeWhatTheTableSays) {
+TEST(SerialBus, FourRepliesTakeTheDocumentedTime) {
   struct Case {
     std::int64_t bitrate;
     double wire_us, gap_us;
@@ -253,7 +465,7 @@ TEST(SerialBus, FourRepliesTakeWhatTheTableSays) {
   }
 }
 
-TEST(SerialBus, EachModeHasItsPackets) {
+TEST(SerialBus, EachModeAcceptsItsPackets) {
   SerialHost several(broadcast_bus(1'000'000));
   EXPECT_EQ(several.ask("3E 9A 01 00 D9"), "");
   // 0x288: one of six commands; no drive answers others.
@@ -274,7 +486,7 @@ TEST(SerialBus, EachModeHasItsPackets) {
 
 // --- faults of the link
 
-TEST(SerialBus, TwoDrivesWithOneIdSpoilEachOther) {
+TEST(SerialBus, DrivesWithOneIdSpoilTheirReplies) {
   SerialHost host(serial_drive(Generation::kV235));
   ASSERT_TRUE(host.bus.apply({kWholeBus, SetFault{test::fault_of("duplicate_id", {}, {1})}}));
   EXPECT_NE(host.ask("3E A2 01 04 E5 A0 8C 00 00 2C"), "");
@@ -287,7 +499,7 @@ TEST(SerialBus, TwoDrivesWithOneIdSpoilEachOther) {
 }
 
 /// Two drives with one ID reply at the same time: the host reads two equal bytes as one.
-TEST(SerialBus, RepliesThatCollideAreCountedAsSuch) {
+TEST(SerialBus, CollidedRepliesAreCounted) {
   ServoConfig twin = serial_drive(Generation::kV236b, 2);
   twin.rom.driver_id = 1;
   SerialHost host(test::serial_bus({serial_drive(Generation::kV236b), twin}));
