@@ -36,16 +36,6 @@ TEST(PowerPart, RampAdvancesInSteps) {
   EXPECT_EQ(power.supply_V(), 20);
 }
 
-TEST(PowerPart, NestedSagEndsAtTheSupplyBeforeTheFirst) {
-  Power power(24, true);
-  power.move(30, 0ms, 1s);
-  power.sag(10, 500ms);
-  EXPECT_EQ(power.step(500ms), std::nullopt);
-  EXPECT_EQ(power.supply_V(), 10);
-  power.sag(5, 600ms);
-  EXPECT_EQ(power.after_sag_V(), 30);
-}
-
 TEST(MemoryPart, QueuesWritesAndLosesThemWithThePower) {
   ServoConfig config = test::servo_config(1);
   config.flash.write_time = 2ms;

@@ -112,14 +112,6 @@ TEST(BusTiming, MultiDriveRepliesFollowInOrderOfIds) {
   EXPECT_EQ(replies[1], (TimedFrame{344us + 117us, frame("142#A119000000000008")}));
 }
 
-TEST(BusTiming, ForeignFramesOccupyTheWire) {
-  Bus bus(bus_config({1}, kBitrate));
-  bus.receive({0us, frame("7FF#0000000000000000")});
-  bus.receive({0us, kQuery});
-  EXPECT_EQ(run_until(bus, 1ms).at(0).at, 126us + 120us + 100us + 118us);
-  EXPECT_EQ(bus.stats().count(Drop::kForeignId), 1U);
-}
-
 TEST(BusTiming, CommandsTakeEffectAtTheNextTickAfterTheirLastBit) {
   Bus bus(bus_config({1}, kBitrate));
   bus.receive({1ms, frame("141#A100000064000000")});

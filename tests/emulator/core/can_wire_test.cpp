@@ -290,17 +290,6 @@ TEST(CanWire, ArbitrationIsDecidedAtTheStart) {
   }
 }
 
-TEST(CanWire, HostQueueIsLimited) {
-  CanWire wire(1'000'000);
-  for (std::size_t k = 0; k < CanWire::kHostQueue; ++k) {
-    ASSERT_FALSE(wire.host_queue_full());
-    wire.send_from_host(0us, kQuery1);
-  }
-  EXPECT_TRUE(wire.host_queue_full());
-  wire.deliver(kEnd);
-  EXPECT_FALSE(wire.host_queue_full());
-}
-
 TEST(CanWire, FramesTakeNoTimeWithoutABitRate) {
   CanWire wire(0);
   wire.send_from_host(7us, kQuery32);

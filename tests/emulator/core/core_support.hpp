@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <initializer_list>
 #include <numbers>
+#include <string_view>
 #include <vector>
 
 #include "tests/support/test_bus.hpp"
@@ -39,6 +41,23 @@ inline std::vector<emulator::RomWrite> rom_writes_of(emulator::Bus& bus) {
 /// Changes the supply of drive 1 at once, and waits.
 inline void supply(Host& host, double voltage_V, emulator::SimTime wait) {
   host.bus.apply({1, emulator::SupplyVoltage{voltage_V, 0ns}});
+  host.wait(wait);
+}
+
+/// Sends a query for one drive and waits.
+inline void send(Host& host, std::string_view query, emulator::SimTime wait) {
+  host.ask(query);
+  host.wait(wait);
+}
+inline void send(Host& host, const protocol::Frame& query, emulator::SimTime wait) {
+  host.ask(query);
+  host.wait(wait);
+}
+
+/// Sends several, and waits after the last.
+inline void send(Host& host, std::initializer_list<std::string_view> queries,
+                 emulator::SimTime wait = 0ns) {
+  for (const std::string_view query : queries) host.ask(query);
   host.wait(wait);
 }
 

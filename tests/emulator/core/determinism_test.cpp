@@ -136,20 +136,14 @@ TEST_P(Determinism, SplitsDoNotMatter) {
   }
 }
 
-TEST_P(Determinism, SameSeedGivesTheSameReplies) {
+TEST_P(Determinism, OnlyTheSameSeedGivesTheSameReplies) {
   const auto frames = traffic(12, 500);
   const Outcome first = run_plainly(Bus(mixed_config(GetParam(), 7)), frames);
   const Outcome second = run_plainly(Bus(mixed_config(GetParam(), 7)), frames);
   EXPECT_EQ(first.replies, second.replies);
   EXPECT_EQ(first.stats, second.stats);
+  EXPECT_NE(run_plainly(Bus(mixed_config(GetParam(), 8)), frames).replies, first.replies);
   EXPECT_TRUE(std::ranges::is_sorted(first.replies, {}, &TimedFrame::at));
-}
-
-TEST_P(Determinism, AnotherSeedGivesOtherReplies) {
-  const auto frames = traffic(13, 200);
-  const Outcome first = run_plainly(Bus(mixed_config(GetParam(), 7)), frames);
-  const Outcome second = run_plainly(Bus(mixed_config(GetParam(), 8)), frames);
-  EXPECT_NE(first.replies, second.replies);
 }
 
 INSTANTIATE_TEST_SUITE_P(Bitrates, Determinism, ::testing::Values(0, 250'000, 1'000'000));

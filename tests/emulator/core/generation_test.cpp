@@ -21,6 +21,7 @@ using test::Host;
 using test::kMfLsb_A;
 using test::kMgLsb_A;
 using test::most_A;
+using test::send;
 
 /// Parameters of an MG4005-i10 that affect its angles.
 ServoConfig mg4005(Generation generation, double boot_angle_deg) {
@@ -45,8 +46,7 @@ TEST(Generation, NewerDrivesNeedRunAfterOff) {
        {std::pair(Generation::kLegacy, false), std::pair(Generation::kLateLegacy, false),
         std::pair(Generation::kV235, true), std::pair(Generation::kV236, true)}) {
     Host host(drive(generation));
-    host.ask("141#8000000000000000");
-    host.ask("141#A200000010270000");
+    send(host, {"141#8000000000000000", "141#A200000010270000"});
     EXPECT_EQ(host.run_state() == RunState::kOff, waits) << generation_name(generation);
     EXPECT_EQ(host.bus.stats().refused_motion, waits ? 1U : 0U) << generation_name(generation);
   }
@@ -193,12 +193,10 @@ TEST(Generation, LateLegacyMixesBothFormats) {
   EXPECT_EQ(host.ask("141#A700000000000000").data[0], 0xA7);
   EXPECT_EQ(host.ask("141#9501020304050607"), frame("141#9501020304050607"));
   EXPECT_EQ(host.multi_turn_cdeg(), -100) << "ignored";
-  host.ask("141#A10000000008 0000");  // 2048
-  host.wait(1ms);
+  send(host, "141#A10000000008 0000", 1ms);  // 2048
   EXPECT_NEAR(host.bus.truth(1).i_q_ref, 33, 1e-9);
   Host mf(drive(Generation::kLateLegacy, Series::kMf));
-  mf.ask("141#A100000000080000");
-  mf.wait(1ms);
+  send(mf, "141#A100000000080000", 1ms);
   EXPECT_NEAR(mf.bus.truth(1).i_q_ref, 16.5, 1e-9);
 }
 
@@ -224,8 +222,7 @@ TEST(Generation, NewerStatesContainOffAndAllErrors) {
 
 TEST(Generation, BusCurrentIsMeasured) {
   Host host(drive(Generation::kV236));
-  host.ask(protocol::encode_query(1, protocol::Torque{4}, host.bus.servo(1).format));
-  host.wait(30ms);
+  send(host, protocol::encode_query(1, protocol::Torque{4}, host.bus.servo(1).format), 30ms);
   const double expected_A = host.bus.telemetry(1).i_bus;
   EXPECT_GT(expected_A, 0.1);
   const auto state = host.get<protocol::State1>(protocol::ReadState1{});
@@ -237,8 +234,7 @@ TEST(Generation, CurrentsHaveTheScaleOfTheSeries) {
   for (const Series series : {Series::kMf, Series::kMg}) {
     const double lsb_A = series == Series::kMg ? kMgLsb_A : kMfLsb_A;
     Host host(drive(Generation::kV236, series));
-    host.ask("141#A100000064000000");  // 100
-    host.wait(5ms);
+    send(host, "141#A100000064000000", 5ms);  // 100
     EXPECT_NEAR(host.bus.truth(1).i_q_ref, 100 * lsb_A, 1e-9);
     const auto reply = host.ask("141#9C00000000000000");
     EXPECT_NEAR(protocol::get_le<std::int16_t>(reply.data, 2), host.bus.telemetry(1).i_q / lsb_A,
@@ -260,8 +256,7 @@ TEST(Generation, SingleTurnAngleCoversTheOutputTurn) {
   half_turn.quirks.boot_wrap = BootWrap::kHalfTurn;
   Host wrapped(half_turn);
   EXPECT_EQ(wrapped.multi_turn_cdeg(), -11000);
-  wrapped.ask("141#A3000000E0930400");  // 3000°
-  wrapped.wait(2s);
+  send(wrapped, "141#A3000000E0930400", 2s);  // 3000°
   wrapped.ask("141#8000000000000000");
   EXPECT_NEAR(static_cast<double>(wrapped.multi_turn_cdeg()), 12000, 10);
   Host legacy(mg4005(Generation::kLegacy, 3599.0));
@@ -284,8 +279,7 @@ TEST(Generation, MultiTurnAngleStartsAtZeroIfConfigured) {
   Host host(config);
   EXPECT_EQ(host.ask("141#9200000000000000"), frame("141#9200000000000000"));
   EXPECT_EQ(host.single_turn_cdeg(), 9000) << "the encoder knows where it stands";
-  host.ask("141#A300000028230000");  // 90° from here
-  host.wait(2s);
+  send(host, "141#A300000028230000", 2s);  // 90° from here
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 9000, 10);
   EXPECT_NEAR(static_cast<double>(host.single_turn_cdeg()), 18000, 10);
   host.ask("141#8000000000000000");
@@ -293,8 +287,7 @@ TEST(Generation, MultiTurnAngleStartsAtZeroIfConfigured) {
 
   config.quirks.off_multi_turn = OffMultiTurn::kAsBoot;
   Host as_boot(config);
-  as_boot.ask("141#A300000028230000");
-  as_boot.wait(2s);
+  send(as_boot, "141#A300000028230000", 2s);
   as_boot.ask("141#8000000000000000");
   EXPECT_EQ(as_boot.multi_turn_cdeg(), 0);
   as_boot.bus.power_cycle(1);
@@ -331,8 +324,7 @@ TEST(Generation, ClearReplyShowsEarlierFlagsIfConfigured) {
 TEST(Generation, TargetsCoverTheOutputTurn) {
   const auto moved_to = [](const char* text) {
     Host host(mg4005(Generation::kV236, 90));
-    host.ask(text);
-    host.wait(3s);
+    send(host, text, 3s);
     EXPECT_EQ(host.bus.servo(1).stats.invalid_targets, 0U);
     return static_cast<double>(host.multi_turn_cdeg());
   };
@@ -350,19 +342,16 @@ TEST(Generation, TargetsCoverTheOutputTurn) {
 
 TEST(Generation, ClearAngleSetsTheAngleWithoutMotion) {
   Host host(drive(Generation::kV236));
-  host.ask("141#A300000028230000");  // 90°
-  host.wait(1s);
+  send(host, "141#A300000028230000", 1s);  // 90°
   const double before_deg = truth_deg(host);
   EXPECT_EQ(host.ask("141#95123456D5860100"), frame("141#95123456D5860100"));  // 1000.53°
   EXPECT_EQ(host.multi_turn_cdeg(), 100053);
   EXPECT_NEAR(host.single_turn_cdeg(), 9000, 4);  // affects only the multi-turn angle
   host.wait(1s);
   EXPECT_NEAR(truth_deg(host), before_deg, 360.0 / 16384);
-  host.ask("141#A700000010270000");  // another 100° from the last target
-  host.wait(1s);
+  send(host, "141#A700000010270000", 1s);  // another 100° from the last target
   EXPECT_NEAR(truth_deg(host), before_deg + 100, 0.05);
-  host.ask("141#A3000000D5860100");  // back to the present 1000.53°
-  host.wait(1s);
+  send(host, "141#A3000000D5860100", 1s);  // back to the present 1000.53°
   EXPECT_NEAR(truth_deg(host), before_deg, 0.05);
   host.bus.power_cycle(1);  // it is stored in RAM
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 9000, 4);
@@ -374,10 +363,7 @@ TEST(Generation, RunAfterStopWaitsForACommand) {
   for (const Generation generation :
        {Generation::kLegacy, Generation::kLateLegacy, Generation::kV235, Generation::kV236}) {
     Host host(drive(generation));
-    host.ask("141#A100000064000000");
-    host.ask("141#8100000000000000");
-    host.ask("141#8800000000000000");
-    host.wait(1ms);
+    send(host, {"141#A100000064000000", "141#8100000000000000", "141#8800000000000000"}, 1ms);
     const bool resumes = generation == Generation::kLegacy || generation == Generation::kLateLegacy;
     EXPECT_EQ(host.bus.truth(1).i_q_ref != 0, resumes);
     EXPECT_EQ(host.run_state(), RunState::kRunning);
@@ -397,8 +383,7 @@ TEST(Generation, SpeedCommandsHaveLimitsFromV236) {
     } else {
       EXPECT_GT(demand_A, 0.3);
     }
-    host.ask("141#A2000000A0860100");  // 1000 dps, limit 0 = Max Torque Current
-    host.wait(1s);
+    send(host, "141#A2000000A0860100", 1s);  // 1000 dps, limit 0 = Max Torque Current
     EXPECT_NEAR(test::speed_dps(host), limited ? 360 : 1000, 20);
   }
 }
@@ -421,11 +406,9 @@ TEST(Generation, MsDrivesHaveOpenLoopPower) {
   EXPECT_NEAR(state.power_permille, 250, 2);
   EXPECT_EQ(state.iq_A, 0);
   EXPECT_GT(state.speed_dps, 100);
-  host.ask("141#A0000000FF7F0000");  // beyond 850
-  host.wait(200ms);
+  send(host, "141#A0000000FF7F0000", 200ms);  // beyond 850
   EXPECT_NEAR(host.state_2().power_permille, 850, 2);
-  host.ask("141#8000000000000000");
-  host.ask("141#A0000000FA000000");
+  send(host, {"141#8000000000000000", "141#A0000000FA000000"});
   EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 1U);
 }
 

@@ -20,6 +20,7 @@ using test::kCount_cdeg;
 using test::most_A;
 using test::query;
 using test::rest_cdeg;
+using test::send;
 using test::servo_config;
 
 /// Sends a motion command and checks the angle at which the shaft comes to rest.
@@ -54,23 +55,16 @@ TEST(MotionReply, ContainsTheStateBeforeTheCommand) {
 
 // --- limits
 
-TEST(Limits, TorqueCommandIgnoresMaxTorqueCurrent) {
+TEST(Limits, MaxTorqueCurrentLimitsSpeedAndPositionOnly) {
   auto config = servo_config(1);
   config.rom.max_torque_current_lsb = 100;  // 1.6 A
-  Host host(config);
-  host.ask(query(protocol::Torque{4.8}));
-  host.wait(1ms);
-  EXPECT_NEAR(host.bus.truth(1).i_q_ref, 4.8, 1e-9);
-}
-
-TEST(Limits, SpeedAndPositionRespectMaxTorqueCurrent) {
-  auto config = servo_config(1);
-  config.rom.max_torque_current_lsb = 100;
-  for (const protocol::Command& command :
-       {protocol::Command{protocol::Speed{9000}}, protocol::Command{protocol::Position1{360000}}}) {
+  using Limited = std::pair<protocol::Command, double>;
+  for (const auto& [command, expected_A] :
+       {Limited{protocol::Speed{9000}, 1.6}, Limited{protocol::Position1{360000}, 1.6},
+        Limited{protocol::Torque{4.8}, 4.8}}) {
     Host host(config);
     host.ask(query(command));
-    EXPECT_NEAR(most_A(host, 50ms), 1.6, 1e-9);
+    EXPECT_NEAR(most_A(host, 50ms), expected_A, 1e-9);
   }
 }
 
@@ -117,8 +111,7 @@ TEST(Limits, MaxAngleLimitsMultiTurnTargets) {
 /// shaft: a new target reverses it within its braking distance.
 TEST(Limits, NewAccelerationStartsAtTheShaft) {
   Host host(servo_config(1));
-  host.ask(query(protocol::Position2{500, 3'600'000}));
-  host.wait(2s);
+  send(host, query(protocol::Position2{500, 3'600'000}), 2s);
   const auto there_cdeg = static_cast<double>(host.multi_turn_cdeg());
   ASSERT_GT(there_cdeg, 80'000);
   host.ask(query(protocol::WriteAccelerationToRam{5000}));
@@ -146,8 +139,7 @@ TEST(ReversedEncoder, HasNoEffectOnBootAngleAndSpeed) {
   Host host(reversed_encoder());
   EXPECT_NEAR(host.single_turn_cdeg(), 4500, kCount_cdeg);
   EXPECT_NEAR(host.bus.truth(1).theta_m, std::numbers::pi / 4, 1e-3);
-  host.ask(query(protocol::Speed{360.0}));
-  host.wait(1s);
+  send(host, query(protocol::Speed{360.0}), 1s);
   EXPECT_NEAR(host.state_2().speed_dps, 360, 4);
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 4500 + 36000, 1800);
   EXPECT_GT(host.bus.truth(1).omega_m, 6);
@@ -175,8 +167,7 @@ TEST(Increments, CountFromTheLastCommandedPosition) {
   Host host(servo_config(1));
   host.ask(query(protocol::Position1{9000}));
   for (int k = 0; k < 10; ++k) {  // the shaft hardly moves between them
-    host.ask(query(protocol::Position5{1000}));
-    host.wait(1ms);
+    send(host, query(protocol::Position5{1000}), 1ms);
   }
   EXPECT_NEAR(rest_cdeg(host), 19000, kArrived_cdeg);
   expect_rest(host, protocol::Position6{0, -29000}, -10000);
@@ -249,10 +240,8 @@ TEST(ClearAngle, DropsPositionCommandsAndMovesBothZeros) {
 
 TEST(ClearAngle, KeepsASpeedCommand) {
   Host host(clears_angle());
-  host.ask(query(protocol::Speed{360}));
-  host.wait(500ms);
-  host.ask(query(protocol::ClearAngle{}));
-  host.wait(1s);
+  send(host, query(protocol::Speed{360}), 500ms);
+  send(host, query(protocol::ClearAngle{}), 1s);
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 36000, 300);
 }
 
@@ -303,8 +292,7 @@ TEST(Position, CountsFromTheStoredOffset) {
   auto config = servo_config(1);
   config.rom.encoder_offset = 5000;
   Host host(config);
-  host.ask(query(protocol::Position3{protocol::kClockwise, 18000}));
-  host.wait(2s);
+  send(host, query(protocol::Position3{protocol::kClockwise, 18000}), 2s);
   EXPECT_NEAR(host.single_turn_cdeg(), 18000, kArrived_cdeg);
   EXPECT_NEAR(host.state_2().encoder_counts, 8192, 1);
   expect_rest(host, protocol::Position1{45000}, 45000);
@@ -318,8 +306,7 @@ TEST(SingleTurn, RepeatedCommandKeepsItsTurn) {
   Host host(config);
   double furthest_cdeg = 0;
   for (int k = 0; k < 2000; ++k) {
-    host.ask(query(protocol::Position4{protocol::kClockwise, 3000, 9000}));
-    host.wait(1ms);
+    send(host, query(protocol::Position4{protocol::kClockwise, 3000, 9000}), 1ms);
     furthest_cdeg = std::max(furthest_cdeg, static_cast<double>(host.multi_turn_cdeg()));
   }
   EXPECT_GT(furthest_cdeg, 9000 + 3 * kCount_cdeg);  // otherwise this tests nothing
@@ -363,8 +350,7 @@ TEST(SingleTurn, NewOffsetMovesTheTarget) {
 
 TEST(SingleTurn, InvalidTargetsAreAnsweredAndCounted) {
   Host host(servo_config(1));
-  host.ask(query(protocol::Position1{9000}));
-  host.wait(1s);
+  send(host, query(protocol::Position1{9000}), 1s);
   for (const char* text : {"141#A5000000A08C0000", "141#A5020000E8030000", "141#A600E803FFFF0000",
                            "141#A6FFE803E8030000"}) {
     EXPECT_EQ(host.ask(text).data[0], frame(text).data[0]);

@@ -15,6 +15,7 @@ using test::powered_bus;
 using test::powered_drive;
 using test::replies_of;
 using test::rom_writes_of;
+using test::send;
 using test::supply;
 
 TEST(Power, DriveRunsUntilTheLinkIsEmptyAndBootsWhenSwitchedOn) {
@@ -37,10 +38,9 @@ TEST(Power, DriveRunsUntilTheLinkIsEmptyAndBootsWhenSwitchedOn) {
 
 TEST(Power, CycleClearsRamTurnsErrorsAndMotionAndKeepsRom) {
   Host host(powered_drive());
-  host.ask("141#3400000068010000");  // acceleration 360 dps/s, RAM
-  host.ask("141#32000A0B0C0D0E0F");  // gains, ROM
-  host.ask("141#A4006801A08C0000");  // to 360.00 degrees at 360 dps
-  host.wait(2s);
+  host.ask("141#3400000068010000");        // acceleration 360 dps/s, RAM
+  host.ask("141#32000A0B0C0D0E0F");        // gains, ROM
+  send(host, "141#A4006801A08C0000", 2s);  // to 360.00 degrees at 360 dps
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 36000.0, 300.0);
 
   host.bus.apply({1, PowerCycle{}});
@@ -66,8 +66,7 @@ TEST(Power, ShaftTurnedWhileOffIsReadAtBoot) {
 
 TEST(Power, OnlyAResetEndsAMove) {
   Host host(powered_drive());
-  host.ask("141#A200000050460000");  // 180 dps
-  host.wait(300ms);
+  send(host, "141#A200000050460000", 300ms);  // 180 dps
   supply(host, 9, 50ms);
   supply(host, 24, 200ms);
   EXPECT_NEAR(host.state_2().speed_dps, 180.0, 5.0);
@@ -246,8 +245,7 @@ TEST(Memory, WornCellsKeepTheirContent) {
   ServoConfig config = powered_drive();
   config.flash = {.write_time = 0ns, .endurance = 2};
   Host host(config);
-  host.ask("141#3200010101010101");
-  host.ask("141#3200020202020202");
+  send(host, {"141#3200010101010101", "141#3200020202020202"});
   EXPECT_EQ(host.ask("141#3200030303030303"), frame("141#3200030303030303"));
   EXPECT_EQ(host.ask("141#3000000000000000"), frame("141#3000030303030303"));  // RAM
   host.ask("141#91000000000000FF");  // another parameter has its own cells
@@ -296,8 +294,7 @@ TEST(Memory, SettingActsAtOnceAndIsKeptOnceTheFlashIsDone) {
   wanted.broadcast_mode = true;  // another setting
   ASSERT_TRUE(host.bus.write_setting(1, RomParameter::kMaxSpeed, wanted));
   EXPECT_EQ(host.bus.servo(1).ram.max_speed_dps, 90);
-  host.ask("141#A3000000A08C0000");  // to 360.00 degrees
-  host.wait(4ms);
+  send(host, "141#A3000000A08C0000", 4ms);  // to 360.00 degrees
   EXPECT_TRUE(rom_writes_of(host.bus).empty());
   host.wait(1ms);
   const auto writes = rom_writes_of(host.bus);

@@ -13,6 +13,7 @@ namespace protection_test {
 using namespace std::chrono_literals;
 using model::Error;
 using test::Host;
+using test::send;
 using test::supply;
 
 constexpr const char* kTorque = "141#A100000064000000";  // 100 LSB = 1.6 A
@@ -39,10 +40,7 @@ void block_shaft(ServoConfig& config) { config.profile.drive.load.theta_max = 0.
 
 /// Returns a function that sends a motion command and waits.
 auto move(const char* command, SimTime wait) {
-  return [=](Host& host) {
-    host.ask(command);
-    host.wait(wait);
-  };
+  return [=](Host& host) { send(host, command, wait); };
 }
 
 auto only_wait(SimTime duration) {
@@ -50,10 +48,8 @@ auto only_wait(SimTime duration) {
 }
 
 void spin_and_brake(Host& host) {
-  host.ask("141#A200000020A10700");  // 5000 dps
-  host.wait(1s);
-  host.ask("141#A2000000E05EF8FF");  // −5000 dps
-  host.wait(200ms);
+  send(host, "141#A200000020A10700", 1s);     // 5000 dps
+  send(host, "141#A2000000E05EF8FF", 200ms);  // −5000 dps
 }
 
 const Case kCases[] = {
@@ -153,20 +149,16 @@ TEST_P(Tripping, OpensTheBridgeUntilClearedAndRun) {
 
   GetParam().relieve(host);
   EXPECT_EQ(errors(host), mask);  // latched after its cause is over
-  host.ask(kRun);
-  host.wait(1ms);
+  send(host, kRun, 1ms);
   EXPECT_FALSE(host.bus.telemetry(1).bridge_on);  // needs 0x9B
   EXPECT_EQ(host.ask(kClearErrors).data[7], 0U);
-  host.ask(kTorque);
-  host.wait(1ms);
+  send(host, kTorque, 1ms);
   EXPECT_FALSE(host.bus.telemetry(1).bridge_on);  // also needs 0x88
   EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 2U);
-  host.ask(kRun);
-  host.wait(1ms);
+  send(host, kRun, 1ms);
   EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
   EXPECT_EQ(host.bus.truth(1).i_q_ref, 0.0);  // the command was dropped
-  host.ask(kTorque);
-  host.wait(1ms);
+  send(host, kTorque, 1ms);
   EXPECT_NEAR(host.bus.truth(1).i_q_ref, 1.6, 1e-9);
 }
 
@@ -301,14 +293,11 @@ TEST(LegacyBits, HiddenErrorTurnsTheBridgeOff) {
   EXPECT_EQ(host.bus.telemetry(1).errors, model::bit(Error::kOverVoltage));
   EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
   EXPECT_EQ(host.run_state(), RunState::kOff);
-  host.ask(kRun);
-  host.ask(kTorque);
-  host.wait(1ms);
+  send(host, {kRun, kTorque}, 1ms);
   EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
   EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 1U);
   EXPECT_EQ(host.ask(kClearErrors).data[7], 0U);
-  host.ask(kRun);
-  host.wait(1ms);
+  send(host, kRun, 1ms);
   EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
 }
 
@@ -338,8 +327,7 @@ TEST(Errors, SettingsDoNotRestoreADroppedCommand) {
   for (const std::function<void(Host&)>& write :
        {std::function<void(Host&)>(write_setting), std::function<void(Host&)>(flip_bit)}) {
     Host host(legacy_drive());
-    host.ask(kSpeed);
-    host.wait(100ms);
+    send(host, kSpeed, 100ms);
     supply(host, 6, 100ms);
     supply(host, 24, 100ms);
     write(host);
@@ -347,8 +335,7 @@ TEST(Errors, SettingsDoNotRestoreADroppedCommand) {
     EXPECT_EQ(host.ask(kClearErrors).data[7], 0x00);
     host.wait(10ms);
     EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
-    host.ask(kRun);
-    host.wait(1ms);
+    send(host, kRun, 1ms);
     EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
     EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);
   }
@@ -356,8 +343,7 @@ TEST(Errors, SettingsDoNotRestoreADroppedCommand) {
 
 TEST(Errors, TripKeepsTheTurnCount) {
   Host host(legacy_drive());
-  host.ask("141#A3000000 50C30000");  // 500°
-  host.wait(2s);
+  send(host, "141#A3000000 50C30000", 2s);  // 500°
   supply(host, 6, 100ms);
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 50000, 100);  // no longer held
 }
@@ -369,8 +355,7 @@ TEST(LostInput, AnyCommandResetsTheTimeoutAndClearErrorsClearsIt) {
     config.rom.protections[kIndex(Error::kLostInput)] = {true, 0.1, 0, 0};
     Host host(config);
     for (int k = 0; k < 10; ++k) {
-      host.ask("141#9A00000000000000");
-      host.wait(50ms);
+      send(host, "141#9A00000000000000", 50ms);
     }
     EXPECT_EQ(host.bus.telemetry(1).errors, 0U);
     host.wait(100ms);

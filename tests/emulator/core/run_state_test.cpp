@@ -18,6 +18,7 @@ using test::frame;
 using test::Host;
 using test::kMfLsb_A;
 using test::kMgLsb_A;
+using test::send;
 using test::servo_config;
 
 constexpr const char* kOff = "141#8000000000000000";
@@ -52,12 +53,10 @@ TEST(RunState, OffRefusesMotionUntilRunIfConfigured) {
   EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 8U);
   EXPECT_EQ(host.bus.stats().refused_motion, 8U);
 
-  host.ask(kRun);
-  host.wait(100ms);
+  send(host, kRun, 100ms);
   EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
   EXPECT_EQ(host.multi_turn_cdeg(), 4500);  // on and idle: refused commands are not executed later
-  host.ask(kSpeed);
-  host.wait(100ms);
+  send(host, kSpeed, 100ms);
   EXPECT_NE(host.multi_turn_cdeg(), 4500);
 }
 
@@ -68,8 +67,7 @@ TEST(RunState, MotionCommandLeavesOff) {
         "141#A600640050460000", "141#A700000050460000", "141#A800640050460000"}) {
     SCOPED_TRACE(command);
     Host host(servo_config(1));
-    host.ask(kOff);
-    host.wait(1ms);
+    send(host, kOff, 1ms);
     EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
     host.ask(command);
     EXPECT_EQ(host.run_state(), RunState::kRunning);
@@ -83,16 +81,14 @@ TEST(RunState, MotionCommandLeavesOff) {
 /// An invalid target does not switch the drive on.
 TEST(RunState, InvalidTargetLeavesADriveOff) {
   Host host(servo_config(1));
-  host.ask(kOff);
-  host.ask("141#A5020000 10270000");
+  send(host, {kOff, "141#A5020000 10270000"});
   EXPECT_EQ(host.run_state(), RunState::kOff);
   EXPECT_EQ(host.bus.servo(1).stats.invalid_targets, 1U);
 }
 
 TEST(RunState, OffLosesTheTurnCount) {
   Host host(servo_config(1));
-  host.ask("141#A3000000 50C30000");  // 500°
-  host.wait(2s);
+  send(host, "141#A3000000 50C30000", 2s);  // 500°
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 50000, 3);
   host.ask(kOff);
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 14000, 3);
@@ -118,8 +114,7 @@ TEST(RunState, FollowsOffStopRunAndMotion) {
     SCOPED_TRACE(c.name);
     Host host(servo_config(1));
     for (const char* command : c.commands) {
-      host.ask(command);
-      host.wait(1ms);
+      send(host, command, 1ms);
     }
     EXPECT_EQ(host.run_state(), c.state);
     EXPECT_NEAR(host.bus.truth(1).i_q_ref, c.i_q_ref_A, 1e-9);
@@ -134,27 +129,13 @@ double drift_after_stop_deg(bool stop_holds) {
   config.quirks.stop_holds = stop_holds;
   config.profile.drive.load.tau = 0.02;
   Host host(config);
-  host.ask(kStop);
-  host.wait(200ms);
+  send(host, kStop, 200ms);
   return static_cast<double>(host.multi_turn_cdeg() - 4500) / 100;
 }
 
 TEST(RunState, StopReleasesOrHoldsTheShaft) {
   EXPECT_GT(drift_after_stop_deg(false), 90);
   EXPECT_LT(std::abs(drift_after_stop_deg(true)), 2);
-}
-
-TEST(RunState, PowerCycleResetsStateAndTurns) {
-  Host host(servo_config(1));
-  host.ask("141#A3000000 50C30000");
-  host.wait(2s);
-  host.ask(kOff);
-  host.bus.power_cycle(1);
-  EXPECT_EQ(host.run_state(), RunState::kRunning);
-  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 14000, 3);
-  host.wait(10ms);
-  EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
-  EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);
 }
 
 // --- misprints and modes
