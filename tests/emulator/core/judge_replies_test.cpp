@@ -39,9 +39,7 @@ struct JudgedDrive {
 };
 
 TEST(JudgeReplies, CountOnlyTheirDriveAndCommand) {
-  Replies three;
-  three.command = 0x9C;
-  three.min_count = three.max_count = 2;
+  const Replies three{.command = 0x9C, .min_count = 2, .max_count = 2};
   JudgedDrive drive(three);
   drive.reply(1s, kState2);
   EXPECT_EQ(drive.status(2s), Status::kOpen);
@@ -58,8 +56,7 @@ TEST(JudgeReplies, CountOnlyTheirDriveAndCommand) {
 }
 
 TEST(JudgeReplies, PeriodIncludesItsEnds) {
-  Replies one;
-  one.min_count = one.max_count = 2;
+  const Replies one{.min_count = 2, .max_count = 2};
   JudgedDrive drive(one, throughout(1s, 2s));
   drive.reply(1s - 1ns, kState2);
   drive.reply(2s + 1ns, kState2);
@@ -80,9 +77,7 @@ TEST(JudgeReplies, TimesCountFromTheStart) {
 }
 
 TEST(JudgeReplies, ZeroRepliesCanBeExpected) {
-  Replies none;
-  none.command = 0x9C;
-  none.min_count = none.max_count = 0;
+  const Replies none{.command = 0x9C, .min_count = 0, .max_count = 0};
   JudgedDrive drive(none);
   EXPECT_EQ(drive.status(5s), Status::kOpen);
   EXPECT_EQ(drive.status(), Status::kPassed);
@@ -91,9 +86,7 @@ TEST(JudgeReplies, ZeroRepliesCanBeExpected) {
 }
 
 TEST(JudgeReplies, AgeCountsFromTheLatestQueryOfTheCommand) {
-  Replies late;
-  late.command = 0x9C;
-  late.age = Range{5, 6};
+  const Replies late{.command = 0x9C, .age = Range{5, 6}};
   JudgedDrive drive(late);
   drive.reply(0s, kState2);  // without a query
   drive.query(1000ms, kState2);
@@ -114,9 +107,7 @@ TEST(JudgeReplies, MultiDriveFrameQueriesEachDrive) {
                                                         {"282#0000000000000000", 0xA3},
                                                         {"288#9C009A0000000000", 0x9C}};
   for (const auto& [query, command] : asked) {
-    Replies prompt;
-    prompt.command = command;
-    prompt.age = Range{1, 2};
+    const Replies prompt{.command = command, .age = Range{1, 2}};
     Judge judge(config, {{0, 1, prompt, throughout(0ns, 10s), ""}}, 0, 0ns);
     protocol::Frame reply = test::frame("141#0000000000000000");
     reply.data[0] = command;
@@ -134,9 +125,7 @@ TEST(JudgeReplies, IgnoredFrameIsNoQuery) {
     const Bus bus(config);
     const char* own = several ? "280#0000000000000000" : "141#A100000000000000";
     const char* others = several ? "141#A100000000000000" : "280#0000000000000000";
-    Replies slow;
-    slow.command = 0xA1;
-    slow.age = Range{5, 6};
+    const Replies slow{.command = 0xA1, .age = Range{5, 6}};
     Judge judge(config, {{0, 1, slow, throughout(0ns, 10s), ""}}, 0, 0ns);
     judge.on_query({1000ms, test::frame(own)}, bus);
     judge.on_query({1004ms, test::frame(others)}, bus);
@@ -148,8 +137,7 @@ TEST(JudgeReplies, IgnoredFrameIsNoQuery) {
 TEST(JudgeReplies, MultiDriveFrameWithoutASlotIsNoQuery) {
   const BusConfig config = v236_bus(9, true);
   const Bus bus(config);
-  Replies prompt;
-  prompt.age = Range{0, 5};
+  const Replies prompt{.age = Range{0, 5}};
   // 0x288 addresses drives 1 to 8; half a frame addresses none.
   for (const char* query : {"288#9A9A9A9A9A9A9A9A", "280#0000"}) {
     Judge judge(config, {{0, 9, prompt, throughout(0ns, 10s), ""}}, 0, 0ns);
@@ -163,9 +151,7 @@ TEST(JudgeReplies, MultiDriveFrameWithoutASlotIsNoQuery) {
 
 TEST(JudgeReplies, AreDecidedAtTheMinimumOrAboveTheMaximum) {
   const auto decided_at = [](std::uint64_t min_count, std::uint64_t max_count) {
-    Replies replies;
-    replies.min_count = min_count;
-    replies.max_count = max_count;
+    const Replies replies{.min_count = min_count, .max_count = max_count};
     JudgedDrive drive(replies);
     for (const SimTime when : {1s, 2s, 3s}) drive.reply(when, "141#9C19000000000000");
     return drive.judge.results(10s).at(0).decided_at;
@@ -179,17 +165,14 @@ TEST(JudgeReplies, AreDecidedAtTheMinimumOrAboveTheMaximum) {
 
 TEST(JudgeReplies, ErrorsAndFieldsAreRead) {
   // 0x9A by the manual: 25 °C, 24.0 V in 0.1 V, under-voltage is bit 0.
-  Replies error;
-  error.error = WhichError{model::Error::kUnderVoltage};
+  const Replies error{.error = WhichError{model::Error::kUnderVoltage}};
   JudgedDrive set(error);
   set.reply(1s, "141#9A1900F000000000");
   EXPECT_EQ(set.status(), Status::kFailed);
   set.reply(1s, "141#9A1900F000000001");
   EXPECT_EQ(set.status(), Status::kPassed);
 
-  Replies voltage;
-  voltage.field = "voltage_V";
-  voltage.range = {23.95, 24.05};
+  const Replies voltage{.field = "voltage_V", .range = {23.95, 24.05}};
   JudgedDrive volts(voltage);
   volts.reply(1s, "141#9C19000000000000");  // contains no voltage
   volts.reply(1s, "141#9A1900EF00000000");
@@ -207,8 +190,7 @@ TEST(JudgeReplies, OnlyDataFramesCountAsReplies) {
 }
 
 TEST(JudgeReplies, TruncatedReplyHasNoFields) {
-  Replies any_voltage;
-  any_voltage.field = "voltage_V";
+  const Replies any_voltage{.field = "voltage_V"};
   JudgedDrive drive(any_voltage);
   drive.reply(1s, "141#9A1900F0");  // truncated
   EXPECT_EQ(drive.status(), Status::kFailed);
@@ -217,16 +199,14 @@ TEST(JudgeReplies, TruncatedReplyHasNoFields) {
 }
 
 TEST(JudgeReplies, ReplyWithoutErrorBitsHasNoError) {
-  Replies error;
-  error.error = WhichError{model::Error::kUnderVoltage};
+  const Replies error{.error = WhichError{model::Error::kUnderVoltage}};
   JudgedDrive drive(error);
   drive.reply(1s, "141#9C1901000000FFFF");  // state 2: these bytes are a current and an angle
   EXPECT_EQ(drive.status(), Status::kFailed);
 }
 
 TEST(JudgeReplies, MinimumAlonePassesAtOnce) {
-  Replies two;
-  two.min_count = 2;
+  const Replies two{.min_count = 2};
   JudgedDrive drive(two);
   drive.reply(1s, kState2);
   EXPECT_EQ(drive.status(1s), Status::kOpen);
@@ -236,8 +216,7 @@ TEST(JudgeReplies, MinimumAlonePassesAtOnce) {
 
 /// An empty frame (wrong_dlc of 0) has no command.
 TEST(JudgeReplies, OnlyReplyToAValidQueryHasAnAge) {
-  Replies prompt;
-  prompt.age = Range{1, 2};
+  const Replies prompt{.age = Range{1, 2}};
   const char* const zeros = "141#0000000000000000";
   for (const auto& [query, reply, status] :
        {std::tuple{zeros, zeros, Status::kPassed},
@@ -250,8 +229,7 @@ TEST(JudgeReplies, OnlyReplyToAValidQueryHasAnAge) {
     drive.reply(1001500us, reply);
     EXPECT_EQ(drive.status(), status) << query << ' ' << reply;
   }
-  Replies to_zero;
-  to_zero.command = 0x00;
+  const Replies to_zero{.command = 0x00};
   JudgedDrive command(to_zero);
   command.reply(1s, "141#");
   EXPECT_EQ(command.status(), Status::kFailed);
@@ -405,8 +383,7 @@ TEST(JudgeAnswers, OtherIdOrLengthIsNoReply) {
 
 /// Byte [7] of the replies of state 1 and 3 has the error bits.
 TEST(JudgeAnswers, AnyErrorMatchesEachError) {
-  Replies replies;
-  replies.error = WhichError{};
+  const Replies replies{.error = WhichError{}};
   JudgedDrive drive(replies, {Period::Kind::kBy, 0ns, 10s});
   drive.reply(1s, "141#9A1900F000000000");
   EXPECT_EQ(drive.status(2s), Status::kOpen);

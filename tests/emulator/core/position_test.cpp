@@ -29,8 +29,9 @@ void expect_rest(Host& host, const protocol::Command& command, double expected_c
   EXPECT_NEAR(rest_cdeg(host), expected_cdeg, kArrived_cdeg);
 }
 
-/// Returns the largest speed within the next `duration`, sampled every millisecond.
-double top_speed_dps(Host& host, SimTime duration) {
+/// Sends a motion command; returns the largest speed within `duration`, sampled every millisecond.
+double top_speed_dps(Host& host, const protocol::Command& command, SimTime duration) {
+  host.ask(query(command));
   double top_rad_s = 0;
   for (SimTime t{0}; t < duration; t += 1ms) {
     host.wait(1ms);
@@ -73,27 +74,22 @@ TEST(Limits, MaxSpeedSettingLimitsPositionCommands) {
   config.rom.max_speed_dps = 720;
   config.rom.acceleration_dps_s = 7200;  // negligible overshoot
   Host host(config);
-  host.ask(query(protocol::Position1{100000}));
-  EXPECT_NEAR(top_speed_dps(host, 1s), 720, 72);
+  EXPECT_NEAR(top_speed_dps(host, protocol::Position1{100000}, 1s), 720, 72);
   // 0 in the frame means no limit of its own; larger values than the setting have no effect.
-  host.ask(query(protocol::Position2{0, 0}));
-  EXPECT_NEAR(top_speed_dps(host, 1s), 720, 72);
-  host.ask(query(protocol::Position2{9000, 100000}));
-  EXPECT_NEAR(top_speed_dps(host, 1s), 720, 72);
+  EXPECT_NEAR(top_speed_dps(host, protocol::Position2{0, 0}, 1s), 720, 72);
+  EXPECT_NEAR(top_speed_dps(host, protocol::Position2{9000, 100000}, 1s), 720, 72);
   host.wait(2s);
-  host.ask(query(protocol::Position2{360, 0}));
-  EXPECT_NEAR(top_speed_dps(host, 1s), 360, 36);
+  EXPECT_NEAR(top_speed_dps(host, protocol::Position2{360, 0}, 1s), 360, 36);
 }
 
 TEST(Limits, MaxSpeedOfTheFrameLimitsPositionCommands) {
   auto config = servo_config(1);
   config.rom.acceleration_dps_s = 7200;
   Host host(config);
-  host.ask(query(protocol::Position4{protocol::kClockwise, 500, 4400}));
-  EXPECT_NEAR(top_speed_dps(host, 500ms), 500, 50);
+  EXPECT_NEAR(top_speed_dps(host, protocol::Position4{protocol::kClockwise, 500, 4400}, 500ms), 500,
+              50);
   host.wait(2s);
-  host.ask(query(protocol::Position6{300, -36000}));
-  EXPECT_NEAR(top_speed_dps(host, 500ms), 300, 30);
+  EXPECT_NEAR(top_speed_dps(host, protocol::Position6{300, -36000}, 500ms), 300, 30);
 }
 
 TEST(Limits, MaxAngleLimitsMultiTurnTargets) {

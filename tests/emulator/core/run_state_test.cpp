@@ -193,8 +193,7 @@ TEST(MultiDrive, RefusesMotionWithAnError) {
   BusConfig config = multi_drive_config();
   config.servos[0].rom.protections[0] = {true, 7.0, 0.5, 0.001};
   Host host(config);
-  host.bus.set_supply_voltage(1, 6.0);
-  host.wait(100ms);
+  test::supply(host, 6, 100ms);
   EXPECT_EQ(host.talk(frame("280#6400640064006400")).size(), 3U);
   EXPECT_EQ(host.bus.servo(1).stats.refused_motion, 1U);
 }

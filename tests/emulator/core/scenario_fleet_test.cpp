@@ -170,8 +170,7 @@ Scenario scenario(std::size_t n) {
     add_events(scenario.robot[bus], random);
     add_sends(scenario, bus, random);
   }
-  Replies few;
-  few.max_count = 50;
+  const Replies few{.max_count = 50};
   scenario.expectations = {
       {0,
        1,

@@ -167,10 +167,8 @@ TEST(ScenarioRun, AcceptsFramesOfAnotherHost) {
   scenario.robot = {test::bus_config({1}), test::bus_config({2}, 1'000'000)};
   scenario.robot[1].interface = "other";
   scenario.duration = 1s;
-  Replies asked;
-  asked.command = 0x9C;
-  asked.age = Range{0, 1};  // ms since the query
-  asked.min_count = asked.max_count = 2;
+  // Age in ms since the query.
+  const Replies asked{.command = 0x9C, .age = Range{0, 1}, .min_count = 2, .max_count = 2};
   scenario.expectations = {{1, 2, asked, throughout(0ns, 1s), ""}};
   scenario.sends = {{1, 500ms, test::frame("142#9C00000000000000")}};
   ScenarioRun run(scenario);

@@ -114,14 +114,6 @@ TEST(Angles, MultiTurnStartsWrapped) {
   EXPECT_EQ(Host(config).multi_turn_cdeg(), -17998);  // 8193 counts − one turn = −8191 counts
 }
 
-TEST(Angles, CountFromTheStoredOffset) {
-  auto config = servo_config(1);
-  config.rom.encoder_offset = 1000;  // encoder = raw − offset: 2048 = 3048 − 1000
-  Host host(config);
-  EXPECT_EQ(host.ask("141#9000000000000000"), frame("141#9000 0008 E80B E803"));
-  EXPECT_EQ(host.multi_turn_cdeg(), 4500);
-}
-
 /// The turn counter is unchanged until power-up.
 TEST(Angles, OffsetWriteActsAtOnceOrAtPowerUp) {
   for (const bool at_once : {true, false}) {
