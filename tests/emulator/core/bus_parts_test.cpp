@@ -36,30 +36,6 @@ TEST(PowerPart, RampAdvancesInSteps) {
   EXPECT_EQ(power.supply_V(), 20);
 }
 
-TEST(MemoryPart, QueuesWritesAndLosesThemWithThePower) {
-  ServoConfig config = test::servo_config(1);
-  config.flash.write_time = 2ms;
-  BusConfig bus = test::bus_config({});
-  bus.servos = {config};
-  Motors motors(bus);
-  const Lane lane = motors.lane(motors.location_of(config, bus));
-  Servo servo(config, lane.telemetry());
-  Memory memory;
-  Registers value = servo.rom;
-  const std::int32_t before = value.acceleration_dps_s;
-  for (const int acceleration_dps_s : {100, 200}) {
-    value.acceleration_dps_s = acceleration_dps_s;
-    write_setting(servo, RomParameter::kAcceleration, value, lane);
-    EXPECT_EQ(memory.begin(1ms, servo), acceleration_dps_s == 100 ? 3ms : 5ms);
-  }
-  EXPECT_EQ(memory.size(), 2U);
-  EXPECT_EQ(Memory(memory).finish().rom.acceleration_dps_s, 100);
-  EXPECT_TRUE(memory.lose_power(servo));
-  EXPECT_EQ(servo.rom.acceleration_dps_s, before);
-  EXPECT_FALSE(memory.lose_power(servo));
-  EXPECT_FALSE(memory.damage(RomParameter::kAcceleration, servo.rom));
-}
-
 TEST(LinkPart, HeldFrameIsSentAfterTheNext) {
   Wire wire(BusConfig{.bitrate = 0});
   DriveLink link{.owner = 0x141};
@@ -105,24 +81,6 @@ TEST(Agenda, SamplesOnceForSeveralRequests) {
   EXPECT_EQ(agenda.next_due(), 5ms);
   EXPECT_TRUE(std::holds_alternative<Sample>(agenda.take()));
   EXPECT_EQ(agenda.next_due(), std::nullopt);
-}
-
-TEST(ConditionsPart, TriggersOnceAndReturnsTheDirective) {
-  Bus bus(test::bus_config({1}));
-  const auto view = [&](int id) { return bus.view(id); };
-  Conditions conditions;
-  conditions.add(10ms, {1, CommandSeen{0x9C, 2}}, Directive{1, PowerOff{}});
-  conditions.add(0ms, {1, ErrorSet{model::Error::kStall}}, FaultBegin{3});
-  EXPECT_FALSE(conditions.count(1, 0x9C, 5ms));  // too early to count
-  EXPECT_FALSE(conditions.count(1, 0x9C, 10ms));
-  EXPECT_FALSE(conditions.count(2, 0x9C, 10ms));
-  EXPECT_TRUE(conditions.take_due(10ms, view).empty());
-  EXPECT_TRUE(conditions.count(1, 0x9C, 11ms));
-  EXPECT_EQ(conditions.directives(), 1U);
-  EXPECT_EQ(conditions.take_due(11ms, view).size(), 1U);
-  EXPECT_EQ(conditions.directives(), 0U);
-  conditions.cancel_fault(3);
-  EXPECT_TRUE(conditions.empty());
 }
 
 TEST(FaultBoardPart, FaultPassesItsStatesInOrder) {

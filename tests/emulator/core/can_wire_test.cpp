@@ -254,16 +254,6 @@ TEST(CanWire, SpoiledReplyOccupiesTheWireToItsEnd) {
   }
 }
 
-TEST(CanWire, StartedFrameIsNeitherBlockedNorReleased) {
-  CanWire wire(1'000'000);
-  wire.send_from_drive(100us, kReply2);  // to 216 µs
-  wire.send_from_drive(110us, kReply2);
-  EXPECT_EQ(wire.block(0x142, 150us), 1U);
-  wire.release(0x142, 160us);
-  expect_next(wire, 216us, kReply2);
-  expect_next(wire, 219us + 116us, kReply2);
-}
-
 TEST(CanWire, DroppedWaitingReplyDoesNotOccupyTheWire) {
   CanWire wire(1'000'000);
   wire.send_from_host(0us, kQuery1);

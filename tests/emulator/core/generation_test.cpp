@@ -212,8 +212,7 @@ TEST(Generation, NewerStatesContainOffAndAllErrors) {
     EXPECT_EQ(host.ask("141#9A00000000000000"),
               legacy ? frame("141#9A1900F000000000") : frame("141#9A19600900001000"));
     host.ask("141#8800000000000000");
-    host.bus.set_supply_voltage(1, 70);
-    host.wait(20ms);
+    test::supply(host, 70, 20ms);
     const auto reply = host.ask("141#9A00000000000000");
     EXPECT_EQ(reply.data[7], legacy ? 0x00 : 0x02);
     EXPECT_EQ(reply.data[6], legacy ? 0x00 : 0x10);
@@ -308,10 +307,8 @@ TEST(Generation, ClearReplyShowsEarlierFlagsIfConfigured) {
     config.quirks.clear_reply = shown;
     config.rom.protections[0] = {.enabled = true, .threshold = 18, .hysteresis = 1};
     Host host(config);
-    host.bus.set_supply_voltage(1, 15);
-    host.wait(500ms);
-    host.bus.set_supply_voltage(1, 24);
-    host.wait(500ms);
+    test::supply(host, 15, 500ms);
+    test::supply(host, 24, 500ms);
     ASSERT_EQ(host.ask("141#9A00000000000000").data[7], 1);
     const auto cleared = host.ask("141#9B00000000000000");
     EXPECT_EQ(cleared.data[6], 0x10);  // the bridge is off

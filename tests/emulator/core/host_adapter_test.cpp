@@ -57,10 +57,6 @@ TEST(HostAdapter, FullBufferIsSentAtOnce) {
   EXPECT_EQ(arrivals(adapter), (std::vector<SimTime>{300us, 300us, 300us}));
   adapter.from_wire(reply(400us));
   EXPECT_EQ(arrivals(adapter), std::vector<SimTime>{16ms});
-  HostAdapter bytes(times_of("ftdi_default"), 1);  // capacity 62 bytes
-  bytes.from_wire(reply(100us), 31);
-  bytes.from_wire(reply(200us), 31);
-  EXPECT_EQ(arrivals(bytes), (std::vector<SimTime>{200us, 200us}));
 }
 
 TEST(HostAdapter, DropsTheNewestAndReportsItOnce) {
