@@ -102,11 +102,11 @@ TEST(JudgeReplies, AgeCountsFromTheLatestQueryOfTheCommand) {
 TEST(JudgeReplies, MultiDriveFrameQueriesEachDrive) {
   const BusConfig config = v236_bus(1, true);
   const Bus bus(config);
-  const std::pair<const char*, std::uint8_t> asked[] = {{"280#0000000000000000", 0xA1},
-                                                        {"281#0000000000000000", 0xA2},
-                                                        {"282#0000000000000000", 0xA3},
-                                                        {"288#9C009A0000000000", 0x9C}};
-  for (const auto& [query, command] : asked) {
+  const std::pair<const char*, std::uint8_t> queries[] = {{"280#0000000000000000", 0xA1},
+                                                          {"281#0000000000000000", 0xA2},
+                                                          {"282#0000000000000000", 0xA3},
+                                                          {"288#9C009A0000000000", 0x9C}};
+  for (const auto& [query, command] : queries) {
     const Replies prompt{.command = command, .age = Range{1, 2}};
     Judge judge(config, {{0, 1, prompt, throughout(0ns, 10s), ""}}, 0, 0ns);
     protocol::Frame reply = test::frame("141#0000000000000000");

@@ -228,7 +228,7 @@ TEST(MultiDrive, TorqueHasTheScaleOfEachDrive) {
   EXPECT_EQ(host.bus.truth(6).i_q_ref, 0);
 }
 
-TEST(MultiDrive, SpeedIsObeyedByEachDrive) {
+TEST(MultiDrive, SpeedMovesEachAddressedDrive) {
   Host host = several();
   const auto replies = host.talk(frame("281#680198FE68016801"));  // 360, −360, 360, 360
   EXPECT_EQ(ids(replies), (Ids{0x141, 0x142, 0x143, 0x146}));     // not a legacy command
@@ -243,7 +243,7 @@ TEST(MultiDrive, SpeedIsObeyedByEachDrive) {
   EXPECT_NEAR(test::speed_dps(host, 6), 0, 1);
 }
 
-TEST(MultiDrive, PositionIsObeyedByEachDrive) {
+TEST(MultiDrive, PositionMovesEachAddressedDrive) {
   Host host = several();
   const auto replies = host.talk(frame("282#1027 F0D8 1027 1027"));  // ±10000 = ±100°
   ASSERT_EQ(ids(replies), (Ids{0x141, 0x142, 0x143, 0x146}));

@@ -168,8 +168,8 @@ TEST(ScenarioRun, AcceptsFramesOfAnotherHost) {
   scenario.robot[1].interface = "other";
   scenario.duration = 1s;
   // Age in ms since the query.
-  const Replies asked{.command = 0x9C, .age = Range{0, 1}, .min_count = 2, .max_count = 2};
-  scenario.expectations = {{1, 2, asked, throughout(0ns, 1s), ""}};
+  const Replies expected{.command = 0x9C, .age = Range{0, 1}, .min_count = 2, .max_count = 2};
+  scenario.expectations = {{1, 2, expected, throughout(0ns, 1s), ""}};
   scenario.sends = {{1, 500ms, test::frame("142#9C00000000000000")}};
   ScenarioRun run(scenario);
   run.advance_to(100ms);

@@ -39,7 +39,7 @@ constexpr const char* kRestart = "147#0700000000000000";
 
 void save_id_9(Host& host) { send(host, {kWriteId9, kSave}); }
 
-bool is_silent(Host& host, std::string_view query) { return host.talk(frame(query)).empty(); }
+bool gets_no_reply(Host& host, std::string_view query) { return host.talk(frame(query)).empty(); }
 
 TEST(V236b, GivesTheGoldenReplies) {
   Host host(drive());
@@ -50,13 +50,13 @@ TEST(V236b, GivesTheGoldenReplies) {
   EXPECT_EQ(host.ask("147#4205E200407E0500"), frame("147#4205E200407E0500"));
   EXPECT_EQ(host.ask("147#42A0640014000500"), frame("147#42A0640014000500"));
   EXPECT_EQ(host.ask(kSave), frame("147#4405010000000000"));
-  EXPECT_TRUE(is_silent(host, kRestart));
+  EXPECT_TRUE(gets_no_reply(host, kRestart));
 }
 
 TEST(V236b, FirstPrintDoesNotAnswerItsCommands) {
   Host host(test::drive(Generation::kV236, Series::kMg, 7));
   for (const char* query : {kReadId, kWriteId9, kSave, kRestart, "147#1800000000000000"}) {
-    EXPECT_TRUE(is_silent(host, query)) << query;
+    EXPECT_TRUE(gets_no_reply(host, query)) << query;
   }
   EXPECT_EQ(host.bus.servo(7).starts, 1U);
 }
@@ -66,7 +66,7 @@ TEST(V236b, UnknownSettingsAndSavesGetNoReply) {
   for (const char* query : {"147#4006000000000000", "147#4005010000000000", "147#40C0000000000000",
                             "147#42050E0001000000", "147#4405FB0000000000", "147#4404FA0000000000",
                             "147#3700000000000000", "147#3800000064000000"}) {
-    EXPECT_TRUE(is_silent(host, query)) << query;
+    EXPECT_TRUE(gets_no_reply(host, query)) << query;
   }
   // DATA[3] is ignored.
   EXPECT_EQ(host.ask("147#42050AFF09000000"), frame(kWriteId9));
@@ -135,10 +135,10 @@ TEST(V236b, SavedIdActsAtTheRestart) {
   Host host(drive());
   save_id_9(host);
   EXPECT_EQ(host.bus.bus_address(7).id, 7);
-  EXPECT_TRUE(is_silent(host, "149#9C00000000000000"));
+  EXPECT_TRUE(gets_no_reply(host, "149#9C00000000000000"));
   host.talk(frame(kRestart));
   EXPECT_EQ(host.bus.bus_address(7).id, 9);
-  EXPECT_TRUE(is_silent(host, "147#9C00000000000000"));
+  EXPECT_TRUE(gets_no_reply(host, "147#9C00000000000000"));
   EXPECT_EQ(host.ask("149#40050A0000000000"), frame("149#40050A0009000000"));
   host.bus.power_cycle(7);
   EXPECT_EQ(host.ask("149#8100000000000000"), frame("149#8100000000000000"));
@@ -163,7 +163,7 @@ TEST(V236b, IdZeroSelectsTheDipSwitch) {
   EXPECT_EQ(host.ask("143#40050A0000000000"), frame("143#40050A0000000000"));
 }
 
-TEST(V236b, DrivesWithOneIdBothReplyAndObey) {
+TEST(V236b, DrivesWithOneIdBothReplyAndMove) {
   Host host(bus_of({drive(7), drive(9)}));
   save_id_9(host);
   host.talk(frame(kRestart));
@@ -192,7 +192,7 @@ TEST(V236b, IdChangesAtWriteOrSaveIfConfigured) {
         EXPECT_EQ(host.ask(kSave), frame(last + "#4405010000000000"));
       }
       EXPECT_EQ(host.bus.servo(7).starts, 1U);
-      EXPECT_TRUE(is_silent(host, "147#8100000000000000"));
+      EXPECT_TRUE(gets_no_reply(host, "147#8100000000000000"));
       EXPECT_EQ(host.ask("149#8100000000000000"), frame("149#8100000000000000"));
     }
   }
@@ -230,12 +230,12 @@ TEST(V236b, AnotherBusTypeGetsNoReply) {
   host.ask("147#42050B0001000000");  // RS-485
   host.ask(kSave);
   host.talk(frame(kRestart));
-  EXPECT_TRUE(is_silent(host, "147#9C00000000000000"));
+  EXPECT_TRUE(gets_no_reply(host, "147#9C00000000000000"));
   // Only access to the drive itself restores it.
   Registers value = host.bus.servo(7).rom;
   value.bus_type = 2;
   host.bus.write_setting(7, RomParameter::kBusType, value);
-  EXPECT_FALSE(is_silent(host, "147#9C00000000000000"));
+  EXPECT_FALSE(gets_no_reply(host, "147#9C00000000000000"));
 }
 
 TEST(V236b, AnotherBitRateDisturbsUntilErrorPassive) {
@@ -300,13 +300,13 @@ TEST(V236b, IdChangedFaultWritesTheRom) {
   Host host(drive());
   test::inject(host, "id_changed", {12.0}, {}, {7});
   EXPECT_EQ(host.bus.servo(7).wear[static_cast<std::size_t>(RomParameter::kDriverId)], 1U);
-  EXPECT_TRUE(is_silent(host, "147#8100000000000000"));
+  EXPECT_TRUE(gets_no_reply(host, "147#8100000000000000"));
   EXPECT_EQ(host.ask("14C#8100000000000000"), frame("14C#8100000000000000"));
   host.bus.power_cycle(7);
   EXPECT_EQ(host.bus.bus_address(7).id, 12);
 }
 
-TEST(MaxTorqueCommands, OfLegacyDrives) {
+TEST(MaxTorqueCommands, LegacyDrivesStoreTheValueInRam) {
   Host host(test::drive(Generation::kLegacy, Series::kMf, 1));
   EXPECT_EQ(host.ask("141#3700000000000000"), frame("141#37000000E8030000"));
   EXPECT_EQ(host.ask("141#3800000064000000"), frame("141#3800000064000000"));

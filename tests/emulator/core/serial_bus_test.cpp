@@ -239,9 +239,10 @@ TEST(SerialBus, RepliesOnceToItsOwnPackets) {
   EXPECT_EQ(host.ask("3E 9A 01 00 D9").substr(0, 14), "3E 9A 01 07 E0");
   EXPECT_EQ(host.ask("3E 88 01 00 C7"), "3E 88 01 00 C7");
   EXPECT_EQ(host.ask(""), "");
-  for (const char* silent : {"3E 9A 00 00 D8", "3E 9A 02 00 DA", "3E 9A 21 00 F9", "3E BB 01 00 FA",
-                             "3E 12 01 00 45", "3E 30 01 00 6F", "3E 40 01 02 81 96 00 96"}) {
-    EXPECT_EQ(host.ask(silent), "") << silent;
+  for (const char* unanswered :
+       {"3E 9A 00 00 D8", "3E 9A 02 00 DA", "3E 9A 21 00 F9", "3E BB 01 00 FA", "3E 12 01 00 45",
+        "3E 30 01 00 6F", "3E 40 01 02 81 96 00 96"}) {
+    EXPECT_EQ(host.ask(unanswered), "") << unanswered;
   }
   const BusStats stats = host.bus.stats();
   EXPECT_EQ(stats.queries, 2U);
@@ -405,7 +406,7 @@ TEST(SerialBus, ChipIdsAreUnique) {
   EXPECT_EQ(chip_id("3E 12 02 00 52"), "35 37 35 30 30 32 73 18 78 03 4A 00");
 }
 
-TEST(SerialBus, LegacyDriveHasItsProductBlockAndSilentZero) {
+TEST(SerialBus, LegacyDriveHasItsProductBlockAndNoReplyToZero) {
   SerialHost host(serial_drive(Generation::kLegacy));
   EXPECT_EQ(bytes(host.ask("3E 12 01 00 51")).size(), 6 + 42U);
   EXPECT_EQ(host.ask("3E 19 01 00 58"), "");
