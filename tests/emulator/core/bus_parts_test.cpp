@@ -36,6 +36,30 @@ TEST(PowerPart, RampAdvancesInSteps) {
   EXPECT_EQ(power.supply_V(), 20);
 }
 
+TEST(MemoryPart, QueuesWritesAndLosesThemWithoutPower) {
+  ServoConfig config = test::servo_config(1);
+  config.flash.write_time = 2ms;
+  BusConfig bus = test::bus_config({});
+  bus.servos = {config};
+  Motors motors(bus);
+  const Lane lane = motors.lane(motors.location_of(config, bus));
+  Servo servo(config, lane.telemetry());
+  Memory memory;
+  Registers value = servo.rom;
+  const std::int32_t before = value.acceleration_dps_s;
+  for (const int acceleration_dps_s : {100, 200}) {
+    value.acceleration_dps_s = acceleration_dps_s;
+    write_setting(servo, RomParameter::kAcceleration, value, lane);
+    EXPECT_EQ(memory.begin(1ms, servo), acceleration_dps_s == 100 ? 3ms : 5ms);
+  }
+  EXPECT_EQ(memory.size(), 2U);
+  EXPECT_EQ(Memory(memory).finish().rom.acceleration_dps_s, 100);
+  EXPECT_TRUE(memory.lose_power(servo));
+  EXPECT_EQ(servo.rom.acceleration_dps_s, before);
+  EXPECT_FALSE(memory.lose_power(servo));
+  EXPECT_FALSE(memory.damage(RomParameter::kAcceleration, servo.rom));
+}
+
 TEST(LinkPart, HeldFrameIsSentAfterTheNext) {
   Wire wire(BusConfig{.bitrate = 0});
   DriveLink link{.owner = 0x141};

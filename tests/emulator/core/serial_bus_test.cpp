@@ -8,7 +8,7 @@
 #include <numeric>
 #include <random>
 
-#include "emulator/core/wire/serial_wire.hpp"
+#include "emulator/core/bus/serial_wire.hpp"
 #include "tests/support/faults.hpp"
 
 namespace lk::emulator {
