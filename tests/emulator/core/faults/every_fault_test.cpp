@@ -1,4 +1,5 @@
-// Each kind of fault changes something in a run of three drives, and the bus reports it.
+// Each kind of fault changes something in a run of three drives, and the bus reports it. Plant
+// faults report effects exactly on the drives on which they are visible.
 
 #include <gtest/gtest.h>
 
@@ -10,119 +11,107 @@
 #include <vector>
 
 #include "emulator/core/generation.hpp"
-#include "tests/support/faults.hpp"
+#include "tests/emulator/core/faults/fault_support.hpp"
 #include "tests/support/serial_bus.hpp"
-#include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
 namespace every_fault_test {
 
 using namespace std::chrono_literals;
 using test::frame;
+using test::Host;
 
-/// Values of the fault, by default on drive 1. Kinds that are missing here have no situation that
-/// shows an effect.
+/// Drives on which a plant fault is visible: cold at rest, warm at rest, turning, without power. At
+/// rest no current flows and the shaft does not turn. A controller without power reads no sensor.
+enum Visible : unsigned { kNever = 0, kCold = 1, kWarm = 2, kRunning = 4, kUnpowered = 8 };
+constexpr unsigned kPowered = kCold | kWarm | kRunning;
+constexpr unsigned kAlways = kPowered | kUnpowered;
+
+/// Values of the fault, the drive and the adapter that show it. Kinds without a row show an effect
+/// on drive 1 with the defaults of their parameters. Each plant fault needs `visible`.
 struct Situation {
   std::vector<FaultValue> values = {};
+  std::optional<unsigned> visible = std::nullopt;
   int id = 1;
   std::string_view adapter = "none";
 };
 constexpr auto kOnBoot = static_cast<FaultChoice>(LostAfter::kBoot);
 const std::map<std::string_view, Situation> kSituations = {
-    {"drop", {}},
     {"delay", {{3}}},
-    {"duplicate", {}},
-    {"corrupt", {}},
-    {"stale", {}},
-    {"torn_reply", {}},
-    {"reorder", {}},
-    {"wrong_dlc", {}},
-    {"wrong_id", {}},
-    {"duplicate_id", {}},
-    {"silent", {}},
-    {"babbling", {}},
-    {"error_frames", {}},
-    {"bus_off", {}},
-    {"boot_garbage", {{}, 2}},
-    {"wrong_bitrate", {}},
-    {"no_termination", {}},
-    {"queue_full", {}},
+    {"boot_garbage", {.id = 2}},
     {"adapter_latency", {{100, 100}}},
-    {"adapter_batch", {}},
-    {"adapter_overrun", {{1}, 1, "ftdi_default"}},
+    {"adapter_overrun", {.values = {1}, .adapter = "ftdi_default"}},
     {"write_stalls", {{2, 20}}},
-    {"checksum_bad", {}},
-    {"byte_lost", {}},
-    {"byte_gap", {}},
-    {"echo", {}},
-    {"cr_to_lf", {}},
     {"late_release", {{300}}},
-    {"encoder_stuck", {}},
-    {"encoder_jump", {{10}}},
-    {"encoder_noise", {{1}}},
-    {"encoder_drift", {{90}}},
-    {"encoder_garbage", {}},
-    {"encoder_lost_magnet", {}},
-    {"encoder_slow", {{10}}},
-    {"current_offset", {{1}}},
-    {"current_gain", {{0.5}}},
-    {"current_noise", {{0.5}}},
-    {"current_stuck", {}},
-    {"temperature_stuck", {{60}}},
-    {"temperature_off", {{10}}},
-    {"voltage_stuck", {{20}}},
-    {"voltage_off", {{-2}}},
-    {"phase_open", {}},
-    {"switch_open", {}},
-    {"switch_shorted", {}},
-    {"bridge_dead", {}},
-    {"calibration_lost", {}},
-    {"jam", {}},
-    {"friction", {{3}}},
-    {"inertia", {{3}}},
-    {"load_step", {{0.1}}},
-    {"kick", {{0.01}}},
-    {"backlash", {{3}}},
-    {"coupling_broken", {}},
-    {"end_stop", {{-5, 5}}},
-    {"brake_late", {{}, 2}},
-    {"fan_stuck", {{10}}},
-    {"sag", {{15}}},
-    {"dip", {}},
-    {"cut", {}},
-    {"reboot_loop", {}},
-    {"no_regeneration", {}},
-    {"reset", {}},
-    {"hang", {}},
-    {"slow_replies", {}},
-    {"clock_drift", {{10}}},
-    {"rom_write_fails", {}},
-    {"rom_worn", {}},
-    {"rom_damaged", {}},
-    {"ram_flipped", {}},
-    {"forgets_broadcast", {{}, 3}},
-    {"forgets_limits", {}},
-    {"clear_reply_before", {}},
+    {"forgets_broadcast", {.id = 3}},
     {"first_command_lost", {{kOnBoot}}},
-    {"bus_held_after_off", {}},
-    {"encoder_wrap_at_boot", {}},
-    {"multi_turn_zero_at_boot", {}},
     {"id_changed", {{12}}},
+    {"encoder_stuck", {{}, kRunning}},
+    {"encoder_jump", {{10}, kPowered}},
+    {"encoder_noise", {{1}, kPowered}},
+    {"encoder_drift", {{90}, kPowered}},
+    {"encoder_garbage", {{}, kPowered}},
+    {"encoder_lost_magnet", {{}, kPowered}},
+    {"encoder_slow", {{10}, kRunning}},
+    {"current_offset", {{1}, kPowered}},
+    {"current_gain", {{0.5}, kRunning}},
+    {"current_noise", {{0.5}, kPowered}},
+    {"current_stuck", {{}, kRunning}},
+    {"temperature_stuck", {{80}, kPowered}},
+    {"temperature_off", {{10}, kPowered}},
+    {"voltage_stuck", {{20}, kPowered}},
+    {"voltage_off", {{-2}, kPowered}},
+    {"phase_open", {{}, kRunning}},
+    {"switch_open", {{}, kRunning}},
+    {"switch_shorted", {{}, kRunning}},
+    {"bridge_dead", {{}, kRunning}},
+    {"calibration_lost", {{}, kRunning}},
+    {"jam", {{}, kRunning}},
+    {"friction", {{3}, kRunning}},
+    {"inertia", {{3}, kRunning}},
+    {"load_step", {{20}, kAlways}},  // friction and brake hold 10.5 Nm
+    {"kick", {{0.1}, kAlways}},
+    {"backlash", {{3}, kRunning}},
+    {"coupling_broken", {{}, kRunning}},
+    {"end_stop", {{-5, 5}, kRunning}},
+    {"brake_late", {{}, kNever, 2}},  // the coil is not switched
+    {"fan_stuck", {{2}, kWarm | kRunning}},
+    {"sag", {{15}, kPowered}},
+    {"dip", {{}, kPowered}},
+    {"cut", {{}, kPowered}},
+    {"reboot_loop", {{}, kPowered}},
+    {"no_regeneration", {{}, kNever}},  // no braking
+    {"clock_drift", {{10}, kRunning}},
 };
+
+Situation situation_of(const FaultRow& row) {
+  const auto found = kSituations.find(row.word);
+  return found == kSituations.end() ? Situation{} : found->second;
+}
+
+Fault fault_with(const FaultRow& row, const std::vector<FaultValue>& values) {
+  Fault fault = fault_of(row);
+  std::ranges::copy(values, fault.values.begin());
+  return fault;
+}
+
+/// A gear of 10 with play, and a load.
+void add_gear(model::DriveParams& drive) {
+  drive.mechanics.gear_ratio = 10;
+  drive.mechanics.backlash_out = 0.02;
+  drive.mechanics.gear_stiffness_out = 500;
+  drive.mechanics.gear_damping_out = 0.5;
+  drive.mechanics.J_out = 1e-3;
+  drive.load.J = 0.02;
+}
 
 /// Geared drives with play and a load, warmer than the ambient air. The second has a brake, the
 /// third answers only multi-drive commands.
 BusConfig config(std::string_view adapter) {
   BusConfig config = test::powered_bus({1, 2, 3}, 1'000'000);
   for (ServoConfig& servo : config.servos) {
-    model::MechanicsParams& mechanics = servo.profile.drive.mechanics;
-    mechanics.gear_ratio = 10;
-    mechanics.backlash_out = 0.02;
-    mechanics.gear_stiffness_out = 500;
-    mechanics.gear_damping_out = 0.5;
-    mechanics.J_out = 1e-3;
-    mechanics.tau_coulomb_out = 0.01;
-    servo.profile.drive.load.J = 0.02;
+    add_gear(servo.profile.drive);
+    servo.profile.drive.mechanics.tau_coulomb_out = 0.01;
     servo.rom.acceleration_dps_s = 50'000;
     servo.boot_temperature_C = 30;
   }
@@ -231,7 +220,7 @@ void expect_change_and_report(Run healthy, Run faulty) {
     const bool equal = healthy.step() == faulty.step();
     if (!equal && !changed_at) changed_at = faulty.bus.time();
   }
-  ASSERT_TRUE(changed_at) << "it changes nothing";
+  ASSERT_TRUE(changed_at) << "no change";
   EXPECT_GE(*changed_at, kFaultAt);
   ASSERT_EQ(faulty.bus.faults().size(), 1U);
   EXPECT_GT(evidence().effects, 0U);
@@ -242,13 +231,10 @@ void expect_change_and_report(Run healthy, Run faulty) {
 
 class EveryFault : public testing::TestWithParam<std::string_view> {};
 
-TEST_P(EveryFault, ChangesSomethingAndSaysSo) {
+TEST_P(EveryFault, ChangesARunAndIsReported) {
   const FaultRow& row = *find_fault(GetParam());
-  const auto found = kSituations.find(row.word);
-  ASSERT_NE(found, kSituations.end()) << "no situation that shows it";
-  const Situation& situation = found->second;
-  Fault fault = fault_of(row);
-  std::ranges::copy(situation.values, fault.values.begin());
+  const Situation situation = situation_of(row);
+  Fault fault = fault_with(row, situation.values);
   if (!row.of_bus) fault.ids = {situation.id};
   if (row.of_bus) fault.probability = 0.5;  // with 1, the bus would be silent
   if (row.serial) {
@@ -258,18 +244,23 @@ TEST_P(EveryFault, ChangesSomethingAndSaysSo) {
   }
 }
 
-std::vector<std::string_view> words() {
+bool is_any(const FaultRow&) { return true; }
+bool is_of_plant(const FaultRow& row) {
+  return row.plant != nullptr ||
+         (row.group >= FaultGroup::kSensors && row.group <= FaultGroup::kPower);
+}
+std::vector<std::string_view> words(bool (*selects)(const FaultRow&)) {
   std::vector<std::string_view> words;
-  for (const FaultRow& row : fault_table()) words.push_back(row.word);
+  for (const FaultRow& row : fault_table()) {
+    if (selects(row)) words.push_back(row.word);
+  }
   return words;
 }
-INSTANTIATE_TEST_SUITE_P(Faults, EveryFault, testing::ValuesIn(words()),
-                         [](const auto& word) { return std::string(word.param); });
-
-TEST(FaultTable, NamesOnlyKnownSituations) { EXPECT_EQ(kSituations.size(), fault_table().size()); }
+constexpr auto kWordAsName = [](const auto& word) { return std::string(word.param); };
+INSTANTIATE_TEST_SUITE_P(Faults, EveryFault, testing::ValuesIn(words(is_any)), kWordAsName);
 
 /// A fault acts where its function is called; without a function it would never take effect.
-TEST(FaultTable, EachActsSomewhere) {
+TEST(FaultTable, EachRowHasAFunctionTextsAndAUniqueWord) {
   for (const FaultRow& row : fault_table()) {
     EXPECT_EQ(row.adapter == nullptr, row.adapter_shows == nullptr) << row.word;
     EXPECT_TRUE(row.plant != nullptr || row.adapter != nullptr || row.on_query != nullptr ||
@@ -278,8 +269,99 @@ TEST(FaultTable, EachActsSomewhere) {
                 row.line_hold_time != nullptr || row.firmware != nullptr || row.at_once != nullptr)
         << row.word;
     EXPECT_FALSE(row.about.en.empty() || row.about.zh.empty()) << row.word;
-    EXPECT_EQ(find_fault(row.word), &row) << "two of this word";
+    EXPECT_EQ(find_fault(row.word), &row) << "duplicate word";
   }
+  for (const auto& [word, situation] : kSituations) EXPECT_NE(find_fault(word), nullptr) << word;
+}
+
+// --- plant faults
+
+/// Geared with play, friction and a brake; at rest.
+ServoConfig drive(double temperature_C = 25) {
+  ServoConfig servo = test::powered_drive();
+  model::DriveParams& d = servo.profile.drive;
+  add_gear(d);
+  d.mechanics.tau_coulomb = d.mechanics.tau_static = 0.05;
+  d.brake.tau = 1;
+  servo.quirks.dialect.brake_command = true;
+  servo.rom.acceleration_dps_s = 2000;
+  servo.boot_temperature_C = temperature_C;
+  return servo;
+}
+
+/// Returns whether the fault has taken effect half a second after its start.
+bool is_visible(Host host, const FaultRow& row, const std::vector<FaultValue>& values) {
+  Fault fault = fault_with(row, values);
+  fault.ids = {1};
+  host.bus.apply({kWholeBus, SetFault{fault}});
+  host.wait(500ms);
+  return test::evidence(host).effects > 0;
+}
+
+Host booted(const ServoConfig& servo) {
+  Host host(servo);
+  host.wait(100ms);
+  return host;
+}
+
+Host running(const ServoConfig& servo) {
+  Host host = booted(servo);
+  host.ask("141#8C01000000000000");
+  host.ask("141#A2000000407E0500");  // 3600 dps
+  return host;
+}
+
+Host unpowered(const ServoConfig& servo) {
+  Host host = booted(servo);
+  host.bus.apply({1, PowerOff{}});
+  host.wait(1s);
+  EXPECT_FALSE(host.bus.telemetry(1).alive);
+  return host;
+}
+
+class PlantFault : public testing::TestWithParam<std::string_view> {};
+
+TEST_P(PlantFault, HasEvidenceExactlyWhereItIsVisible) {
+  const FaultRow& row = *find_fault(GetParam());
+  const Situation situation = situation_of(row);
+  ASSERT_TRUE(situation.visible) << "kSituations does not say where it is visible";
+  const auto expect_visible = [&](const Host& host, Visible drive, const char* name) {
+    EXPECT_EQ(is_visible(host, row, situation.values), (*situation.visible & drive) != 0) << name;
+  };
+  Host cold = booted(drive());
+  cold.ask("141#8000000000000000");
+  expect_visible(cold, kCold, "cold");
+  Host warm = booted(drive(60));
+  warm.ask("141#8000000000000000");
+  expect_visible(warm, kWarm, "warm");
+  Host accelerating = running(drive());
+  accelerating.wait(2s);
+  accelerating.ask("141#A200000080FC0A00");  // 7200 dps, in 1.8 s
+  expect_visible(accelerating, kRunning, "running");
+  expect_visible(unpowered(drive()), kUnpowered, "unpowered");
+}
+
+INSTANTIATE_TEST_SUITE_P(Faults, PlantFault, testing::ValuesIn(words(is_of_plant)), kWordAsName);
+
+/// A hot motor also cools without power.
+TEST(FanStuck, IsVisibleOnAWarmDriveWithoutPower) {
+  EXPECT_TRUE(is_visible(unpowered(drive(60)), *find_fault("fan_stuck"), {2}));
+}
+
+/// In the steady state the housing exceeds the ambient air by P·R; 2·R doubles that.
+TEST(FanStuck, DoublesTheTemperatureRiseOfTheHousing) {
+  ServoConfig servo = drive();
+  servo.profile.drive.thermal.C_housing = servo.profile.drive.thermal.C_winding =
+      0.1;  // J/K: 0.3 s
+  Host host = running(servo);
+  host.wait(4s);
+  const auto temperature_rise_K = [&host] { return host.bus.truth(1).temp_housing - 25; };
+  const double healthy_K = temperature_rise_K();
+  test::inject(host, "fan_stuck", {2});
+  host.wait(4s);
+  EXPECT_GT(healthy_K, 1);
+  // The copper resistance grows by 0.4 % per kelvin.
+  EXPECT_NEAR(temperature_rise_K() / healthy_K, 2, 0.004 * 2 * healthy_K);
 }
 
 }  // namespace every_fault_test
