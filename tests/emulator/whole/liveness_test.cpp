@@ -60,11 +60,11 @@ BusConfig ten_drives(std::uint32_t seed, bool serial) {
 }
 
 /// A host that polls the drives in turn while faults come and go.
-class Polled {
+class PollingHost {
  public:
-  Polled(std::uint32_t seed, bool serial)
+  PollingHost(std::uint32_t seed, bool serial)
       : serial_(serial),
-        life_(seed, kDrives, kLongestFault),
+        inputs_(seed, kDrives, kLongestFault),
         config_(ten_drives(seed, serial)),
         bus_(config_) {}
 
@@ -72,8 +72,8 @@ class Polled {
   std::string run(int rounds) {
     for (int n = 0; n < rounds; ++n) {
       begin_faults();
-      while (is_faulty()) ask(life_.drive());
-      if (auto wrong = check_heard(); !wrong.empty()) return wrong;
+      while (is_faulty()) ask(inputs_.drive());
+      if (auto wrong = check_queries(); !wrong.empty()) return wrong;
       if (auto wrong = check_answers(); !wrong.empty()) return wrong;
     }
     return "";
@@ -84,8 +84,8 @@ class Polled {
  private:
   void begin_faults() {
     faults_.clear();
-    for (int left = 1 + life_.below(2); left > 0; --left) {
-      Fault fault = life_.fault();
+    for (int left = 1 + inputs_.below(2); left > 0; --left) {
+      Fault fault = inputs_.fault();
       const std::string_view kind = fault.row->word;
       // The effect of such a fault persists: a different ID or different settings.
       if (kind == "id_changed" || kind == "rom_damaged" || kind == "ram_flipped") continue;
@@ -120,7 +120,7 @@ class Polled {
     constexpr std::array<std::uint8_t, 4> kReads{0x9A, 0x9C, 0x92, 0x94};
     Frame frame;
     frame.id = protocol::kSingleDriveId + static_cast<std::uint32_t>(id);
-    frame.data[0] = kReads[static_cast<std::size_t>(life_.below(kReads.size()))];
+    frame.data[0] = kReads[static_cast<std::size_t>(inputs_.below(kReads.size()))];
     if (serial_) {
       frame.kind = FrameKind::kSerial;
       frame.dlc = 1;
@@ -161,13 +161,13 @@ class Polled {
   }
 
   /// A query is not lost while a reply held by a fault is pending.
-  std::string check_heard() {
+  std::string check_queries() {
     const BusStats before = bus_.stats();
     for (int id = 1; id <= kDrives; ++id) ask(id);
     const BusStats after = bus_.stats();
     const bool crowded = before.replies_waiting + kDrives > Wire::kDriveQueue;
     if (crowded || after.count(Drop::kDriveBusy) == before.count(Drop::kDriveBusy)) return "";
-    return "a drive with a reply to give did not hear a query after" + faults_;
+    return "a drive with a pending reply dropped a query after" + faults_;
   }
 
   std::string check_answers() {
@@ -184,36 +184,36 @@ class Polled {
       ++checked_;
       if (ask(id) || !was_alive) continue;
       if (!bus_.telemetry(id).alive || bus_.servo(id).starts != starts) continue;  // brown-out
-      return "drive " + std::to_string(id) + " did not answer after" + faults_;
+      return "drive " + std::to_string(id) + " did not reply after" + faults_;
     }
     return "";
   }
 
   bool serial_;
-  test::RandomInputs life_;
+  test::RandomInputs inputs_;
   BusConfig config_;
   Bus bus_;
   std::string faults_;
   int checked_ = 0;
 };
 
-void live(bool serial) {
+void expect_replies(bool serial) {
   constexpr int kRounds = 30;  // with two faults each: a bus keeps 1000
   const char* const seconds = std::getenv("LK_LONG_RUN_S");
   const SimTime all = seconds != nullptr ? std::chrono::seconds(std::stoi(seconds)) : SimTime{10s};
   SimTime done{0};
   int checked = 0;
   for (std::uint32_t seed = 1; done < all; ++seed) {
-    Polled polled(seed, serial);
-    EXPECT_EQ(polled.run(kRounds), "") << "seed " << seed;
-    done += polled.time();
-    checked += polled.checked();
+    PollingHost host(seed, serial);
+    EXPECT_EQ(host.run(kRounds), "") << "seed " << seed;
+    done += host.time();
+    checked += host.checked();
   }
   EXPECT_GT(checked, 100);
 }
 
-TEST(Liveness, EveryPoweredDriveAnswersAfterAFaultOnCan) { live(false); }
-TEST(Liveness, EveryPoweredDriveAnswersAfterAFaultOnRs485) { live(true); }
+TEST(Liveness, EveryPoweredDriveRepliesAfterAFaultOnCan) { expect_replies(false); }
+TEST(Liveness, EveryPoweredDriveRepliesAfterAFaultOnRs485) { expect_replies(true); }
 
 }  // namespace liveness_test
 }  // namespace lk::emulator

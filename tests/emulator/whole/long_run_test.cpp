@@ -66,7 +66,7 @@ constexpr std::int64_t kBytesOfAFault = 2 * sizeof(LiveFault) + 256;
 constexpr std::int64_t kMaxBytesOfTheMoment = 2 * 2 * CanWire::kHostQueue * sizeof(TimedFrame);
 
 /// All delivered motors and all generations in turn.
-BusConfig all_kinds(std::uint64_t seed) {
+BusConfig all_motors(std::uint64_t seed) {
   constexpr std::array kMotors{"mf4005",    "mf5010",     "mf7015-23t", "mf7015", "mf9025",
                                "mg4005",    "mg4010",     "mg5010",     "mg5210", "mg6010",
                                "mg6012-i8", "mg6012-i36", "mg8008",     "mg8016", "mh9025",
@@ -95,19 +95,19 @@ class LongRun {
  public:
   LongRun(std::uint32_t seed, SimTime duration)
       : duration_(duration),
-        life_(seed, kDrives, std::min<SimTime>(duration / 20, 20s)),
-        bus_(all_kinds(seed)) {
+        inputs_(seed, kDrives, std::min<SimTime>(duration / 20, 20s)),
+        bus_(all_motors(seed)) {
     replies_.reserve(100'000);
     rom_writes_.reserve(1000);
   }
 
   /// Returns an error message with its time, or an empty string.
   std::string run() {
-    for (SimTime at{0}; at < duration_; at += life_.up_to(700us)) {
-      const int frames = life_.one_in(1000) ? life_.below(1500) : 1;  // occasionally too many
+    for (SimTime at{0}; at < duration_; at += inputs_.up_to(700us)) {
+      const int frames = inputs_.one_in(1000) ? inputs_.below(1500) : 1;  // occasionally too many
       for (int n = 0; n < frames; ++n) send(at);
-      if (life_.one_in(2)) advance(at);
-      if (life_.one_in(100)) act(at);
+      if (inputs_.one_in(2)) advance(at);
+      if (inputs_.one_in(100)) act(at);
       const auto due = static_cast<double>(at.count()) / static_cast<double>(duration_.count());
       if (static_cast<double>(faults_) < due * 0.95 * Bus::kMaxFaults) set_fault();
       if (at < checked_ + kCheck) continue;
@@ -139,7 +139,7 @@ class LongRun {
 
  private:
   void send(SimTime at) {
-    const protocol::Frame frame = life_.frame();
+    const protocol::Frame frame = inputs_.frame();
     bus_.receive({at, frame});
     ++sent_;
     if (frame.id >= protocol::MultiTorque::kIdentifier &&
@@ -155,17 +155,17 @@ class LongRun {
   }
 
   void act(SimTime at) {
-    TimedDirective planned{at + life_.up_to(5ms), life_.directive(), {}, {}};
-    if (life_.one_in(10)) {
-      const int times = 1 + life_.below(3);
-      planned.when = Condition{life_.drive(), CommandSeen{0x9C, times}};
+    TimedDirective planned{at + inputs_.up_to(5ms), inputs_.directive(), {}, {}};
+    if (inputs_.one_in(10)) {
+      const int times = 1 + inputs_.below(3);
+      planned.when = Condition{inputs_.drive(), CommandSeen{0x9C, times}};
     }
     bus_.plan(planned);
-    if (life_.one_in(3000)) bus_.apply({kWholeBus, ClearFault{"all"}});
+    if (inputs_.one_in(3000)) bus_.apply({kWholeBus, ClearFault{"all"}});
   }
 
   void set_fault() {
-    if (bus_.apply({kWholeBus, SetFault{life_.fault()}})) ++faults_;
+    if (bus_.apply({kWholeBus, SetFault{inputs_.fault()}})) ++faults_;
   }
 
   void advance(SimTime at) {
@@ -183,7 +183,7 @@ class LongRun {
     rom_writes_.clear();
     bus_.take_rom_writes(rom_writes_);
     for (const RomWrite& write : rom_writes_) {
-      if (!life_.one_in(20)) continue;  // the disk refuses
+      if (!inputs_.one_in(20)) continue;  // the disk refuses
       const Servo& servo = bus_.servo(write.id);
       bus_.restore_rom(write.id, servo.rom_before, servo.wear_before);
       ++refused_writes_;
@@ -197,7 +197,7 @@ class LongRun {
 
   std::optional<std::string> check() {
     ++checks_;
-    if (auto wrong = check_books()) return wrong;
+    if (auto wrong = check_counters()) return wrong;
     if (auto wrong = check_states()) return wrong;
     return check_memory();
   }
@@ -209,7 +209,7 @@ class LongRun {
     return ids.size() < kDrives;
   }
 
-  std::optional<std::string> check_books() {
+  std::optional<std::string> check_counters() {
     const BusStats stats = bus_.stats();
     std::uint64_t dropped = 0;
     for (const std::uint64_t count : stats.dropped) dropped += count;
@@ -258,7 +258,7 @@ class LongRun {
   }
 
   SimTime duration_;
-  test::RandomInputs life_;
+  test::RandomInputs inputs_;
   Bus bus_;
   std::vector<TimedFrame> replies_;
   std::vector<RomWrite> rom_writes_;

@@ -26,8 +26,16 @@ ServoConfig motor(const std::string& name = "mf7015") {
   return config;
 }
 
-void give(Host& host, const protocol::Command& command) {
-  host.ask(protocol::encode_query(1, command, protocol::kLegacyFormat));
+void set_load_torque(Host& host, double tau_Nm) {
+  model::LoadParams load;
+  load.tau = tau_Nm;
+  host.bus.set_load(1, load);
+}
+
+double angle_deg(Host& host) { return static_cast<double>(host.multi_turn_cdeg()) / 100; }
+
+void command(Host& host, const protocol::Command& content) {
+  host.ask(protocol::encode_query(1, content, protocol::kLegacyFormat));
 }
 
 double speed_dps(const Host& host) { return host.bus.truth(1).omega_m * kDegPerRad; }
@@ -38,6 +46,14 @@ double mean_speed_dps(Host& host, SimTime duration) {
   host.wait(duration);
   return (host.bus.truth(1).theta_m - start) * kDegPerRad /
          std::chrono::duration<double>(duration).count();
+}
+
+/// A motor at 720 °/s.
+Host turning() {
+  Host host(motor());
+  command(host, protocol::Speed{720});
+  host.wait(1s);
+  return host;
 }
 
 double k_t(const model::DriveParams& drive) {
@@ -52,7 +68,7 @@ TEST(Torque, SpeedRisesWithTorqueOverInertia) {
   const auto& drive = config.profile.drive;
   for (const double iq_A : {3.2, -3.2, 1.6}) {
     Host host(config);
-    give(host, protocol::Torque{iq_A});
+    command(host, protocol::Torque{iq_A});
     host.wait(20ms);
     const double omega_0 = host.bus.truth(1).omega_m;
     host.wait(30ms);
@@ -65,10 +81,10 @@ TEST(Torque, SpeedRisesWithTorqueOverInertia) {
   }
 }
 
-TEST(Torque, CommandStaysInForceUntilTheSupplyEndsIt) {
-  auto config = motor();
+TEST(Torque, AcceleratesUntilTheSupplyLimitsTheSpeed) {
+  const auto config = motor();
   Host host(config);
-  give(host, protocol::Torque{3.2});
+  command(host, protocol::Torque{3.2});
   host.wait(2s);
   const double first = speed_dps(host);
   host.wait(500ms);
@@ -86,16 +102,16 @@ TEST(Torque, NoLoadSpeedFollowsTheSupply) {
   const auto top_dps = [](double supply_V) {
     Host host(motor());
     host.bus.set_supply_voltage(1, supply_V);
-    give(host, protocol::Torque{3.2});
+    command(host, protocol::Torque{3.2});
     host.wait(2s);
     return speed_dps(host);
   };
   EXPECT_NEAR(top_dps(12) / top_dps(24), 0.5, 0.05);
 }
 
-TEST(Torque, ReplyShowsTheCurrentThatFlows) {
+TEST(Torque, ReplyShowsTheActualCurrent) {
   Host host(motor());
-  give(host, protocol::Torque{-3.2});
+  command(host, protocol::Torque{-3.2});
   host.wait(20ms);
   double sum_A = 0;
   for (int k = 0; k < 20; ++k) {
@@ -111,20 +127,16 @@ TEST(Torque, ReplyShowsTheCurrentThatFlows) {
 TEST(Speed, ReachedWithoutSteadyError) {
   for (const double wanted_dps : {720.0, -720.0, 90.0, 3600.0}) {
     Host host(motor());
-    give(host, protocol::Speed{wanted_dps});
+    command(host, protocol::Speed{wanted_dps});
     host.wait(2s);
     EXPECT_NEAR(mean_speed_dps(host, 1s), wanted_dps, 0.002 * std::abs(wanted_dps) + 0.5);
     EXPECT_NEAR(host.state_2().speed_dps, wanted_dps, 0.03 * std::abs(wanted_dps) + 10);
   }
 }
 
-TEST(Speed, HeldAgainstALoad) {
-  Host host(motor());
-  give(host, protocol::Speed{720});
-  host.wait(1s);
-  model::LoadParams load;
-  load.tau = -0.2;  // Nm, about 2 A
-  host.bus.set_load(1, load);
+TEST(Speed, HeldHoldsAgainstALoad) {
+  Host host = turning();
+  set_load_torque(host, -0.2);  // about 2 A
   host.wait(1s);
   EXPECT_NEAR(mean_speed_dps(host, 1s), 720, 2);
   EXPECT_GT(host.state_2().iq_A, 1);
@@ -132,8 +144,8 @@ TEST(Speed, HeldAgainstALoad) {
 
 TEST(Speed, AccelerationIsARamp) {
   Host host(motor());
-  give(host, protocol::WriteAccelerationToRam{1000});
-  give(host, protocol::Speed{1000});
+  command(host, protocol::WriteAccelerationToRam{1000});
+  command(host, protocol::Speed{1000});
   host.wait(500ms);
   EXPECT_NEAR(speed_dps(host), 500, 50);
   host.wait(700ms);
@@ -154,12 +166,11 @@ class Position : public ::testing::TestWithParam<Arrival> {};
 // holds.
 TEST_P(Position, ArrivesWithinOneCountAndHolds) {
   Host host(motor());
-  give(host, GetParam().command);
+  command(host, GetParam().command);
   host.wait(3s);
   for (int k = 0; k < 200; ++k) {
     host.wait(5ms);
-    const double here_deg = static_cast<double>(host.multi_turn_cdeg()) / 100;
-    ASSERT_NEAR(here_deg, GetParam().target_deg, 1.5 * 360 / 16384 + 0.005);
+    ASSERT_NEAR(angle_deg(host), GetParam().target_deg, 1.5 * 360 / 16384 + 0.005);
     ASSERT_LT(std::abs(host.bus.truth(1).omega_m) * kDegPerRad, 10);
   }
 }
@@ -180,29 +191,27 @@ INSTANTIATE_TEST_SUITE_P(
                       Arrival{"6_back", protocol::Position6{360, -18000}, -135}),
     [](const auto& instance) { return instance.param.name; });
 
-TEST(Hold, AgainstALoad) {
+TEST(Hold, HoldsAgainstALoad) {
   Host host(motor());
-  give(host, protocol::Position1{9000});
+  command(host, protocol::Position1{9000});
   host.wait(1s);
-  model::LoadParams load;
-  load.tau = 0.3;
-  host.bus.set_load(1, load);
+  set_load_torque(host, 0.3);
   host.wait(1s);
-  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()) / 100, 90, 0.05);
+  EXPECT_NEAR(angle_deg(host), 90, 0.05);
   EXPECT_LT(host.state_2().iq_A, -2);  // counteracts: k_t is about 0.105 Nm/A
 }
 
 /// docs/reference/protocol.md §4.3: a repeated target at the present angle causes no turn, for
 /// either direction. A turn would be degrees off after 50 ms.
-TEST(Hold, TheSameTargetAgainIsNoTurnAway) {
+TEST(Hold, SameTargetAgainCausesNoTurn) {
   for (const char* name : {"mg4005", "mg6010", "mg8016", "mf7015"}) {
     Host host(motor(name));
     for (int n = 0; n < 24; ++n) {
       const auto target_cdeg = static_cast<std::uint16_t>(12000 + 137 * n);
-      give(host, protocol::Position2{0, target_cdeg});
+      command(host, protocol::Position2{0, target_cdeg});
       host.wait(300ms);
       const auto direction = n % 2 == 0 ? protocol::kClockwise : protocol::kCounterClockwise;
-      give(host, protocol::Position3{direction, target_cdeg});
+      command(host, protocol::Position3{direction, target_cdeg});
       host.wait(50ms);
       EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), target_cdeg, 20) << name << ' ' << n;
     }
@@ -211,37 +220,33 @@ TEST(Hold, TheSameTargetAgainIsNoTurnAway) {
 
 TEST(Hold, IncrementsAddUpWhileMoving) {
   Host host(motor());
-  give(host, protocol::Position1{4500});
+  command(host, protocol::Position1{4500});
   host.wait(500ms);
   for (int k = 0; k < 36; ++k) {
-    give(host, protocol::Position6{3600, 1000});
+    command(host, protocol::Position6{3600, 1000});
     host.wait(3ms);
   }
   host.wait(2s);
-  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()) / 100, 45 + 360, 0.04);
+  EXPECT_NEAR(angle_deg(host), 45 + 360, 0.04);
 }
 
 // --- stop, run, off
 
-TEST(RunStates, StopEndsTheDriveRunResumesIt) {
-  Host host(motor());
-  give(host, protocol::Speed{720});
-  host.wait(1s);
-  give(host, protocol::Stop{});
+TEST(RunStates, StopEndsTheTorqueAndRunResumesIt) {
+  Host host = turning();
+  command(host, protocol::Stop{});
   host.wait(10ms);
   EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);
   host.wait(5s);
   EXPECT_NEAR(speed_dps(host), 0, 1);  // stopped by friction
-  give(host, protocol::Run{});
+  command(host, protocol::Run{});
   host.wait(2s);
   EXPECT_NEAR(mean_speed_dps(host, 500ms), 720, 5);
 }
 
-TEST(RunStates, OffCoastsAndNoCurrentFlows) {
-  Host host(motor());
-  give(host, protocol::Speed{720});
-  host.wait(1s);
-  give(host, protocol::Off{});
+TEST(RunStates, OffCoastsWithoutCurrent) {
+  Host host = turning();
+  command(host, protocol::Off{});
   host.wait(50ms);
   EXPECT_GT(speed_dps(host), 100);  // coasting
   EXPECT_NEAR(host.bus.truth(1).i_q, 0, 0.05);
@@ -249,7 +254,7 @@ TEST(RunStates, OffCoastsAndNoCurrentFlows) {
   EXPECT_NEAR(speed_dps(host), 0, 1);
 }
 
-TEST(RunStates, IdleShaftStaysWhereItIs) {
+TEST(RunStates, IdleShaftDoesNotMove) {
   Host host(motor());
   const double start = host.bus.truth(1).theta_m;
   host.wait(2s);
@@ -263,7 +268,7 @@ TEST(Signs, ClockwiseIsPositiveEverywhere) {
   for (const int sign : {1, -1}) {
     Host host(motor());
     const auto start = host.state_2();
-    give(host, protocol::Torque{1.6 * sign});
+    command(host, protocol::Torque{1.6 * sign});
     host.wait(15ms);
     const auto state = host.state_2();
     EXPECT_GT(state.iq_A * sign, 0.5);
@@ -287,7 +292,7 @@ TEST(Geared, EncoderSpansTheOutputTurn) {
     int encoder;
   };
   for (const auto& reading : {Reading{9811, 1786}, Reading{80986, 14743}, Reading{67425, 12274}}) {
-    give(host, protocol::Position2{1000, reading.angle_cdeg});
+    command(host, protocol::Position2{1000, reading.angle_cdeg});
     host.wait(3s);
     EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), reading.angle_cdeg, 3);
     EXPECT_NEAR(host.state_2().encoder_counts, reading.encoder, 1);

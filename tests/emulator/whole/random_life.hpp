@@ -60,35 +60,19 @@ class RandomInputs {
     using namespace emulator;
     using namespace std::chrono_literals;
     const int id = drive();
-    switch (below(24)) {
-      case 0:
-        return {id, PowerOff{}};
-      case 1:
-      case 2:
-        return {id, PowerCycle{up_to(2s)}};
-      case 3:
-      case 4:
-        return {id, SupplyVoltage{one_in(4) ? between(0, 100) : between(18, 30), up_to(1s)}};
-      case 5:
-        return {id, Sag{between(0, 24), up_to(500ms)}};
-      case 6:
-        return {id, AmbientTemperature{between(-40, 125)}};
-      case 7:
-      case 8:
-      case 9:
-        return {id, Load{load()}};
-      case 10:
-        return {id, TurnShaft{between(-1e4, 1e4)}};
-      case 11:
-      case 12:
-      case 13:
-      case 14:
-        return {id, setting()};
-      case 15:
-        return {kWholeBus, ClearFault{std::string(any_row().word)}};
-      default:
-        return {id, PowerOn{}};
+    const int kind = below(24);
+    if (kind < 1) return {id, PowerOff{}};
+    if (kind < 3) return {id, PowerCycle{up_to(2s)}};
+    if (kind < 5) {
+      return {id, SupplyVoltage{one_in(4) ? between(0, 100) : between(18, 30), up_to(1s)}};
     }
+    if (kind < 6) return {id, Sag{between(0, 24), up_to(500ms)}};
+    if (kind < 7) return {id, AmbientTemperature{between(-40, 125)}};
+    if (kind < 10) return {id, Load{load()}};
+    if (kind < 11) return {id, TurnShaft{between(-1e4, 1e4)}};
+    if (kind < 15) return {id, setting()};
+    if (kind < 16) return {kWholeBus, ClearFault{std::string(any_row().word)}};
+    return {id, PowerOn{}};
   }
 
   emulator::Fault fault() {
@@ -119,28 +103,15 @@ class RandomInputs {
  private:
   /// Makes the frame invalid, so that no drive answers.
   void spoil(protocol::Frame& frame) {
-    switch (below(7)) {
-      case 0:
-        frame.dlc = static_cast<std::uint8_t>(below(8));
-        break;
-      case 1:
-        frame.id = static_cast<std::uint32_t>(below(0x800));
-        break;
-      case 2:
-        frame.extended = true;
-        break;
-      case 3:
-        frame.kind = protocol::FrameKind::kRemote;
-        break;
-      case 4:
-        frame.kind = protocol::FrameKind::kFd;
-        break;
-      case 5:
-        frame.kind = protocol::FrameKind::kError;
-        break;
-      default:
-        frame.data[0] = static_cast<std::uint8_t>(below(256));
-    }
+    using protocol::FrameKind;
+    const int kind = below(7);
+    if (kind == 0) frame.dlc = static_cast<std::uint8_t>(below(8));
+    if (kind == 1) frame.id = static_cast<std::uint32_t>(below(0x800));
+    if (kind == 2) frame.extended = true;
+    if (kind == 3) frame.kind = FrameKind::kRemote;
+    if (kind == 4) frame.kind = FrameKind::kFd;
+    if (kind == 5) frame.kind = FrameKind::kError;
+    if (kind == 6) frame.data[0] = static_cast<std::uint8_t>(below(256));
   }
 
   model::LoadParams load() {
@@ -154,16 +125,11 @@ class RandomInputs {
   }
 
   emulator::Setting setting() {
-    using emulator::RomParameter;
-    constexpr std::array kParameters{RomParameter::kGains,
-                                     RomParameter::kAcceleration,
-                                     RomParameter::kMaxTorqueCurrent,
-                                     RomParameter::kMaxPower,
-                                     RomParameter::kMaxSpeed,
-                                     RomParameter::kMaxAngle,
-                                     RomParameter::kCurrentRamp,
-                                     RomParameter::kBroadcastMode,
-                                     RomParameter::kDriverId};  // its own ID again
+    using enum emulator::RomParameter;
+    // kDriverId: its own ID again.
+    constexpr std::array kParameters{kGains,       kAcceleration,  kMaxTorqueCurrent,
+                                     kMaxPower,    kMaxSpeed,      kMaxAngle,
+                                     kCurrentRamp, kBroadcastMode, kDriverId};
     emulator::Setting setting;
     setting.parameter = kParameters[static_cast<std::size_t>(below(kParameters.size()))];
     emulator::Registers& value = setting.value;

@@ -135,7 +135,7 @@ void for_every_drive(Act act) {
   }
 }
 
-TEST(WriteBack, EveryValueOfTheFactory) {
+TEST(WriteBack, RestoresEveryFactoryValue) {
   int values = 0;
   for_every_drive([&](const BusConfig& config, Framing framing) {
     values += write_back(config, framing, false);
@@ -145,7 +145,7 @@ TEST(WriteBack, EveryValueOfTheFactory) {
 }
 
 /// Configuration files allow larger values than the manuals let hosts write.
-TEST(WriteBack, EveryValueOfAConfiguration) {
+TEST(WriteBack, RestoresTheLargestConfiguredValues) {
   for_every_drive([](BusConfig config, Framing framing) {
     Registers& rom = config.servos.front().rom;
     auto& gains = rom.gains;
