@@ -2,22 +2,49 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
+#include <variant>
 
 #include "tests/emulator/core/faults/fault_support.hpp"
 
 namespace lk::emulator {
 namespace fault_firmware_test {
 
+using State = FaultEvidence::State;
 using namespace std::chrono_literals;
 using test::answers;
 using test::clear;
 using test::evidence;
 using test::Host;
 using test::inject;
-using State = FaultEvidence::State;
+
+ServoConfig watched_drive() {
+  ServoConfig config = test::servo_config(1);
+  config.quirks.dialect.all_error_bits = true;
+  config.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)] = {true, 0.1, 0, 0};
+  return config;
+}
+
+constexpr const char* kSpeed = "141#A200000050460000";  // 180 dps
+
+bool has_speed_set_point(const Host& host) {
+  return std::holds_alternative<model::Speed>(host.bus.state().setpoint(1));
+}
 
 constexpr auto kAllParameters = static_cast<FaultChoice>(kRomParameters);
+
+constexpr const char* kWriteGains = "141#32000A0B0C0D0E0F";
+constexpr const char* kReadGains = "141#3000000000000000";
+const protocol::Frame kWrittenGains = test::frame("141#30000A0B0C0D0E0F");
+
+std::vector<RomWrite> rom_writes(Host& host) {
+  std::vector<RomWrite> writes;
+  host.bus.take_rom_writes(writes);
+  return writes;
+}
 
 void expect_once(const FaultEvidence& evidence, SimTime at) {
   EXPECT_EQ(evidence.began_at, at);
@@ -26,10 +53,10 @@ void expect_once(const FaultEvidence& evidence, SimTime at) {
   EXPECT_EQ(evidence.first_on, "drive 1");
 }
 
-TEST(FirmwareFaults, ResetForgetsWhatPowerOffForgetsAndIsNothingToADeadDrive) {
+TEST(FirmwareFaults, ResetClearsTheRamOfAPoweredDrive) {
   Host host(test::powered_drive());
   host.ask("141#3400000068010000");  // acceleration 360 dps/s, RAM
-  host.ask("141#32000A0B0C0D0E0F");  // gains, ROM
+  host.ask(kWriteGains);             // gains, ROM
   host.get<protocol::State2>(protocol::Position2{720, 40500});
   host.wait(2s);
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 40500.0, 300.0);
@@ -38,7 +65,7 @@ TEST(FirmwareFaults, ResetForgetsWhatPowerOffForgetsAndIsNothingToADeadDrive) {
   EXPECT_EQ(evidence(host).state, State::kOver);
   EXPECT_TRUE(answers(host));
   EXPECT_EQ(host.ask("141#3300000000000000"), test::frame("141#3300000000000000"));
-  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#30000A0B0C0D0E0F"));
+  EXPECT_EQ(host.ask(kReadGains), kWrittenGains);
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 4500.0, 300.0);  // one turn is lost
 
   host.bus.apply({1, SupplyVoltage{0.0}});
@@ -49,7 +76,7 @@ TEST(FirmwareFaults, ResetForgetsWhatPowerOffForgetsAndIsNothingToADeadDrive) {
   EXPECT_FALSE(answers(host));
 }
 
-TEST(FirmwareFaults, ADriveThatHangsTurnsOnAndHearsNothing) {
+TEST(FirmwareFaults, HungDriveKeepsTurningAndGetsNoFrames) {
   Host host(test::servo_config(1));
   host.get<protocol::State2>(protocol::Speed{180, 0});
   host.wait(300ms);
@@ -65,11 +92,8 @@ TEST(FirmwareFaults, ADriveThatHangsTurnsOnAndHearsNothing) {
   EXPECT_NEAR(host.state_2().speed_dps, 180.0, test::kSpeedStep_dps);
 }
 
-TEST(FirmwareFaults, ADriveThatHangsMissesItsInput) {
-  ServoConfig config = test::servo_config(1);
-  config.quirks.dialect.all_error_bits = true;
-  config.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)] = {true, 0.1, 0, 0};
-  Host host(config);
+TEST(FirmwareFaults, HungDriveLosesItsInput) {
+  Host host(watched_drive());
   inject(host, "hang", {}, {.duration = 150ms});
   for (int n = 0; n < 15; ++n) host.talk(test::frame("141#9C00000000000000"), 10ms);
   EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
@@ -77,7 +101,7 @@ TEST(FirmwareFaults, ADriveThatHangsMissesItsInput) {
   EXPECT_EQ(state.errors, model::bit(model::Error::kLostInput));
 }
 
-TEST(FirmwareFaults, SlowRepliesAreLateAndWhatWasAskedIsDoneAtOnce) {
+TEST(FirmwareFaults, SlowRepliesDelayOnlyTheReply) {
   Host host(test::servo_config(1));
   inject(host, "slow_replies", {5}, {.duration = 100ms});
   host.bus.receive({0ns, test::frame("141#A1000000C8000000")});  // 3.2 A
@@ -97,28 +121,37 @@ TEST(FirmwareFaults, SlowRepliesAreLateAndWhatWasAskedIsDoneAtOnce) {
   EXPECT_EQ(evidence(host).effects, 1U);
 }
 
-TEST(FirmwareFaults, SlowRepliesAreThoseOfTheDriveAndOfTheTime) {
-  Host host(test::bus_config({1, 2}));
-  const auto slow = [&](int id, double delay_ms, test::Course course) {
-    const Fault made = test::fault("slow_replies", {delay_ms}, course, {id});
-    host.bus.apply({kWholeBus, SetFault{made}});
+/// Only the third acts: the first is over before the query, the second is of another drive.
+TEST(FirmwareFaults, ActOnlyOnTheirDriveInTheirTime) {
+  struct Row {
+    const char* kind;
+    std::array<std::vector<FaultValue>, 3> values;
+    const char* query;
+    SimTime reply_at;
   };
-  slow(1, 3, {.duration = 1ms});  // over before the query
-  slow(2, 7, {});
-  slow(1, 5, {});
-  host.wait(10ms);
-  host.bus.receive({10ms, test::frame("141#9C00000000000000")});
-  host.wait(50ms);
-  std::vector<TimedFrame> replies;
-  host.bus.take_replies(replies);
-  ASSERT_EQ(replies.size(), 1U);
-  EXPECT_EQ(replies[0].at, 15ms);
-  EXPECT_EQ(evidence(host, 0).effects, 0U);
-  EXPECT_EQ(evidence(host, 1).effects, 0U);
-  EXPECT_EQ(evidence(host, 2).effects, 1U);
+  for (const Row& row : {Row{"slow_replies", {{{3}, {7}, {5}}}, "141#9C00000000000000", 15ms},
+                         Row{"rom_write_fails", {}, kWriteGains, 10ms}}) {
+    SCOPED_TRACE(row.kind);
+    Host host(test::bus_config({1, 2}));
+    for (const std::size_t n : {0U, 1U, 2U}) {
+      Fault made = test::fault(row.kind, {}, {}, {n == 1 ? 2 : 1});
+      std::ranges::copy(row.values[n], made.values.begin());
+      if (n == 0) made.duration = 1ms;
+      host.bus.apply({kWholeBus, SetFault{made}});
+    }
+    host.wait(10ms);
+    host.bus.receive({10ms, test::frame(row.query)});
+    host.wait(50ms);
+    std::vector<TimedFrame> replies;
+    host.bus.take_replies(replies);
+    ASSERT_EQ(replies.size(), 1U);
+    EXPECT_EQ(replies[0].at, row.reply_at);
+    for (const std::size_t n : {0U, 1U, 2U}) EXPECT_EQ(evidence(host, n).effects, n / 2) << n;
+    EXPECT_EQ(evidence(host, 2).first_effect_at, 10ms);
+  }
 }
 
-TEST(FirmwareFaults, ADriveWithAFastClockTurnsFasterThanItSays) {
+TEST(FirmwareFaults, FastClockTurnsFasterThanReported) {
   Host host(test::servo_config(1));
   inject(host, "clock_drift", {10});
   host.wait(10ms);
@@ -134,6 +167,99 @@ TEST(FirmwareFaults, ADriveWithAFastClockTurnsFasterThanItSays) {
   EXPECT_NEAR(true_dps(), 360.0, 2.0);
 }
 
+TEST(FirmwareFaults, ReplyTo9BShowsTheErrorsBeforeTheyAreCleared) {
+  for (const bool before : {false, true}) {
+    Host host(watched_drive());
+    if (before) inject(host, "clear_reply_before");
+    host.wait(200ms);  // trips lost input
+    EXPECT_EQ(host.ask("141#9B00000000000000").data[7], before ? 0x80 : 0x00);
+    EXPECT_EQ(host.ask("141#9A00000000000000").data[7], 0x00);
+    EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0x00);  // no error left
+    if (before) {
+      EXPECT_EQ(evidence(host).effects, 1U);
+    }
+  }
+}
+
+TEST(FirmwareFaults, FirstMotionCommandAfterATimeOutIsAnsweredOnly) {
+  Host host(watched_drive());
+  inject(host, "first_command_lost");
+  host.ask(kSpeed);  // 180 dps: no time-out yet
+  EXPECT_TRUE(has_speed_set_point(host));
+  host.wait(200ms);
+  host.ask(kSpeed);  // refused, so not counted
+  host.ask("141#9B00000000000000");
+  host.ask("141#8800000000000000");
+  EXPECT_EQ(evidence(host).effects, 0U);
+  EXPECT_EQ(host.ask(kSpeed).data[0], 0xA2);
+  EXPECT_FALSE(has_speed_set_point(host));
+  EXPECT_EQ(evidence(host).effects, 1U);
+  host.ask(kSpeed);
+  EXPECT_TRUE(has_speed_set_point(host));
+  EXPECT_EQ(evidence(host).effects, 1U);
+}
+
+TEST(FirmwareFaults, FirstMotionCommandIsLostAfterTheChosenEvent) {
+  const std::vector<std::pair<LostAfter, std::string_view>> cases = {
+      {LostAfter::kClear, "141#9B00000000000000"}, {LostAfter::kOff, "141#8000000000000000"}};
+  for (const auto& [after, command] : cases) {
+    Host host(test::servo_config(1));
+    inject(host, "first_command_lost", {after});
+    for (const auto& [other, other_command] : cases) {
+      host.ask(other_command);
+      host.ask(kSpeed);
+      EXPECT_EQ(has_speed_set_point(host), other != after);
+      host.ask(kSpeed);
+      EXPECT_TRUE(has_speed_set_point(host));
+    }
+  }
+  Host host(test::servo_config(1));
+  inject(host, "first_command_lost", {LostAfter::kBoot});
+  host.bus.power_cycle(1);
+  host.ask(kSpeed);
+  EXPECT_FALSE(has_speed_set_point(host));
+}
+
+TEST(FirmwareFaults, DriveHoldingTheBusAfterOffIsSilentUntilARestart) {
+  Host host(test::servo_config(1));
+  inject(host, "bus_held_after_off");
+  EXPECT_TRUE(answers(host));
+  host.ask("141#8000000000000000");  // acknowledged by an echo
+  EXPECT_FALSE(answers(host));
+  EXPECT_EQ(evidence(host).effects, 1U);
+  EXPECT_TRUE(host.talk(test::frame(kSpeed)).empty());
+  EXPECT_TRUE(has_speed_set_point(host));
+  clear(host);
+  EXPECT_FALSE(answers(host));
+  host.bus.power_cycle(1);
+  EXPECT_TRUE(answers(host));
+  EXPECT_EQ(host.bus.stats().replies_lost, 3U);
+}
+
+TEST(FirmwareFaults, MultiTurnAngleStartsWrong) {
+  struct Row {
+    const char* kind;
+    std::vector<FaultValue> values;
+    int angle_cdeg;
+  };
+  for (const Row& row :
+       {Row{"encoder_wrap_at_boot", {1}, 4500 + 36000},
+        Row{"encoder_wrap_at_boot", {-2}, 4500 - 72000}, Row{"multi_turn_zero_at_boot", {}, 0}}) {
+    Host host(test::servo_config(1));
+    Fault made = test::fault(row.kind);
+    std::ranges::copy(row.values, made.values.begin());
+    host.bus.apply({kWholeBus, SetFault{made}});
+    EXPECT_EQ(host.multi_turn_cdeg(), 4500);
+    host.bus.power_cycle(1);
+    EXPECT_EQ(host.multi_turn_cdeg(), row.angle_cdeg);
+    EXPECT_EQ(host.single_turn_cdeg(), 4500);
+    EXPECT_EQ(evidence(host).effects, 1U);
+    clear(host);
+    host.bus.power_cycle(1);
+    EXPECT_EQ(host.multi_turn_cdeg(), 4500);
+  }
+}
+
 // --- memory
 
 void restart(Host& host) {
@@ -143,27 +269,25 @@ void restart(Host& host) {
 
 class LostWrites : public testing::TestWithParam<const char*> {};
 
-TEST_P(LostWrites, AreAcknowledgedAndGoneAfterTheNextStart) {
+TEST_P(LostWrites, AreAcknowledgedAndGoneAfterARestart) {
   Host host(test::powered_drive());
   host.ask("141#3200010203040506");
   const RomWear wear = host.bus.servo(1).wear;
-  std::vector<RomWrite> writes;
-  host.bus.take_rom_writes(writes);
-  writes.clear();
+  rom_writes(host);
 
   inject(host, GetParam());
   EXPECT_FALSE(evidence(host).first_effect_at);
-  EXPECT_EQ(host.ask("141#32000A0B0C0D0E0F"), test::frame("141#32000A0B0C0D0E0F"));
-  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#30000A0B0C0D0E0F"));  // RAM
+  EXPECT_EQ(host.ask(kWriteGains), test::frame(kWriteGains));
+  EXPECT_EQ(host.ask(kReadGains), kWrittenGains);  // RAM
   expect_once(evidence(host), 0ns);
   // The owner of the ROM is notified of the write, with the ROM's contents.
-  host.bus.take_rom_writes(writes);
+  const auto writes = rom_writes(host);
   ASSERT_EQ(writes.size(), 1U);
   EXPECT_EQ(writes[0].number, 2U);
   EXPECT_EQ(writes[0].rom.gains.angle_kp, 1);
   EXPECT_EQ(writes[0].wear, wear);
   restart(host);
-  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000010203040506"));
+  EXPECT_EQ(host.ask(kReadGains), test::frame("141#3000010203040506"));
 
   Registers wanted = host.bus.servo(1).rom;
   wanted.max_speed_dps = 77;
@@ -173,79 +297,58 @@ TEST_P(LostWrites, AreAcknowledgedAndGoneAfterTheNextStart) {
   EXPECT_EQ(evidence(host).effects, 2U);
 
   clear(host);
-  host.ask("141#32000A0B0C0D0E0F");
+  host.ask(kWriteGains);
   restart(host);
-  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#30000A0B0C0D0E0F"));
+  EXPECT_EQ(host.ask(kReadGains), kWrittenGains);
   EXPECT_EQ(evidence(host).effects, 2U);
 }
 INSTANTIATE_TEST_SUITE_P(MemoryFaults, LostWrites, testing::Values("rom_write_fails", "rom_worn"),
                          [](const auto& test) { return std::string(test.param); });
 
-TEST(MemoryFaults, TwoAlikeBothShow) {
+TEST(MemoryFaults, EqualFaultsBothHaveEvidence) {
   Host host(test::powered_drive());
   inject(host, "rom_write_fails");
   inject(host, "rom_write_fails");
-  host.ask("141#32000A0B0C0D0E0F");
+  host.ask(kWriteGains);
   for (std::size_t n = 0; n < 2; ++n) expect_once(evidence(host, n), 0ns);
 }
 
-TEST(MemoryFaults, AWriteIsLostToTheFaultsOfItsDriveAndOfItsTime) {
-  Host host(test::bus_config({1, 2}));
-  const auto set = [&](int id, test::Course course) {
-    const Fault made = test::fault("rom_write_fails", {}, course, {id});
-    host.bus.apply({kWholeBus, SetFault{made}});
-  };
-  set(1, {.duration = 1ms});  // over before the write
-  set(2, {});
-  set(1, {});
-  host.wait(10ms);
-  host.ask("141#32000A0B0C0D0E0F");
-  EXPECT_EQ(evidence(host, 0).effects, 0U);
-  EXPECT_EQ(evidence(host, 1).effects, 0U);
-  EXPECT_EQ(evidence(host, 2).effects, 1U);
-  EXPECT_EQ(evidence(host, 2).first_effect_at, 10ms);
-}
-
-TEST(MemoryFaults, ADamagedParameterIsAsDeliveredAtTheNextStart) {
+TEST(MemoryFaults, DamagedParameterHasItsFactoryValueAfterARestart) {
   Host host(test::powered_drive());
-  host.ask("141#32000A0B0C0D0E0F");
+  host.ask(kWriteGains);
   host.ask("141#9100000000000100");  // encoder offset 1 count
-  std::vector<RomWrite> writes;
-  host.bus.take_rom_writes(writes);
-  writes.clear();
+  rom_writes(host);
   inject(host, "rom_damaged", {RomParameter::kGains});
   expect_once(evidence(host), 0ns);
-  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#30000A0B0C0D0E0F"));  // RAM
+  EXPECT_EQ(host.ask(kReadGains), kWrittenGains);  // RAM
   // The stored copy is damaged as well.
-  host.bus.take_rom_writes(writes);
+  const auto writes = rom_writes(host);
   ASSERT_EQ(writes.size(), 1U);
   EXPECT_EQ(writes[0].number, 3U);
   EXPECT_EQ(writes[0].rom.gains, model::GainBytes{});
   EXPECT_EQ(writes[0].rom.encoder_offset, 1);
   restart(host);
-  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000646432283232"));  // factory
+  EXPECT_EQ(host.ask(kReadGains), test::frame("141#3000646432283232"));  // factory
   EXPECT_EQ(host.get<protocol::Encoder>(protocol::ReadEncoder{}).offset_counts, 1);
   inject(host, "rom_damaged", {kAllParameters});
   restart(host);
   EXPECT_EQ(host.get<protocol::Encoder>(protocol::ReadEncoder{}).offset_counts, 0);
   EXPECT_EQ(host.bus.servo(1).rom, Profile{}.factory);
-  host.bus.take_rom_writes(writes);
-  EXPECT_EQ(writes.back().number, 4U);
+  EXPECT_EQ(rom_writes(host).back().number, 4U);
 }
 
-TEST(MemoryFaults, DamageWhileTheFlashWritesIsNotUndoneByWhatTheWriteDoes) {
+TEST(MemoryFaults, DamageOutlastsAWriteInProgress) {
   ServoConfig config = test::powered_drive();
   config.rom.max_speed_dps = 500;
   config.flash.write_time = 20ms;
   for (const bool cut_short : {false, true}) {
     Host host(config);
-    host.bus.receive({0ns, test::frame("141#32000A0B0C0D0E0F")});
+    host.bus.receive({0ns, test::frame(kWriteGains)});
     host.wait(10ms);
     inject(host, "rom_damaged", {RomParameter::kMaxSpeed});
     if (cut_short) host.bus.power_cycle(1);
     host.wait(20ms);
-    std::vector<RomWrite> writes;
-    host.bus.take_rom_writes(writes);
+    const auto writes = rom_writes(host);
     ASSERT_EQ(writes.size(), cut_short ? 0U : 1U);
     if (!cut_short) {
       EXPECT_EQ(writes[0].rom.max_speed_dps, Registers{}.max_speed_dps);
@@ -261,7 +364,7 @@ int bits_apart(double a, double b) {
   return std::popcount(whole(a) ^ whole(b));
 }
 
-TEST(MemoryFaults, AFlippedBitLeavesWhatTheRegisterCanHold) {
+TEST(MemoryFaults, FlippedBitKeepsTheRangeOfTheRegister) {
   for (const Generation generation : {Generation::kLegacy, Generation::kV236}) {
     ServoConfig config = test::drive(generation);
     config.rom.max_torque_current_lsb = config.quirks.dialect.iq_command_limit_lsb;
@@ -276,15 +379,16 @@ TEST(MemoryFaults, AFlippedBitLeavesWhatTheRegisterCanHold) {
       for (int p = 0; p < 9; ++p) inject(host, "ram_flipped", {static_cast<RomParameter>(p)});
       for (std::size_t p = 0; p < 9; ++p) expect_once(evidence(host, p), 0ns);
       const Registers& ram = host.bus.servo(1).ram;
-      const int gain_bits =
-          bits_apart(ram.gains.angle_kp, 100) + bits_apart(ram.gains.angle_ki, 100) +
-          bits_apart(ram.gains.speed_kp, 50) + bits_apart(ram.gains.speed_ki, 40) +
-          bits_apart(ram.gains.current_kp, 50) + bits_apart(ram.gains.current_ki, 50);
+      const auto& gains = ram.gains;
+      const std::pair<int, int> gain_rows[] = {{gains.angle_kp, 100},  {gains.angle_ki, 100},
+                                               {gains.speed_kp, 50},   {gains.speed_ki, 40},
+                                               {gains.current_kp, 50}, {gains.current_ki, 50}};
+      int gain_bits = 0;
+      for (const auto& [gain, before] : gain_rows) {
+        gain_bits += bits_apart(gain, before);
+        EXPECT_LE(gain, generation == Generation::kLegacy ? 255 : 65535);
+      }
       EXPECT_EQ(gain_bits, 1);
-      const std::uint16_t most = generation == Generation::kLegacy ? 255 : 65535;
-      EXPECT_LE(std::max({ram.gains.angle_kp, ram.gains.angle_ki, ram.gains.speed_kp,
-                          ram.gains.speed_ki, ram.gains.current_kp, ram.gains.current_ki}),
-                most);
       EXPECT_EQ(bits_apart(ram.acceleration_dps_s, 0), 1);
       EXPECT_GT(ram.acceleration_dps_s, 0);
       EXPECT_EQ(bits_apart(ram.encoder_offset, 16383), 1);
@@ -309,7 +413,7 @@ TEST(MemoryFaults, AFlippedBitLeavesWhatTheRegisterCanHold) {
 }
 
 /// The ROM of a newer firmware in a drive with gains of one byte: no single bit flip gives 0x300.
-TEST(MemoryFaults, WhereNoBitCanFlipNoneDoes) {
+TEST(MemoryFaults, NoBitFlipsIfEachLeavesTheRange) {
   ServoConfig config = test::drive(Generation::kLegacy);
   config.rom.gains = {0x300, 0x300, 0x300, 0x300, 0x300, 0x300};
   Host host(config);
@@ -319,7 +423,7 @@ TEST(MemoryFaults, WhereNoBitCanFlipNoneDoes) {
   EXPECT_EQ(evidence(host).effects, 0U);
 }
 
-TEST(MemoryFaults, AFlippedBitIsInForceUntilTheNextStart) {
+TEST(MemoryFaults, FlippedBitLastsUntilARestart) {
   Host host(test::powered_drive());
   host.get<protocol::State2>(protocol::Position2{0, 36000});
   inject(host, "ram_flipped", {RomParameter::kEncoderOffset});
@@ -334,7 +438,7 @@ TEST(MemoryFaults, AFlippedBitIsInForceUntilTheNextStart) {
   EXPECT_FALSE(evidence(host, 1).first_effect_at) << "there is no RAM without power";
 }
 
-TEST(MemoryFaults, ADriveForgetsItsModeForSeveral) {
+TEST(MemoryFaults, RestartLosesTheBroadcastMode) {
   ServoConfig config = test::powered_drive();
   config.rom.broadcast_mode = true;
   Host host(config);
@@ -352,7 +456,7 @@ TEST(MemoryFaults, ADriveForgetsItsModeForSeveral) {
   EXPECT_FALSE(answers(host));
 }
 
-TEST(MemoryFaults, ADriveForgetsItsLimits) {
+TEST(MemoryFaults, ResetLosesTheLimits) {
   ServoConfig config = test::powered_drive();
   config.rom.max_speed_dps = 90;
   config.rom.gains.speed_kp = 60;
@@ -375,7 +479,7 @@ TEST(MemoryFaults, ADriveForgetsItsLimits) {
   EXPECT_NEAR(speed_dps(), 90.0, test::kSpeedStep_dps);
 }
 
-TEST(MemoryFaults, WhoHasNothingToForgetForgetsNothing) {
+TEST(MemoryFaults, LosingFactoryValuesHasNoEffect) {
   Host host(test::powered_drive());
   inject(host, "forgets_broadcast");
   inject(host, "forgets_limits");

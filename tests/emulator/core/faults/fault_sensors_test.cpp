@@ -9,8 +9,8 @@
 namespace lk::emulator {
 namespace fault_sensors_test {
 
-using namespace std::chrono_literals;
 using model::Error;
+using namespace std::chrono_literals;
 using test::clear;
 using test::evidence;
 using test::expect_shown;
@@ -36,7 +36,65 @@ void turn(Host& host, double turn_deg) {
   host.wait(1ms);
 }
 
-TEST(EncoderFaults, Stuck) {
+constexpr double kLsb_A = 1.0 / 64;  // of 0x9D
+enum Channel { kA, kB, kBoth };
+enum Sensor { kMotor, kDriver };
+
+protocol::State1 state_1(Host& host) { return host.get<protocol::State1>(protocol::ReadState1{}); }
+protocol::State3 currents(Host& host) { return host.get<protocol::State3>(protocol::ReadState3{}); }
+double angle_cdeg(Host& host) { return static_cast<double>(host.multi_turn_cdeg()); }
+
+/// A reading of the undriven drive; its healthy value and its tolerance.
+struct Reading {
+  double (*read)(Host&);
+  double healthy;
+  double tolerance;
+};
+const Reading kEncoder{encoder, 2048, 1};
+const Reading kAngle_cdeg{angle_cdeg, 4500, 3};
+const Reading kPhaseA_A{[](Host& host) { return currents(host).i_a_A; }, 0, 2 * kLsb_A};
+const Reading kPhaseB_A{[](Host& host) { return currents(host).i_b_A; }, 0, 2 * kLsb_A};
+const Reading kPhaseC_A{[](Host& host) { return currents(host).i_c_A; }, 0, 4 * kLsb_A};
+const Reading kMotor_C{[](Host& host) { return state_1(host).temperature_C + 0.0; }, 25, 0};
+const Reading kDriver_C{[](Host& host) { return host.bus.telemetry(1).temp_driver + 0.0; }, 25, 0};
+const Reading kVoltage_V{[](Host& host) { return state_1(host).voltage_V; }, 24, 0.1};
+const Reading kTrueVoltage_V{[](Host& host) { return host.bus.truth(1).v_bus; }, 24, 0.1};
+
+TEST(SensorFaults, ChangeReadingsWhileTheyLast) {
+  struct Row {
+    const char* kind;
+    std::vector<FaultValue> values;
+    std::vector<std::pair<Reading, double>> readings;
+  };
+  const Row rows[] = {
+      {"encoder_jump", {10}, {{kEncoder, 2048 + 10 * kCounts_deg}, {kAngle_cdeg, 5500}}},
+      {"current_offset", {2, kA}, {{kPhaseA_A, 2}, {kPhaseB_A, 0}, {kPhaseC_A, -2}}},
+      {"current_offset", {-1, kBoth}, {{kPhaseA_A, -1}, {kPhaseB_A, -1}, {kPhaseC_A, 2}}},
+      {"current_stuck", {3, kB}, {{kPhaseA_A, 0}, {kPhaseB_A, 3}, {kPhaseC_A, -3}}},
+      {"temperature_stuck", {90, kDriver}, {{kMotor_C, 25}, {kDriver_C, 90}}},
+      {"temperature_off", {-40, kMotor}, {{kMotor_C, -15}, {kDriver_C, 25}}},
+      {"temperature_off", {15, kDriver}, {{kMotor_C, 25}, {kDriver_C, 40}}},
+      {"voltage_off", {3}, {{kVoltage_V, 27}, {kTrueVoltage_V, 24}}},
+  };
+  for (const Row& row : rows) {
+    SCOPED_TRACE(row.kind);
+    Host host = undriven();
+    Fault made = test::fault(row.kind, {}, {.duration = 10ms});
+    std::ranges::copy(row.values, made.values.begin());
+    host.bus.apply({kWholeBus, SetFault{made}});
+    host.wait(5ms);
+    for (const auto& [reading, faulty] : row.readings) {
+      EXPECT_NEAR(reading.read(host), faulty, reading.tolerance);
+    }
+    host.wait(10ms);
+    for (const auto& [reading, faulty] : row.readings) {
+      EXPECT_NEAR(reading.read(host), reading.healthy, reading.tolerance);
+    }
+    expect_shown(evidence(host), 0ms, 9);
+  }
+}
+
+TEST(EncoderFaults, StuckKeepsTheAngle) {
   Host host = undriven();
   inject(host, "encoder_stuck");
   host.wait(10ms);
@@ -51,18 +109,7 @@ TEST(EncoderFaults, Stuck) {
   EXPECT_NEAR(encoder(host), 2048 + 30 * kCounts_deg, 1.0);
 }
 
-TEST(EncoderFaults, Jump) {
-  Host host = undriven();
-  inject(host, "encoder_jump", {10}, {.duration = 10ms});
-  host.wait(5ms);
-  EXPECT_NEAR(encoder(host), 2048 + 10 * kCounts_deg, 1.0);
-  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 5500.0, 3.0);
-  host.wait(10ms);
-  EXPECT_NEAR(encoder(host), 2048, 1.0);
-  expect_shown(evidence(host), 0ms, 9);
-}
-
-TEST(EncoderFaults, Drift) {
+TEST(EncoderFaults, DriftTurnsTheReading) {
   Host host = undriven();
   inject(host, "encoder_drift", {36}, {.duration = 1500ms});
   const double rotor = true_counts(host);
@@ -75,7 +122,7 @@ TEST(EncoderFaults, Drift) {
   expect_shown(evidence(host), 0ms, 1000);
 }
 
-TEST(EncoderFaults, Noise) {
+TEST(EncoderFaults, NoiseHasItsDeviation) {
   Host host = undriven();
   inject(host, "encoder_noise", {1});
   // With 2000 samples the deviation has an error of 1.6 %.
@@ -89,7 +136,7 @@ TEST(EncoderFaults, Noise) {
   EXPECT_EQ(rest, 0);
 }
 
-TEST(EncoderFaults, Garbage) {
+TEST(EncoderFaults, GarbageIsUniform) {
   Host host = undriven();
   inject(host, "encoder_garbage");
   double least = 16384;
@@ -111,7 +158,7 @@ TEST(EncoderFaults, Garbage) {
   EXPECT_EQ(encoder(host), 2048);
 }
 
-TEST(EncoderFaults, LostMagnet) {
+TEST(EncoderFaults, LostMagnetLeavesNoiseNearTheLastAngle) {
   Host host = undriven();
   turn(host, 135);  // to the middle of the turn
   inject(host, "encoder_lost_magnet");
@@ -127,7 +174,7 @@ TEST(EncoderFaults, LostMagnet) {
   EXPECT_NEAR(encoder(host), 2048 + (135 + 170) * kCounts_deg, 2.0);
 }
 
-TEST(EncoderFaults, Slow) {
+TEST(EncoderFaults, SlowDelaysTheReading) {
   Host host(test::servo_config(1));
   inject(host, "encoder_slow", {10});
   host.wait(10ms);
@@ -149,31 +196,6 @@ TEST(EncoderFaults, Slow) {
 
 // --- current
 
-constexpr double kLsb_A = 1.0 / 64;  // of 0x9D
-enum Channel { kA, kB, kBoth };
-
-protocol::State3 currents(Host& host) { return host.get<protocol::State3>(protocol::ReadState3{}); }
-
-void expect_currents(Host& host, double a, double b) {
-  const protocol::State3 shown = currents(host);
-  EXPECT_NEAR(shown.i_a_A, a, 2 * kLsb_A);
-  EXPECT_NEAR(shown.i_b_A, b, 2 * kLsb_A);
-  EXPECT_NEAR(shown.i_c_A, -a - b, 4 * kLsb_A);
-}
-
-TEST(CurrentFaults, Offset) {
-  Host host = undriven();
-  inject(host, "current_offset", {2, kA}, {.duration = 10ms});
-  host.wait(5ms);
-  expect_currents(host, 2, 0);
-  host.wait(10ms);
-  expect_currents(host, 0, 0);
-  expect_shown(evidence(host), 0ms, 9);
-  inject(host, "current_offset", {-1, kBoth});
-  host.wait(1ms);
-  expect_currents(host, -1, -1);
-}
-
 TEST(CurrentFaults, GainMakesTheLoopDriveAnotherCurrent) {
   ServoConfig config = test::servo_config(1);
   config.profile.drive.load.J = 1;  // hardly moves
@@ -191,7 +213,7 @@ TEST(CurrentFaults, GainMakesTheLoopDriveAnotherCurrent) {
   EXPECT_NEAR(host.bus.truth(1).i_q, 3.2, 0.05);
 }
 
-TEST(CurrentFaults, Noise) {
+TEST(CurrentFaults, NoiseHasItsDeviation) {
   Host host = undriven();
   inject(host, "current_noise", {0.5});
   const auto [mean, deviation] = statistics(host, 2000, [&] { return currents(host).i_b_A; });
@@ -200,21 +222,10 @@ TEST(CurrentFaults, Noise) {
   expect_shown(evidence(host), 0ms, 2000);
   clear(host);
   host.wait(1ms);
-  expect_currents(host, 0, 0);
+  EXPECT_NEAR(currents(host).i_b_A, 0, 2 * kLsb_A);
 }
 
-TEST(CurrentFaults, Stuck) {
-  Host host = undriven();
-  inject(host, "current_stuck", {3, kB});
-  host.wait(10ms);
-  expect_currents(host, 0, 3);
-  expect_shown(evidence(host), 0ms, 9);
-  clear(host);
-  host.wait(1ms);
-  expect_currents(host, 0, 0);
-}
-
-TEST(CurrentFaults, OneThatShowsTooMuchTripsTheProtection) {
+TEST(CurrentFaults, StuckAtOverCurrentTripsTheProtection) {
   ServoConfig config = test::servo_config(1);
   config.quirks.dialect.all_error_bits = true;
   config.rom.protections[static_cast<std::size_t>(Error::kOverCurrent)] = {true, 20, 1, 0.001};
@@ -228,11 +239,7 @@ TEST(CurrentFaults, OneThatShowsTooMuchTripsTheProtection) {
 
 // --- temperature and voltage
 
-enum Sensor { kMotor, kDriver };
-
-protocol::State1 state_1(Host& host) { return host.get<protocol::State1>(protocol::ReadState1{}); }
-
-TEST(SlowSensorFaults, ATemperatureThatIsStuckTripsTheProtectionAndTheMotorIsCold) {
+TEST(SlowSensorFaults, StuckTemperatureTripsTheProtectionOfAColdMotor) {
   ServoConfig config = test::servo_config(1);
   config.rom.protections[static_cast<std::size_t>(Error::kMotorTemperature)] = {true, 100, 10, 0};
   Host host(config);
@@ -249,31 +256,7 @@ TEST(SlowSensorFaults, ATemperatureThatIsStuckTripsTheProtectionAndTheMotorIsCol
   expect_shown(evidence(host), 0ms, 99);
 }
 
-TEST(SlowSensorFaults, TheDriversTemperatureIsAnother) {
-  Host host(test::servo_config(1));
-  inject(host, "temperature_stuck", {90, kDriver}, {.duration = 10ms});
-  host.wait(5ms);
-  EXPECT_EQ(host.bus.telemetry(1).temp_driver, 90);
-  EXPECT_EQ(state_1(host).temperature_C, 25);
-  host.wait(10ms);
-  EXPECT_EQ(host.bus.telemetry(1).temp_driver, 25);
-  expect_shown(evidence(host), 0ms, 9);
-}
-
-TEST(SlowSensorFaults, ATemperatureIsOff) {
-  Host host(test::servo_config(1));
-  inject(host, "temperature_off", {-40, kMotor}, {.duration = 10ms});
-  inject(host, "temperature_off", {15, kDriver}, {.duration = 10ms});
-  host.wait(5ms);
-  EXPECT_EQ(state_1(host).temperature_C, -15);
-  EXPECT_EQ(host.bus.telemetry(1).temp_driver, 40);
-  host.wait(10ms);
-  EXPECT_EQ(state_1(host).temperature_C, 25);
-  EXPECT_EQ(host.bus.telemetry(1).temp_driver, 25);
-  for (std::size_t n = 0; n < 2; ++n) expect_shown(evidence(host, n), 0ms, 9);
-}
-
-TEST(SlowSensorFaults, AVoltageThatIsStuckIsUnderVoltageAndTheDriveLives) {
+TEST(SlowSensorFaults, StuckVoltageTripsUnderVoltageWithoutAReset) {
   ServoConfig config = test::powered_drive();
   config.rom.protections[0] = {true, 18.0, 1.0, 0.002};
   Host host(config);
@@ -288,17 +271,6 @@ TEST(SlowSensorFaults, AVoltageThatIsStuckIsUnderVoltageAndTheDriveLives) {
   EXPECT_NEAR(state_1(host).voltage_V, 24.0, 0.1);
   EXPECT_EQ(host.get<protocol::State1>(protocol::ClearErrors{}).errors, 0U);
   expect_shown(evidence(host), 0ms, 99);
-}
-
-TEST(SlowSensorFaults, AVoltageIsOff) {
-  Host host(test::servo_config(1));
-  inject(host, "voltage_off", {3}, {.duration = 10ms});
-  host.wait(5ms);
-  EXPECT_NEAR(state_1(host).voltage_V, 27.0, 0.1);
-  EXPECT_NEAR(host.bus.truth(1).v_bus, 24.0, 0.1);
-  host.wait(10ms);
-  EXPECT_NEAR(state_1(host).voltage_V, 24.0, 0.1);
-  expect_shown(evidence(host), 0ms, 9);
 }
 
 }  // namespace fault_sensors_test

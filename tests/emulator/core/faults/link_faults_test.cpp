@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <set>
+#include <tuple>
 
 #include "tests/emulator/core/faults/link_support.hpp"
 
@@ -27,7 +28,7 @@ std::vector<bool> lost_replies(std::uint64_t seed) {
   return lost;
 }
 
-TEST(LinkFaults, DropsAsOftenAsItsProbabilityAndTheSeedDecidesWhich) {
+TEST(LinkFaults, DropFollowsItsProbabilityAndTheSeed) {
   const auto lost = lost_replies(1);
   const double sigma = std::sqrt(10'000 * 0.1 * 0.9);
   EXPECT_NEAR(static_cast<double>(std::ranges::count(lost, true)), 1000, 5 * sigma);
@@ -35,7 +36,7 @@ TEST(LinkFaults, DropsAsOftenAsItsProbabilityAndTheSeedDecidesWhich) {
   EXPECT_NE(lost_replies(2), lost);
 }
 
-TEST(LinkFaults, ALostQueryMovesNothingAndALostReplyDoes) {
+TEST(LinkFaults, DroppedQueryIsNotExecutedAndDroppedReplyIs) {
   for (const Frames frames : {kReplies, kQueries, kBoth}) {
     Rig rig(bus_config({1, 2}));
     rig.set(fault("drop", {1}, {frames}));
@@ -43,35 +44,35 @@ TEST(LinkFaults, ALostQueryMovesNothingAndALostReplyDoes) {
     EXPECT_EQ(rig.bus.truth(1).i_q_ref != 0, frames == kReplies);
     EXPECT_EQ(rig.dropped(Drop::kFault), frames == kReplies ? 0U : 1U);
     EXPECT_EQ(rig.effects(), 1U);
-    EXPECT_EQ(rig.talk(frame("142#9C00000000000000")).size(), 1U) << "the other drive";
+    EXPECT_EQ(rig.talk("142#9C00000000000000").size(), 1U) << "the other drive";
     rig.clear();
     EXPECT_EQ(rig.talk(kState2).size(), 1U);
     EXPECT_EQ(rig.effects(), 1U);
   }
 }
 
-TEST(LinkFaults, EachDriveHearsAFrameForSeveralInItsOwnWay) {
+TEST(LinkFaults, MultiDriveFrameIsChangedPerDrive) {
   BusConfig config = bus_config({1, 2, 3});
   for (auto& servo : config.servos) servo.rom.broadcast_mode = true;
   Rig rig(config);
   rig.set(fault("drop", {1}, {kQueries}));
   rig.set(fault("corrupt", {2}, {64, kQueries}));
   // 100 to each of four drives; drive 2 receives the complement, -101.
-  EXPECT_EQ(rig.talk(frame("280#6400640064006400"), 5ms).size(), 2U);
+  EXPECT_EQ(rig.talk("280#6400640064006400", 5ms).size(), 2U);
   EXPECT_EQ(rig.bus.truth(1).i_q_ref, 0);
   EXPECT_LT(rig.bus.truth(2).i_q_ref, -1);
   EXPECT_GT(rig.bus.truth(3).i_q_ref, 1);
   EXPECT_EQ(rig.bus.stats().queries, 1U);
 }
 
-TEST(LinkFaults, AFrameForOthersCannotBeSpoiledForADriveThatDoesNotListen) {
+TEST(LinkFaults, MultiDriveFrameIsUnaffectedWithoutBroadcastMode) {
   BusConfig config = bus_config({1, 2});
   config.servos[0].rom.broadcast_mode = true;
   for (const Fault& made :
        {fault("drop", {2}, {kQueries}), fault("corrupt", {2}, {64, kQueries})}) {
     Rig rig(config);
     rig.set(made);
-    EXPECT_EQ(rig.talk(frame("280#6400640064006400"), 5ms).size(), 1U);
+    EXPECT_EQ(rig.talk("280#6400640064006400", 5ms).size(), 1U);
     EXPECT_EQ(rig.effects(), 0U);
   }
 }
@@ -84,7 +85,7 @@ int differing_bits(const Frame& a, const Frame& b) {
   return bits;
 }
 
-TEST(LinkFaults, CorruptFlipsSoManyBits) {
+TEST(LinkFaults, CorruptFlipsTheNumberOfBits) {
   for (const int bits : {1, 3, 63, 64}) {
     Rig rig(bus_config({1}));
     rig.set(fault("corrupt", {1}, {static_cast<double>(bits), kReplies}));
@@ -101,18 +102,18 @@ TEST(LinkFaults, CorruptFlipsSoManyBits) {
   }
 }
 
-TEST(LinkFaults, ACorruptQueryIsAnotherQuery) {
+TEST(LinkFaults, CorruptQueryIsAnotherQuery) {
   Rig rig(bus_config({1}));
   rig.set(fault("corrupt", {1}, {64, kQueries}));
   EXPECT_TRUE(rig.talk(kAsk).empty());  // 0x65 is not a command
   EXPECT_EQ(rig.dropped(Drop::kUnknownCommand), 1U);
-  EXPECT_EQ(rig.talk(frame("141#63FFFFFFFFFFFFFF")).at(0),
+  EXPECT_EQ(rig.talk("141#63FFFFFFFFFFFFFF").at(0),
             kState2Answer);  // the complement of 9C00…
 }
 
 // --- delay, duplicate, stale, reorder
 
-TEST(LinkFaults, DelayStaysInItsBoundsAndKeepsTheOrder) {
+TEST(LinkFaults, DelayStaysWithinItsBoundsAndKeepsTheOrder) {
   Rig rig(bus_config({1}));
   rig.set(fault("delay", {1}, {5, 4}));
   double sum_ms = 0;
@@ -131,8 +132,7 @@ TEST(LinkFaults, DelayStaysInItsBoundsAndKeepsTheOrder) {
   std::vector<std::uint8_t> answered;
   const std::size_t before = rig.seen.size();
   for (int n = 0; n < 200; ++n) {  // ten pending at once
-    Frame query = kState2;
-    query.data[0] = n % 3 == 0 ? 0x9A : n % 3 == 1 ? 0x9C : 0x92;
+    const Frame query = mixed_query(n);
     asked.push_back(query.data[0]);
     rig.talk(query, 1ms);
   }
@@ -146,14 +146,14 @@ TEST(LinkFaults, DelayStaysInItsBoundsAndKeepsTheOrder) {
   EXPECT_EQ(rig.talk(kState2).size(), 1U);
 }
 
-TEST(LinkFaults, ADelayOfNothingIsNone) {
+TEST(LinkFaults, DelayOfZeroHasNoEffect) {
   Rig rig(bus_config({1}));
   rig.set(fault("delay", {1}, {0, 0}));
   EXPECT_EQ(rig.talk(kState2).size(), 1U);
   EXPECT_EQ(rig.effects(), 0U);
 }
 
-TEST(LinkFaults, CopiesFollowOnTheWire) {
+TEST(LinkFaults, DuplicatesFollowOnTheWire) {
   Rig rig(bus_config({1}, kBitrate));
   rig.set(fault("duplicate", {1}, {2}));
   EXPECT_EQ(rig.talk(kAsk, 2ms), (std::vector<Frame>{kAnswer, kAnswer, kAnswer}));
@@ -165,7 +165,7 @@ TEST(LinkFaults, CopiesFollowOnTheWire) {
   EXPECT_EQ(rig.effects(), 1U);
 }
 
-TEST(LinkFaults, CopiesOfCopiesStayWithinTheQueue) {
+TEST(LinkFaults, DuplicatesOfDuplicatesStayWithinTheQueue) {
   Rig rig(bus_config({1}));
   rig.set(fault("duplicate", {1}, {15}));
   rig.set(fault("duplicate", {1}, {15}));
@@ -175,7 +175,7 @@ TEST(LinkFaults, CopiesOfCopiesStayWithinTheQueue) {
   expect_balanced(rig.bus, rig.seen, "copies");
 }
 
-TEST(LinkFaults, FaultsActInTheOrderInWhichTheyWereSet) {
+TEST(LinkFaults, ActInTheOrderInWhichTheyWereSet) {
   for (const bool copy_first : {true, false}) {
     Rig rig(bus_config({1}));
     const Fault corrupt = fault("corrupt", {1}, {3, kReplies});
@@ -191,10 +191,10 @@ TEST(LinkFaults, FaultsActInTheOrderInWhichTheyWereSet) {
   }
 }
 
-TEST(LinkFaults, StaleRepeatsWhatWasSaidLast) {
+TEST(LinkFaults, StaleRepeatsTheLastReply) {
   Rig rig(bus_config({1, 2}));
   rig.set(fault("stale", {2}));
-  EXPECT_EQ(rig.talk(frame("142#9C00000000000000")).at(0).data[0], 0x9C) << "nothing to repeat";
+  EXPECT_EQ(rig.talk("142#9C00000000000000").at(0).data[0], 0x9C) << "nothing to repeat";
   EXPECT_EQ(rig.effects(0), 0U);
   rig.talk(kAsk);
   rig.set(fault("stale", {1}));
@@ -226,7 +226,110 @@ TEST(LinkFaults, ReorderSwapsNeighbours) {
 
 // --- contents of the frame
 
-TEST(LinkFaults, WrongLength) {
+TEST(LinkFaults, TornReplyHasTheLowByteOfTheOneBefore) {
+  constexpr double kCount_deg = 360.0 / 16384;
+  test::Host host(test::servo_config(1));
+  const auto turn = [&](int counts) {
+    host.bus.apply({1, TurnShaft{counts * kCount_deg}});
+    host.wait(1ms);
+  };
+  const auto expect_counts = [&](int counts, std::uint64_t effects) {
+    EXPECT_EQ(host.state_2().encoder_counts, counts);
+    EXPECT_EQ(host.bus.faults()[0].evidence.effects, effects) << counts;
+  };
+  turn(255);
+  host.bus.apply({kWholeBus, SetFault{fault("torn_reply", {1}, {static_cast<FaultChoice>(2)})}});
+  expect_counts(0x08FF, 0);
+  expect_counts(0x08FF, 0);  // equal replies
+  turn(1);
+  expect_counts(0x09FF, 1);  // 0x0900
+  expect_counts(0x0900, 1);
+  turn(-1);
+  expect_counts(0x0800, 2);  // 0x08FF
+  // Other replies, and later ones, are not torn.
+  host.get<protocol::MultiTurnAngle>(protocol::ReadMultiTurnAngle{});
+  expect_counts(0x08FF, 2);
+}
+
+TEST(LinkFaults, BootGarbageIsSentUntilTheFirstReply) {
+  Rig rig(bus_config({1}));
+  rig.wait(1s);
+  rig.set(fault("boot_garbage", {1}, {100}));
+  EXPECT_TRUE(rig.wait(500ms).empty());  // started long ago
+  const SimTime started = rig.bus.time();
+  rig.bus.power_cycle(1);
+  const auto garbage = rig.wait(300ms);
+  EXPECT_GE(garbage.size(), 5U);   // 100 ms, at most 20 ms apart
+  EXPECT_LE(garbage.size(), 20U);  // at least 5 ms apart
+  SimTime before = started - 5ms;
+  std::set<int> lengths;
+  for (std::size_t n = 0; n < garbage.size(); ++n) {
+    EXPECT_EQ(garbage[n].id, 0x141U);
+    EXPECT_LE(garbage[n].dlc, 7);
+    lengths.insert(garbage[n].dlc);
+    EXPECT_LE(rig.seen[n].at - started, 100ms);
+    if (n > 0) {
+      EXPECT_GE(rig.seen[n].at - before, 5ms);
+    }
+    EXPECT_LE(rig.seen[n].at - before, 25ms);
+    before = rig.seen[n].at;
+  }
+  EXPECT_GT(lengths.size(), 1U);
+  EXPECT_EQ(rig.effects(), garbage.size());
+  rig.bus.power_cycle(1);
+  rig.wait(1ms);
+  EXPECT_EQ(rig.talk(kState2).size(), 1U);
+  EXPECT_TRUE(rig.wait(100ms).empty());
+  expect_balanced(rig.bus, rig.seen, "garbage at boot");
+}
+
+TEST(LinkFaults, WrongBitrateDestroysSixteenFramesAndGetsNone) {
+  Rig rig(bus_config({1, 2}, kBitrate));
+  rig.set(fault("wrong_bitrate", {2}));
+  const auto frames = rig.talk(kAsk, 10ms);
+  ASSERT_EQ(frames.size(), 17U);
+  for (std::size_t n = 0; n < 16; ++n) EXPECT_EQ(frames[n].kind, FrameKind::kError);
+  EXPECT_EQ(frames[16], kAnswer);
+  EXPECT_EQ(rig.effects(), 16U);
+  EXPECT_TRUE(rig.talk("142#9A00000000000000", 10ms).empty());
+  EXPECT_EQ(rig.effects(), 17U);
+  EXPECT_EQ(rig.dropped(Drop::kFault), 1U);
+  rig.clear();
+  EXPECT_EQ(rig.talk("142#9A00000000000000", 10ms).size(), 1U);
+  expect_balanced(rig.bus, rig.seen, "another bit rate");
+}
+
+TEST(LinkFaults, WrongBitrateIsSilentWithoutFrameTimes) {
+  Rig rig(bus_config({1, 2}));
+  rig.set(fault("wrong_bitrate", {2}));
+  EXPECT_EQ(rig.talk(kAsk), std::vector<Frame>{kAnswer});
+  EXPECT_TRUE(rig.talk("142#9A00000000000000").empty());
+}
+
+/// Missing resistors, metres, bit/s, and the share of frames: p1 (rate / 1 M)^2 cable / 2 m, p1 =
+/// 0.01 with one missing and 0.5 with both.
+TEST(LinkFaults, MissingTerminationDestroysFramesByTheSquareOfTheRate) {
+  using Case = std::tuple<double, double, std::int64_t, double>;
+  for (const auto& [missing, cable_m, bitrate, share] :
+       {Case{1, 2, 1'000'000, 0.01}, Case{1, 10, 1'000'000, 0.05}, Case{2, 0.2, 1'000'000, 0.05},
+        Case{2, 2, 125'000, 0.0078125}}) {
+    Rig rig(bus_config({1}, bitrate));
+    rig.set(fault("no_termination", {}, {missing, cable_m}));
+    for (int n = 0; n < 2000; ++n) rig.talk(kState2, 8ms);
+    const auto destroyed = static_cast<double>(rig.effects());
+    const double mean = 4000 * share / (1 - share);  // failures before 4000 successes
+    EXPECT_NEAR(destroyed, mean, 5 * std::sqrt(mean / (1 - share))) << missing << ' ' << bitrate;
+    EXPECT_EQ(rig.bus.stats().replies, 2000U);
+    expect_balanced(rig.bus, rig.seen, "no termination");
+  }
+  Rig rig(bus_config({1}, kBitrate));
+  rig.set(fault("no_termination", {}, {2, 4}));  // no frame succeeds
+  rig.talk(kState2, 20ms);
+  EXPECT_EQ(rig.bus.stats().queries, 0U);
+  EXPECT_GE(rig.effects(), 32U);
+}
+
+TEST(LinkFaults, WrongDlcShortensTheReply) {
   Rig rig(bus_config({1}));
   rig.set(fault("wrong_dlc", {1}, {4}));
   EXPECT_EQ(rig.talk(kState2).at(0), frame("141#9C190000"));
@@ -235,7 +338,7 @@ TEST(LinkFaults, WrongLength) {
   EXPECT_EQ(rig.effects(0), 2U);
 }
 
-TEST(LinkFaults, WrongIdentifierIsModulo2048AndTellsWhoseItIs) {
+TEST(LinkFaults, WrongIdentifierIsModulo2048AndKeepsTheDrive) {
   Rig rig(bus_config({1, 2}));
   rig.set(fault("wrong_id", {1}, {1}));
   Frame expected = kState2Answer;
@@ -267,6 +370,8 @@ TEST(LinkFaults, AcknowledgementsKeepTheirTags) {
 
 // --- a second drive
 
+const Frame kReadEncoder = frame("141#9000000000000000");
+
 std::uint16_t encoder(const Frame& reply) {
   const auto decoded = protocol::decode_reply(reply, protocol::kLegacyFormat);
   const auto* content = std::get_if<protocol::ReplyFrame>(&decoded);
@@ -274,44 +379,42 @@ std::uint16_t encoder(const Frame& reply) {
   return read ? read->encoder_counts : std::uint16_t{0xFFFF};
 }
 
-TEST(LinkFaults, ASecondDriveTurnsAMotorOfItsOwn) {
-  const Frame ask = frame("141#9000000000000000");
+TEST(LinkFaults, SecondDriveHasItsOwnMotor) {
   Rig rig(bus_config({1}));
   rig.wait(10ms);
   rig.set(fault("duplicate_id", {1}, {90}));
-  auto replies = rig.talk(ask, 10ms);
+  auto replies = rig.talk(kReadEncoder, 10ms);
   ASSERT_EQ(replies.size(), 2U);
   EXPECT_EQ(replies[0].id, 0x141U);
   EXPECT_EQ(replies[1].id, 0x141U);
   EXPECT_NEAR(encoder(replies[0]), 16384.0 * 45 / 360, 1);  // a count covers [n, n + 1)
   EXPECT_NEAR(encoder(replies[1]), 16384.0 * 135 / 360, 1);
-  EXPECT_EQ(rig.talk(frame("141#A2000000A0860100"), 500ms).size(), 2U);  // 1000 dps
-  replies = rig.talk(ask);
+  EXPECT_EQ(rig.talk("141#A2000000A0860100", 500ms).size(), 2U);  // 1000 dps
+  replies = rig.talk(kReadEncoder);
   ASSERT_EQ(replies.size(), 2U);
   EXPECT_GT(std::abs(encoder(replies[1]) - 6144), 100) << "it turns too";
   EXPECT_EQ(rig.effects(), 3U);
   EXPECT_EQ(rig.bus.stats().extra_frames, 3U);
   rig.clear();
-  EXPECT_EQ(rig.talk(ask).size(), 1U);
+  EXPECT_EQ(rig.talk(kReadEncoder).size(), 1U);
   expect_balanced(rig.bus, rig.seen, "second drive");
 }
 
 /// docs/reference/events.md: it boots at an offset from the drive's boot angle. That angle belongs
 /// to the shaft, even if another zero was written since (docs/reference/configuration.md).
-TEST(LinkFaults, ASecondDriveStandsWhereTheFirstBootedWhateverItsZeroIsBy) {
+TEST(LinkFaults, SecondDriveBootsAtTheAngleOfTheShaft) {
   Rig rig(bus_config({1}));
-  const Frame ask = frame("141#9000000000000000");
   const auto raw = [](const Frame& reply) { return reply.data[4] + 256 * reply.data[5]; };
-  const int before = raw(rig.talk(ask, 10ms).at(0));
-  rig.talk(frame("141#9100000000001027"), 10ms);
+  const int before = raw(rig.talk(kReadEncoder, 10ms).at(0));
+  rig.talk("141#9100000000001027", 10ms);
   rig.set(fault("duplicate_id", {1}, {0}));
-  const auto replies = rig.talk(ask, 10ms);
+  const auto replies = rig.talk(kReadEncoder, 10ms);
   ASSERT_EQ(replies.size(), 2U);
   EXPECT_EQ(raw(replies[0]), before);
   EXPECT_EQ(raw(replies[1]), before);
 }
 
-TEST(LinkFaults, ASecondDriveAnswersWhatTheFirstAnswers) {
+TEST(LinkFaults, SecondDriveIgnoresTheSameFrames) {
   Rig rig(bus_config({1}));
   rig.set(fault("duplicate_id", {1}, {90}));
   for (const char* text :
@@ -325,7 +428,7 @@ TEST(LinkFaults, ASecondDriveAnswersWhatTheFirstAnswers) {
 }
 
 /// Reply identifiers above those of the queries: the replies wait until the queries stop.
-TEST(LinkFaults, ASecondDrivesQueueHoldsSixteenToo) {
+TEST(LinkFaults, SecondDriveHasAQueueOfSixteen) {
   BusConfig config = bus_config({1}, kBitrate);
   config.servos[0].quirks.dialect.reply_id_base = 0x240;
   Rig rig(config);
@@ -339,7 +442,7 @@ TEST(LinkFaults, ASecondDrivesQueueHoldsSixteenToo) {
   expect_balanced(rig.bus, rig.seen, "second drive's queue");
 }
 
-TEST(LinkFaults, ASecondDrivesReplyTakesTheWireToo) {
+TEST(LinkFaults, SecondReplyTakesTimeOnTheWire) {
   Rig rig(bus_config({1}, kBitrate));
   rig.set(fault("duplicate_id", {1}, {0}));
   EXPECT_EQ(rig.talk(kAsk, 2ms), (std::vector<Frame>{kAnswer, kAnswer}));

@@ -34,6 +34,13 @@ inline const Frame kTorque = frame("141#A100000064000000");
 enum class Frames : std::uint8_t { kReplies, kQueries, kBoth };
 using enum Frames;
 
+/// Returns the `n`-th of a series of queries: 0x9A, 0x9C and 0x92 in turn.
+inline Frame mixed_query(int n) {
+  Frame query = kState2;
+  query.data[0] = n % 3 == 0 ? 0x9A : n % 3 == 1 ? 0x9C : 0x92;
+  return query;
+}
+
 inline Fault fault(std::string_view kind, std::vector<int> ids,
                    std::initializer_list<FaultValue> values = {}, double probability = 1) {
   Fault made = test::fault_of(kind, values, std::move(ids));
@@ -51,6 +58,9 @@ struct Rig {
   std::vector<Frame> talk(const Frame& query, SimTime window = 0ns) {
     bus.receive({bus.time(), query});
     return wait(window);
+  }
+  std::vector<Frame> talk(std::string_view query, SimTime window = 0ns) {
+    return talk(frame(query), window);
   }
   std::vector<Frame> wait(SimTime window) {
     bus.advance_to(bus.time() + window);

@@ -32,7 +32,7 @@ std::string refusal_of(std::string_view kind, const std::vector<FaultSetting>& s
   return refusal([&] { make_fault(kind, settings, ids); });
 }
 
-TEST(MakeFault, TakesKindParametersAndDrivesByTheirWords) {
+TEST(MakeFault, TakesKindParametersAndDrivesByName) {
   const Fault jam = make_fault("jam", {{"percent", 60}}, {3, 1});
   EXPECT_EQ(jam.row, find_fault("jam"));
   EXPECT_EQ(jam.values[0].number(), 60);
@@ -46,7 +46,7 @@ TEST(MakeFault, TakesKindParametersAndDrivesByTheirWords) {
   EXPECT_TRUE(make_fault("echo").ids.empty());
 }
 
-TEST(MakeFault, RefusesMistakesInOneLine) {
+TEST(MakeFault, RefusesMistakesWithAMessage) {
   EXPECT_EQ(refusal_of("jan"), "fault 'jan': unknown kind; did you mean jam?");
   EXPECT_EQ(refusal_of("no such thing"),
             "fault 'no such thing': unknown kind; lk-emu faults lists them");
@@ -90,7 +90,7 @@ class BusMistakes : public testing::Test {
   Bus bus{test::bus_config({1, 3})};
 };
 
-TEST_F(BusMistakes, AFaultThatCannotBeIsRefused) {
+TEST_F(BusMistakes, FaultsWithWrongValuesAreRefused) {
   EXPECT_EQ(refusal_of(Fault{}), "a fault without a kind; make it with make_fault");
   EXPECT_EQ(refusal_of(make_fault("jam", {}, {1, 2})), "drive 2: not on this bus");
   Fault fault = make_fault("drop", {}, {1});
@@ -133,7 +133,7 @@ TEST_F(BusMistakes, AFaultThatCannotBeIsRefused) {
   EXPECT_TRUE(bus.faults().empty());
 }
 
-TEST_F(BusMistakes, ADriveThatIsNotThereIsRefused) {
+TEST_F(BusMistakes, AbsentDrivesAreRefused) {
   const std::string absent = "drive 2: not on this bus";
   EXPECT_EQ(refusal_of(Directive{2, PowerOff{}}), absent);
   EXPECT_EQ(refusal_of(Directive{2, PowerCycle{}}), absent);
@@ -150,7 +150,7 @@ TEST_F(BusMistakes, ADriveThatIsNotThereIsRefused) {
   EXPECT_EQ(bus.state().agenda.directives(), 0U);
 }
 
-TEST_F(BusMistakes, DrivesWhoseIdsAreNoneAreRefused) {
+TEST_F(BusMistakes, InvalidIdsAreRefused) {
   const auto refusal_with = [](int first, int second) {
     BusConfig config;
     config.servos.resize(2);

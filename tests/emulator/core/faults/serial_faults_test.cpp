@@ -26,6 +26,11 @@ SerialHost with(const Fault& made, Generation generation = Generation::kV236) {
   return host;
 }
 
+std::string healthy_reply() {
+  SerialHost host(serial_drive(Generation::kV236));
+  return host.ask(kState2Packet);
+}
+
 std::uint64_t effects(const SerialHost& host) { return host.bus.faults()[0].evidence.effects; }
 
 bool is_packet(const std::string& text) {
@@ -34,11 +39,10 @@ bool is_packet(const std::string& text) {
   return packet && protocol::wire_bytes(*packet).size == read.size();
 }
 
-TEST(SerialFaults, ASumIsWrongAndAllTheRestRight) {
+TEST(SerialFaults, BadChecksumChangesOnlyTheChecksum) {
   for (const bool header : {true, false}) {
-    SerialHost sound(serial_drive(Generation::kV236));
     SerialHost host = with(fault("checksum_bad", {1}, {static_cast<FaultChoice>(header ? 0 : 1)}));
-    const auto good = bytes(sound.ask(kState2Packet));
+    const auto good = bytes(healthy_reply());
     const auto bad = bytes(host.ask(kState2Packet));
     ASSERT_EQ(bad.size(), good.size());
     const std::size_t sum = header ? 4 : bad.size() - 1;
@@ -50,10 +54,9 @@ TEST(SerialFaults, ASumIsWrongAndAllTheRestRight) {
   EXPECT_EQ(effects(echoed), 0U);
 }
 
-TEST(SerialFaults, AByteIsMissing) {
-  SerialHost sound(serial_drive(Generation::kV236));
+TEST(SerialFaults, LostByteShortensTheReply) {
   SerialHost host = with(fault("byte_lost", {1}));
-  const std::string good = sound.ask(kState2Packet);
+  const std::string good = healthy_reply();
   const std::string bad = host.ask(kState2Packet);
   std::vector<std::string> holed;
   for (std::size_t n = 0; n < bytes(good).size(); ++n) {
@@ -67,10 +70,9 @@ TEST(SerialFaults, AByteIsMissing) {
   EXPECT_EQ(effects(host), 1U);
 }
 
-TEST(SerialFaults, AReplyPausesInside) {
-  SerialHost sound(serial_drive(Generation::kV236));
+TEST(SerialFaults, ByteGapPausesWithinTheReply) {
   SerialHost host = with(fault("byte_gap", {1}, {4}));
-  const std::string good = sound.ask(kState2Packet);
+  const std::string good = healthy_reply();
   const SimTime begin = host.bus.time();
   host.write(begin, bytes(kState2Packet));
   const auto parts = host.read_until(begin + 20ms);
@@ -82,9 +84,8 @@ TEST(SerialFaults, AReplyPausesInside) {
   expect_balanced(host.bus, parts, "a pause");
 }
 
-TEST(SerialFaults, HostsReadWhatTheySend) {
-  SerialHost sound(serial_drive(Generation::kV236));
-  const std::string good = sound.ask(kState2Packet);
+TEST(SerialFaults, EchoReturnsTheBytesOfTheHost) {
+  const std::string good = healthy_reply();
   SerialHost host = with(fault("echo", {}));
   EXPECT_EQ(host.ask(kState2Packet), std::string(kState2Packet) + " " + good);
   EXPECT_EQ(host.ask("3E 88 05 00 CB"), "3E 88 05 00 CB");  // an absent drive
@@ -116,10 +117,9 @@ TEST(SerialFaults, CarriageReturnsBecomeLineFeeds) {
 
 /// The reply begins 150 us after the packet, at 10 us per byte. A driver that stays on for 200 us
 /// spoils the first five bytes.
-TEST(SerialFaults, AHostThatLetsGoLateSpoilsTheHeadOfTheReply) {
-  SerialHost sound(serial_drive(Generation::kV236));
+TEST(SerialFaults, LateReleaseDamagesTheStartOfTheReply) {
   SerialHost host = with(fault("late_release", {}, {200}));
-  const std::string good = sound.ask(kState2Packet);
+  const std::string good = healthy_reply();
   const std::string bad = host.ask(kState2Packet);
   ASSERT_EQ(bad.size(), good.size());
   EXPECT_NE(bad.substr(0, 14), good.substr(0, 14));
@@ -132,7 +132,7 @@ TEST(SerialFaults, AHostThatLetsGoLateSpoilsTheHeadOfTheReply) {
   EXPECT_EQ(effects(soon), 0U);
 }
 
-TEST(SerialFaults, ATornReplyFailsItsSum) {
+TEST(SerialFaults, TornReplyFailsItsChecksum) {
   constexpr double kCount_deg = 360.0 / 16384;
   SerialHost host = with(fault("torn_reply", {1}, {static_cast<FaultChoice>(2)}));
   host.ask(kState2Packet);
@@ -146,7 +146,7 @@ TEST(SerialFaults, ATornReplyFailsItsSum) {
   EXPECT_TRUE(is_packet(host.ask(kState2Packet)));
 }
 
-TEST(SerialFaults, ADriveAtAnotherBitRateIsSilentAndLeavesOthersAlone) {
+TEST(SerialFaults, WrongBitrateSilencesOnlyItsDrive) {
   SerialHost host = with(fault("wrong_bitrate", {2}));
   for (int n = 0; n < 20; ++n) EXPECT_TRUE(is_packet(host.ask(kState2Packet))) << n;
   EXPECT_EQ(host.ask("3E 9C 02 00 DC"), "");
@@ -154,7 +154,7 @@ TEST(SerialFaults, ADriveAtAnotherBitRateIsSilentAndLeavesOthersAlone) {
 }
 
 /// Configuration files refuse these faults on CAN.
-TEST(SerialFaults, DoNothingOnCan) {
+TEST(SerialFaults, HaveNoEffectOnCan) {
   int tried = 0;
   for (const FaultRow& row : fault_table()) {
     if (!row.serial) continue;
@@ -169,7 +169,7 @@ TEST(SerialFaults, DoNothingOnCan) {
   EXPECT_GT(tried, 0);
 }
 
-void expect_nobody_heard(SerialHost& host) {
+void expect_all_silent_after_off(SerialHost& host) {
   EXPECT_EQ(host.ask("3E 80 01 00 BF"), "3E 80 01 00 BF");
   EXPECT_EQ(host.ask("3E 9C 02 00 DC"), "");
   EXPECT_EQ(host.ask(kState2Packet), "");
@@ -179,17 +179,17 @@ void expect_nobody_heard(SerialHost& host) {
   EXPECT_TRUE(is_packet(host.ask(kState2Packet)));
 }
 
-TEST(SerialFaults, ADriveThatKeepsTheLineAfterOffSilencesAllUntilItStartsAnew) {
+TEST(SerialFaults, DriveHoldingTheLineAfterOffSilencesAllUntilARestart) {
   SerialHost host = with(fault("bus_held_after_off", {1}));
-  expect_nobody_heard(host);
+  expect_all_silent_after_off(host);
   EXPECT_EQ(effects(host), 2U);
   ServoConfig first = serial_drive(Generation::kV236);
   first.quirks.off_hangs = OffHangs::kBus;
   SerialHost always(serial_bus({first, serial_drive(Generation::kV236, 2)}));
-  expect_nobody_heard(always);
+  expect_all_silent_after_off(always);
 }
 
-TEST(SerialFaults, OrOnlyItIsMute) {
+TEST(SerialFaults, DriveCanBeSilentAloneAfterOff) {
   SerialHost host = with(fault("bus_held_after_off", {1}, {static_cast<FaultChoice>(0)}));
   host.ask("3E 80 01 00 BF");
   EXPECT_TRUE(is_packet(host.ask("3E 9C 02 00 DC")));
