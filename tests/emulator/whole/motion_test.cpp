@@ -142,16 +142,6 @@ TEST(Speed, HeldHoldsAgainstALoad) {
   EXPECT_GT(host.state_2().iq_A, 1);
 }
 
-TEST(Speed, AccelerationIsARamp) {
-  Host host(motor());
-  command(host, protocol::WriteAccelerationToRam{1000});
-  command(host, protocol::Speed{1000});
-  host.wait(500ms);
-  EXPECT_NEAR(speed_dps(host), 500, 50);
-  host.wait(700ms);
-  EXPECT_NEAR(speed_dps(host), 1000, 50);
-}
-
 // --- position
 
 struct Arrival {
@@ -230,19 +220,7 @@ TEST(Hold, IncrementsAddUpWhileMoving) {
   EXPECT_NEAR(angle_deg(host), 45 + 360, 0.04);
 }
 
-// --- stop, run, off
-
-TEST(RunStates, StopEndsTheTorqueAndRunResumesIt) {
-  Host host = turning();
-  command(host, protocol::Stop{});
-  host.wait(10ms);
-  EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);
-  host.wait(5s);
-  EXPECT_NEAR(speed_dps(host), 0, 1);  // stopped by friction
-  command(host, protocol::Run{});
-  host.wait(2s);
-  EXPECT_NEAR(mean_speed_dps(host, 500ms), 720, 5);
-}
+// --- off and idle
 
 TEST(RunStates, OffCoastsWithoutCurrent) {
   Host host = turning();

@@ -151,22 +151,6 @@ TEST(FirmwareFaults, ActOnlyOnTheirDriveInTheirTime) {
   }
 }
 
-TEST(FirmwareFaults, FastClockTurnsFasterThanReported) {
-  Host host(test::servo_config(1));
-  inject(host, "clock_drift", {10});
-  host.wait(10ms);
-  EXPECT_FALSE(evidence(host).first_effect_at);  // the shaft does not move
-  host.get<protocol::State2>(protocol::Speed{360, 0});
-  host.wait(1s);
-  const auto true_dps = [&] { return host.bus.truth(1).omega_m / std::numbers::pi * 180; };
-  EXPECT_NEAR(host.state_2().speed_dps, 360.0, 2.0);
-  EXPECT_NEAR(true_dps(), 396.0, 2.0);
-  test::expect_shown(evidence(host), 10ms, 900);
-  clear(host);
-  host.wait(1s);
-  EXPECT_NEAR(true_dps(), 360.0, 2.0);
-}
-
 TEST(FirmwareFaults, ReplyTo9BShowsTheErrorsBeforeTheyAreCleared) {
   for (const bool before : {false, true}) {
     Host host(watched_drive());
@@ -389,22 +373,22 @@ TEST(MemoryFaults, FlippedBitKeepsTheRangeOfTheRegister) {
         EXPECT_LE(gain, generation == Generation::kLegacy ? 255 : 65535);
       }
       EXPECT_EQ(gain_bits, 1);
-      EXPECT_EQ(bits_apart(ram.acceleration_dps_s, 0), 1);
+      const double limit_lsb = config.quirks.dialect.iq_command_limit_lsb;
+      struct Flip {
+        double now, before, most;
+      };
+      for (const Flip& flip :
+           {Flip{0.0 + ram.acceleration_dps_s, 0, INT32_MAX},
+            Flip{0.0 + ram.encoder_offset, 16383, 16383},
+            Flip{0.0 + ram.max_torque_current_lsb, limit_lsb, limit_lsb},
+            Flip{0.0 + ram.max_power_permille, 850, 850}, Flip{ram.max_speed_dps, 1, 72'000},
+            Flip{ram.max_angle_deg, 360, 1e7}, Flip{ram.current_ramp_A_s, 0, 1e6}}) {
+        EXPECT_EQ(bits_apart(flip.now, flip.before), 1);
+        EXPECT_LE(flip.now, flip.most);
+      }
       EXPECT_GT(ram.acceleration_dps_s, 0);
-      EXPECT_EQ(bits_apart(ram.encoder_offset, 16383), 1);
-      EXPECT_LT(ram.encoder_offset, 16384);
-      EXPECT_EQ(bits_apart(ram.max_torque_current_lsb, config.rom.max_torque_current_lsb), 1);
-      EXPECT_LE(ram.max_torque_current_lsb, config.quirks.dialect.iq_command_limit_lsb);
-      EXPECT_EQ(bits_apart(ram.max_power_permille, 850), 1);
-      EXPECT_LE(ram.max_power_permille, 850);
-      EXPECT_EQ(bits_apart(ram.max_speed_dps, 1), 1);
       EXPECT_GE(ram.max_speed_dps, 1);
-      EXPECT_LE(ram.max_speed_dps, 72'000);
       EXPECT_EQ(ram.max_speed_dps - std::floor(ram.max_speed_dps), 0.25);
-      EXPECT_EQ(bits_apart(ram.max_angle_deg, 360), 1);
-      EXPECT_LE(ram.max_angle_deg, 1e7);
-      EXPECT_EQ(bits_apart(ram.current_ramp_A_s, 0), 1);
-      EXPECT_LE(ram.current_ramp_A_s, 1e6);
       EXPECT_TRUE(ram.broadcast_mode);
       EXPECT_EQ(host.bus.servo(1).rom, config.rom);
       if (testing::Test::HasFailure()) return;

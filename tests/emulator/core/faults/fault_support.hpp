@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <initializer_list>
 #include <optional>
 #include <string>
@@ -60,21 +59,6 @@ inline bool answers(Host& host, int id = 1) {
   query.id = 0x140U + static_cast<std::uint32_t>(id);
   query.data[0] = 0x9C;
   return !host.talk(query).empty();
-}
-
-/// Returns mean and standard deviation of `read`, sampled every millisecond.
-template <class Read>
-std::pair<double, double> statistics(Host& host, int samples, Read read) {
-  double sum = 0;
-  double squares = 0;
-  for (int n = 0; n < samples; ++n) {
-    host.wait(1ms);
-    const double value = read();
-    sum += value;
-    squares += value * value;
-  }
-  const double mean = sum / samples;
-  return {mean, std::sqrt(squares / samples - mean * mean)};
 }
 
 /// Checks effects on drive 1: the first one at most one sample after `since`, and at least

@@ -107,15 +107,6 @@ TEST(LinkFaults, FullQueueKeepsSixteenInOrder) {
   }
 }
 
-TEST(LinkFaults, FullQueueLetsTheCurrentFrameEnd) {
-  Rig rig(bus_config({1}, kBitrate));
-  EXPECT_TRUE(rig.talk(kAsk, 221us).empty());  // its reply begins at 220 µs
-  rig.set(fault("queue_full", {1}));
-  EXPECT_EQ(rig.wait(1ms).size(), 1U);
-  EXPECT_EQ(rig.seen[0].at, 338us);
-  EXPECT_EQ(rig.effects(), 0U);
-}
-
 // --- error frames and bus-off
 
 // linux/can/error.h
