@@ -176,8 +176,7 @@ TEST(MujocoBody, FailureNamesTheDivergingJoint) {
     body->update();
   }
   ASSERT_TRUE(body->failure());
-  EXPECT_NE(body->failure()->find("out of bounds, at joint "), std::string::npos)
-      << *body->failure();
+  expect_contains(*body->failure(), "out of bounds, at joint ");
   const auto copy = body->clone();
   EXPECT_TRUE(copy->failure());
 }

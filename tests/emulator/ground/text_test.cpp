@@ -5,7 +5,7 @@
 namespace lk::emulator {
 namespace text_test {
 
-TEST(OnOneLine, IsUtf8WithoutControlCharacters) {
+TEST(SanitizedLine, IsUtf8WithoutControlCharacters) {
   EXPECT_EQ(sanitized_line("a µ 电 😀"), "a µ 电 😀");
   EXPECT_EQ(sanitized_line("\x1b[2J\n\x7f"), "?[2J??");
   EXPECT_EQ(sanitized_line("\xC2\x9B"
@@ -17,7 +17,7 @@ TEST(OnOneLine, IsUtf8WithoutControlCharacters) {
 }
 
 /// "toml.exe" would be displayed as "exe.lmot".
-TEST(OnOneLine, ReadsInTheDirectionInWhichItIsWritten) {
+TEST(SanitizedLine, ReplacesDirectionMarks) {
   for (const char* mark :
        {"\u061C", "\u200E", "\u200F", "\u2028", "\u2029", "\u202A", "\u202E", "\u2066", "\u2069"}) {
     EXPECT_EQ(sanitized_line(std::string("a") + mark + "b"),
@@ -26,13 +26,13 @@ TEST(OnOneLine, ReadsInTheDirectionInWhichItIsWritten) {
   EXPECT_EQ(sanitized_line("שלום"), "שלום");
 }
 
-TEST(XmlEscaped, IsWellFormedWhateverIsInIt) {
+TEST(XmlEscaped, IsWellFormedForAnyText) {
   EXPECT_EQ(xml_escaped("<a b=\"c\">&amp;</a>\n"),
             "&lt;a b=&quot;c&quot;&gt;&amp;amp;&lt;/a&gt;&#10;");
   EXPECT_EQ(xml_escaped("\x1b\xFF\xEF\xBF\xBE\t"), "?????&#9;");
 }
 
-TEST(NumberOf, IsAllOfTheDigitsAndNoMoreThanItMayBe) {
+TEST(NumberOf, AcceptsOnlyDigitsUpToTheLimit) {
   EXPECT_EQ(number_of("0010", 10, 10), 10U);
   EXPECT_EQ(number_of("fF", 16, 255), 255U);
   EXPECT_EQ(number_of("18446744073709551615", 10, UINT64_MAX), UINT64_MAX);

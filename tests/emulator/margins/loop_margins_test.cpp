@@ -46,12 +46,12 @@ Complex simulated(const model::DriveInit& init, double omega) {
   const int periods = std::max(1, 4000 / samples);
   constexpr double kBias = 20.0;  // rad/s
   constexpr double kSwing = 1.0;  // rad/s
-  Complex told, angle;
+  Complex commanded, angle;
   for (int n = 0; n < (settling + periods) * samples; ++n) {
     const double swing = kSwing * std::sin(step * n);
     if (n >= settling * samples) {
       const Complex turn = std::polar(1.0, -step * n);
-      told += swing * turn;
+      commanded += swing * turn;
       angle += (bank.truth(0).theta_m - kBias * n * p.T_m) * turn;
     }
     bank.command(0, model::Speed{kBias + swing});
@@ -63,10 +63,10 @@ Complex simulated(const model::DriveInit& init, double omega) {
   const Complex estimate =
       p.estimator_share * (1.0 - z1) / p.T_m / (1.0 - (1.0 - p.estimator_share) * z1);
   const Complex reading = std::polar(1.0, -step / p.T_m / init.params.inverter.f_pwm);
-  return angle / told * estimate * reading;
+  return angle / commanded * estimate * reading;
 }
 
-TEST(OpenLoop, ClosesToTheSimulatedFrequencyResponse) {
+TEST(OpenLoop, MatchesTheSimulatedFrequencyResponse) {
   struct Bench {
     const char* motor;
     double rotors;
@@ -90,7 +90,7 @@ TEST(OpenLoop, ClosesToTheSimulatedFrequencyResponse) {
 }
 
 /// Returns the rotor speed one second after a target step, relative to that in the first tenth.
-double what_rings(model::DriveInit init) {
+double remaining_oscillation(model::DriveInit init) {
   model::DriveBank bank(std::span(&init, 1));
   const auto f = static_cast<std::int64_t>(init.params.inverter.f_pwm);
   bank.command(0, model::Position{0.2});
@@ -107,19 +107,19 @@ double what_rings(model::DriveInit init) {
   return most(f / 2) / first;
 }
 
-TEST(Margins, BelowZeroItRingsForEver) {
+TEST(Margins, NegativeMarginsOscillate) {
   for (const double rotors : {10.0, 30.0, 35.0, 45.0, 60.0}) {
     const model::DriveInit init = linear_drive("mf7015", rotors);
     const Margins m = loop_margins(init.params, init.settings, Loop::kPosition);
     SCOPED_TRACE(std::to_string(rotors) + " rotors, " + std::to_string(m.gain_dB) + " dB");
     EXPECT_EQ(m.gain_dB < 0, m.phase_deg < 0);
-    EXPECT_EQ(m.gain_dB<0, what_rings(init)> 0.5);
+    EXPECT_EQ(m.gain_dB<0, remaining_oscillation(init)> 0.5);
   }
 }
 
 /// With a heavier load the integrators need more gain, and the gain margin is that factor. Speed
 /// gains raised by it put the loop at its limit.
-TEST(Margins, AreTheFactorToTheLimit) {
+TEST(Margins, GainMarginIsTheFactorToTheLimit) {
   const model::DriveInit init = linear_drive("mf7015", 60);
   const Margins m = loop_margins(init.params, init.settings, Loop::kPosition);
   ASSERT_LT(m.gain_dB, 0);
@@ -131,7 +131,7 @@ TEST(Margins, AreTheFactorToTheLimit) {
 }
 
 /// Up to the loads for which vendors sell such motors.
-TEST(Margins, OfFactoryGainsAreThereUpToTenRotors) {
+TEST(Margins, FactoryGainsHaveMarginUpToTenRotors) {
   for (const NamedDrive& named : model::test::all_profiles()) {
     for (const double rotors : {0.0, 1.0, 3.0, 10.0}) {
       model::DriveParams d = named.init.params;

@@ -134,10 +134,8 @@ TEST(FirmwareFaults, ActOnlyOnTheirDriveInTheirTime) {
     SCOPED_TRACE(row.kind);
     Host host(test::bus_config({1, 2}));
     for (const std::size_t n : {0U, 1U, 2U}) {
-      Fault made = test::fault(row.kind, {}, {}, {n == 1 ? 2 : 1});
-      std::ranges::copy(row.values[n], made.values.begin());
-      if (n == 0) made.duration = 1ms;
-      host.bus.apply({kWholeBus, SetFault{made}});
+      const auto duration = n == 0 ? std::optional(SimTime{1ms}) : std::nullopt;
+      inject(host, row.kind, row.values[n], {.duration = duration}, {n == 1 ? 2 : 1});
     }
     host.wait(10ms);
     host.bus.receive({10ms, test::frame(row.query)});
@@ -230,9 +228,7 @@ TEST(FirmwareFaults, MultiTurnAngleStartsWrong) {
        {Row{"encoder_wrap_at_boot", {1}, 4500 + 36000},
         Row{"encoder_wrap_at_boot", {-2}, 4500 - 72000}, Row{"multi_turn_zero_at_boot", {}, 0}}) {
     Host host(test::servo_config(1));
-    Fault made = test::fault(row.kind);
-    std::ranges::copy(row.values, made.values.begin());
-    host.bus.apply({kWholeBus, SetFault{made}});
+    inject(host, row.kind, row.values);
     EXPECT_EQ(host.multi_turn_cdeg(), 4500);
     host.bus.power_cycle(1);
     EXPECT_EQ(host.multi_turn_cdeg(), row.angle_cdeg);

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <initializer_list>
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -26,10 +26,11 @@ struct Course {
 };
 
 inline emulator::Fault fault(std::string_view kind,
-                             std::initializer_list<emulator::FaultValue> values = {},
+                             const std::vector<emulator::FaultValue>& values = {},
                              Course course = {}, std::vector<int> ids = {1},
                              std::string name = {}) {
-  emulator::Fault made = fault_of(kind, values, std::move(ids));
+  emulator::Fault made = fault_of(kind, {}, std::move(ids));
+  std::ranges::copy(values, made.values.begin());
   made.name = std::move(name);
   made.duration = course.duration;
   made.every = course.every;
@@ -39,7 +40,7 @@ inline emulator::Fault fault(std::string_view kind,
 
 /// Starts a fault now.
 inline void inject(Host& host, std::string_view kind,
-                   std::initializer_list<emulator::FaultValue> values = {}, Course course = {},
+                   const std::vector<emulator::FaultValue>& values = {}, Course course = {},
                    std::vector<int> ids = {1}) {
   host.bus.apply(
       {emulator::kWholeBus, emulator::SetFault{fault(kind, values, course, std::move(ids))}});

@@ -250,11 +250,9 @@ TEST(Faults, NewOneReplacesTheOldestFinished) {
 TEST(Faults, LastArmedTakesPrecedenceAfterReplacement) {
   Host host(test::bus_config({1}));
   const auto inject = [&](Fault what) { return host.bus.apply({kWholeBus, SetFault{what}}); };
-  ASSERT_TRUE(inject(fault("reset", {}, {}, {1})));
+  ASSERT_TRUE(inject(fault("reset")));
   ASSERT_TRUE(inject(make_fault("wrong_dlc", {{"dlc", 3}}, {1})));
-  for (std::size_t n = 2; n < Bus::kMaxFaults; ++n) {
-    ASSERT_TRUE(inject(fault("reset", {}, {}, {1})));
-  }
+  for (std::size_t n = 2; n < Bus::kMaxFaults; ++n) ASSERT_TRUE(inject(fault("reset")));
   ASSERT_TRUE(inject(make_fault("wrong_dlc", {{"dlc", 2}}, {1})));
   host.wait(1s);  // the drive has started
   const auto replies = host.talk(test::frame("141#9C00000000000000"), 10ms);
@@ -265,7 +263,7 @@ TEST(Faults, LastArmedTakesPrecedenceAfterReplacement) {
 TEST(Faults, ClearedOnesMakeRoom) {
   Host host(test::bus_config({1}));
   const auto plan_one = [&](SimTime at) {
-    return host.bus.plan({at, {kWholeBus, SetFault{fault("bridge_dead", {}, {}, {1})}}});
+    return host.bus.plan({at, {kWholeBus, SetFault{fault("bridge_dead")}}});
   };
   for (std::size_t n = 0; n < Bus::kMaxFaults; ++n) ASSERT_TRUE(plan_one(1s));
   EXPECT_TRUE(host.bus.state().faults.full());

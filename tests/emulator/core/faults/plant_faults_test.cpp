@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -41,8 +40,6 @@ Host with_load(double J_kgm2) {
 }
 
 void speed(Host& host, double dps) { host.get<protocol::State2>(protocol::Speed{dps, 0}); }
-
-double link_V(const Host& host) { return host.bus.truth(1).v_bus; }
 
 // --- values of the model: tests/model/*_faults_test.cpp show what they do
 
@@ -108,8 +105,7 @@ TEST(PlantFaultRows, SetTheFaultsOfTheModel) {
   std::set<std::string_view> words;
   for (const Row& row : rows) {
     LiveFault live;
-    live.fault = test::fault(row.word);
-    std::ranges::copy(row.values, live.fault.values.begin());
+    live.fault = test::fault(row.word, row.values);
     live.anchors = {0.7};
     F sum;
     live.row().plant({live, servo, row.active}, sum);
@@ -275,14 +271,12 @@ TEST(PowerFaults, RebootLoopRestartsTheDrivePeriodically) {
   ASSERT_EQ(boots_ms.size(), 5U);
   for (int n = 0; n < 5; ++n) EXPECT_NEAR(boots_ms[static_cast<std::size_t>(n)], 650 + 800 * n, 2);
   EXPECT_TRUE(answers(host));
-  EXPECT_NEAR(link_V(host), 24.0, 0.05);
+  EXPECT_NEAR(host.bus.truth(1).v_bus, 24.0, 0.05);
   expect_shown(evidence(host), 0ms, 2900);
   EXPECT_LE(evidence(host).effects, 3100U);  // of 4000; not while the supply is on
 }
 
 // --- sensors
-
-constexpr double kCounts_deg = 16384.0 / 360.0;
 
 /// At 45 degrees, count 2048, with the bridge off, so that measurements move nothing.
 Host undriven() {
@@ -291,10 +285,6 @@ Host undriven() {
   return host;
 }
 
-double encoder(Host& host) { return host.state_2().encoder_counts; }
-double true_counts(Host& host) {
-  return host.bus.truth(1).theta_m / (2 * std::numbers::pi) * 16384.0;
-}
 constexpr double kLsb_A = 1.0 / 64;  // of 0x9D
 
 /// The loop of a driven motor would hide it.
@@ -316,13 +306,14 @@ TEST(SensorFaults, CurrentOffsetIsShownWhileOff) {
 TEST(SensorFaults, EncoderDriftTurnsTheReading) {
   Host host = undriven();
   inject(host, "encoder_drift", {36}, {.duration = 1500ms});
-  const double rotor = true_counts(host);
+  const double theta_m = host.bus.truth(1).theta_m;
   host.wait(1s);
-  EXPECT_NEAR(encoder(host), 2048 + 36 * kCounts_deg, 3.0);  // advances once a millisecond
-  EXPECT_EQ(true_counts(host), rotor);
+  EXPECT_NEAR(host.state_2().encoder_counts, 2048 + 36 * 16384.0 / 360,
+              3.0);  // advances once a millisecond
+  EXPECT_EQ(host.bus.truth(1).theta_m, theta_m);
   EXPECT_NEAR(host.state_2().speed_dps, 36.0, 10.0);
   host.wait(1s);
-  EXPECT_NEAR(encoder(host), 2048, 1.0);
+  EXPECT_NEAR(host.state_2().encoder_counts, 2048, 1.0);
   expect_shown(evidence(host), 0ms, 1000);
 }
 
