@@ -72,7 +72,7 @@ TEST(BusTiming, HostsReceiveEachOthersFrames) {
   EXPECT_EQ(bus.stats().replies_waiting, 0U);
 }
 
-TEST(BusTiming, ReplyTimeIsASetting) {
+TEST(BusTiming, ReplyTimeIsConfigurable) {
   auto config = bus_config({1}, kBitrate);
   config.servos[0].reply_time = 200us;
   Bus bus(config);

@@ -229,7 +229,7 @@ TEST(Generation, BusCurrentIsMeasured) {
   EXPECT_TRUE(state.bridge_on);
 }
 
-TEST(Generation, CurrentsHaveTheScaleOfTheSeries) {
+TEST(Generation, CurrentScaleDependsOnTheSeries) {
   for (const Series series : {Series::kMf, Series::kMg}) {
     const double lsb_A = series == Series::kMg ? kMgLsb_A : kMfLsb_A;
     Host host(drive(Generation::kV236, series));

@@ -188,7 +188,7 @@ TEST(BusBehindAnAdapter, FaultLatencyEndsWithTheFault) {
   EXPECT_EQ(replies[1].at, 10ms);
 }
 
-TEST(BusBehindAnAdapter, TheSameSeedGivesTheSameTimes) {
+TEST(BusBehindAnAdapter, SameSeedGivesTheSameTimes) {
   const auto run = [](SimTime step) {
     Bus bus(behind("ch348"));
     for (SimTime at{0}; at < 200ms; at += 1ms) {

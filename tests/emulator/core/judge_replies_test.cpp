@@ -294,7 +294,7 @@ TEST(JudgeAnswers, ReplyAtTheLimitIsInTime) {
   EXPECT_EQ(drive.result().margin, std::nullopt);
 }
 
-TEST(JudgeAnswers, NoQueryNeedsNoAnswer) {
+TEST(JudgeAnswers, PassesWithoutAQuery) {
   EXPECT_EQ(answered().status(), Status::kPassed);
   JudgedDrive drive = answered();
   drive.query(1s, "142#9C00000000000000");  // of another drive

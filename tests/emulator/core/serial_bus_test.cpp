@@ -175,7 +175,7 @@ TEST(SerialWire, RepliesDoNotDependOnTimeSplits) {
 
 const protocol::Frame kState2 = packet("3E 9C 01 07 E2 21 00 00 0D 00 2C 19 73");
 
-TEST(SerialWire, EqualBytesAtTheSameTimePass) {
+TEST(SerialWire, EqualSimultaneousBytesPass) {
   SerialWire wire(1'000'000, {}, 1);
   wire.send_from_drive(1ms, kState2, 0, 0x141, false);
   wire.send_from_drive(1ms, packet("3E 9C 01 07 E2 22 00 00 0D 00 2C 19 74"), 0, 0x10141, false);

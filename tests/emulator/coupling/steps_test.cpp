@@ -52,7 +52,7 @@ Two angles_after(SimTime step, SimTime time) {
   return hand_body(run).angles();
 }
 
-TEST(Steps, AreOfSecondOrder) {
+TEST(Steps, ConvergeWithSecondOrder) {
   const SimTime time = 400 * kMs;
   const Two exact = angles_after(kMs / 8, time);
   std::array<double, 3> error{};

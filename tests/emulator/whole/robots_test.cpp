@@ -214,7 +214,7 @@ INSTANTIATE_TEST_SUITE_P(Config, Robot,
                                          "turntable"),
                          [](const auto& name) { return std::string(name.param); });
 
-TEST(Robots, AreAllTested) {
+TEST(Robots, AllConfigurationsAreTested) {
   std::size_t files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(LKEMU_SOURCE_DIR "/configs/buses")) {
     if (entry.path().extension() != ".toml") continue;

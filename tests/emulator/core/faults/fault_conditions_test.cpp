@@ -105,7 +105,7 @@ TEST(FaultConditions, ErrorBitIsSet) {
                      [&] { return host.bus.telemetry(1).errors != 0; });
 }
 
-TEST(FaultConditions, OtherDirectivesWaitForThemToo) {
+TEST(FaultConditions, DelayOtherDirectives) {
   Host host(test::bus_config({1, 2}));
   ASSERT_TRUE(host.bus.plan({0ms, {2, TurnShaft{10}}, Condition{1, CommandSeen{0x9C, 2}}}));
   answers(host);
