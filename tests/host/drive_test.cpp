@@ -11,7 +11,7 @@ namespace drive_test {
 unsigned uint16_at(const Payload& data, std::size_t at) { return data[at] + 256U * data[at + 1]; }
 
 // A host for an MG4010 reads 0x94 as uint32 at 4–7 in 0.01° of the rotor; ±2048 is ±33 A.
-TEST(Asked, ReportsAndUsesTheObservedGeneration) {
+TEST(SeenGeneration, ReportsAndUsesTheObservedGeneration) {
   const auto single_turn_deg = [](Host& host) {
     const Payload data = host.query(1, {0x94}).value_or(Payload{});
     return (uint16_at(data, 4) + 65536.0 * uint16_at(data, 6)) / 100;

@@ -19,7 +19,7 @@ Overrides asked(FirmwareRequest firmware) {
   return overrides;
 }
 
-TEST(AskedFirmware, WinsOverTheFileKeyByKey) {
+TEST(RequestedFirmware, WinsOverTheFileKeyByKey) {
   const std::string text =
       kDrive + "generation = \"v236\"\nquirks = { pid_commands = true, stop_holds = true }\n";
   const auto drive = parse(text, asked({"v235", {{"pid_commands", "false"}}}))[0].servos[0];
@@ -38,13 +38,13 @@ TEST(AskedFirmware, WinsOverTheFileKeyByKey) {
       << "the motor's own again";
 }
 
-TEST(AskedFirmware, SetsTheRangesOfTheSettings) {
+TEST(RequestedFirmware, SetsTheRangesOfTheSettings) {
   const std::string text = kDrive + "settings.max_torque_current_lsb = 2048\n";
   EXPECT_NE(parse_error(text), "accepted");
   EXPECT_EQ(parse(text, asked({"late-legacy", {}}))[0].servos[0].rom.max_torque_current_lsb, 2048);
 }
 
-TEST(AskedFirmware, OfOneBusOverridesThatOfAllBuses) {
+TEST(RequestedFirmware, OfOneBusOverridesThatOfAllBuses) {
   Overrides overrides = asked({"v235", {{"stop_holds", "true"}, {"run_resumes", "true"}}});
   overrides.buses.push_back({"vcan0", std::vector{1}});
   overrides.buses.push_back({"vcan1", std::vector{1}, {"v236", {{"run_resumes", "false"}}}});
@@ -61,7 +61,7 @@ TEST(AskedFirmware, OfOneBusOverridesThatOfAllBuses) {
 }
 
 // The only bus of a file may run on another interface, and drives may be added to it.
-TEST(AskedFirmware, AppliesToMovedBusAndAddedDrives) {
+TEST(RequestedFirmware, AppliesToMovedBusAndAddedDrives) {
   Overrides overrides;
   overrides.buses.push_back({"can7", std::vector{1, 9}, {"v236", {}}});
   const auto bus = parse(kDrive, overrides)[0];
@@ -69,7 +69,7 @@ TEST(AskedFirmware, AppliesToMovedBusAndAddedDrives) {
   for (const ServoConfig& servo : bus.servos) EXPECT_EQ(servo.generation, Generation::kV236);
 }
 
-TEST(AskedFirmware, SeenDependsOnEachMotor) {
+TEST(RequestedFirmware, SeenDependsOnEachMotor) {
   Overrides overrides = asked({"seen", {}});
   overrides.motor = "mg4005";
   overrides.buses.push_back({"vcan0", std::vector{1, 2}});
@@ -77,7 +77,7 @@ TEST(AskedFirmware, SeenDependsOnEachMotor) {
   EXPECT_EQ(parse(kDrive, overrides)[0].servos[1].generation, Generation::kV236);
 }
 
-TEST(AskedFirmware, RejectsWhatAFileRejects) {
+TEST(RequestedFirmware, RejectsWhatAFileRejects) {
   struct Case {
     FirmwareRequest asked;
     const char* message;
@@ -141,7 +141,7 @@ TEST(AskedFirmware, RejectsWhatAFileRejects) {
             0U);
 }
 
-TEST(AskedFirmware, ReadsWordsAndNumbersOfAnyCase) {
+TEST(RequestedFirmware, ReadsWordsAndNumbersOfAnyCase) {
   const Quirks quirks = parse(kDrive, asked({"V235",
                                              {{"reply_id_base", "0X180"},
                                               {"stop_holds", "True"},
@@ -163,7 +163,7 @@ const std::string kMixed =
     kDrive + "[[bus.drive]]\nid = 4\nmotor = \"mg4005\"\n[[bus]]\ninterface = \"vcan1\"\n" +
     "[[bus.drive]]\nid = 1\n";
 
-TEST(AskedFirmware, IgnoresDrivesThatDoNotRun) {
+TEST(RequestedFirmware, IgnoresDrivesThatDoNotRun) {
   Overrides overrides = asked({"seen", {}});
   overrides.buses.push_back({"vcan0", std::vector{4}});
   const auto buses = parse(kMixed, overrides);
@@ -176,7 +176,7 @@ TEST(AskedFirmware, IgnoresDrivesThatDoNotRun) {
             "unknown; lk-emu motors lists the motors that have one");
 }
 
-TEST(AskedFirmware, ErrorsNameTheCommandLine) {
+TEST(RequestedFirmware, ErrorsNameTheCommandLine) {
   const std::string text = kDrive + "generation = \"v236\"\nsettings.gains.speed_kd = 1\n";
   EXPECT_EQ(parse_error(text), "accepted");
   const std::string problem =
@@ -197,7 +197,7 @@ TEST(AskedFirmware, ErrorsNameTheCommandLine) {
       << "it is the file's";
 }
 
-TEST(AskedBootAngle, OverridesTheFileForEveryDrive) {
+TEST(RequestedBootAngle, OverridesTheFileForEveryDrive) {
   Overrides overrides;
   overrides.boot_angle_deg = -12.5;
   overrides.buses.push_back({"vcan0", std::vector{1, 2}});
@@ -210,7 +210,7 @@ TEST(AskedBootAngle, OverridesTheFileForEveryDrive) {
   EXPECT_EQ(parse(kDrive, overrides)[0].servos[0].boot_angle_deg, -12.5);
 }
 
-TEST(AskedBootAngle, RejectsWhatAFileRejects) {
+TEST(RequestedBootAngle, RejectsWhatAFileRejects) {
   Overrides overrides;
   overrides.boot_angle_deg = 3000;
   EXPECT_EQ(config_error([&] { parse(kDrive, overrides); }),
@@ -224,7 +224,7 @@ TEST(AskedBootAngle, RejectsWhatAFileRejects) {
   EXPECT_TRUE(refused.ends_with(" (with --boot-angle 20 of the command line)")) << refused;
 }
 
-TEST(AskedFirmware, MarksOnlyExplicitGenerationsAsGiven) {
+TEST(RequestedFirmware, MarksOnlyExplicitGenerationsAsGiven) {
   EXPECT_FALSE(drive_of("").generation_given);
   EXPECT_TRUE(drive_of("generation = \"legacy\"").generation_given);
   EXPECT_TRUE(parse(kDrive, asked({"legacy", {}}))[0].servos[0].generation_given);

@@ -68,9 +68,9 @@ BusConfig on_a_wheel() {
   return bus;
 }
 
-class ServedWheel : public Served {
+class WheelServer : public HttpServer {
  protected:
-  ServedWheel() : Served(on_a_wheel()) {}
+  WheelServer() : HttpServer(on_a_wheel()) {}
 };
 
 TEST(ControlBody, ListsTheDrivesOfItsJoints) {
@@ -103,7 +103,7 @@ TEST(ControlBody, ReportsSignals) {
   EXPECT_EQ(all.back()["name"], "body.wheel.contact_N");
 }
 
-TEST_F(ServedWheel, SendsBodySignalsOncePerSample) {
+TEST_F(WheelServer, SendsBodySignalsOncePerSample) {
   start();
   const Client stream = open(upgrade("signals=alive,body.wheel.z_m,body.contact_N&rate_Hz=1000"));
   const std::string first = stream.receive_until("}");
@@ -125,14 +125,14 @@ TEST(ControlBody, IsNotFoundWithoutJoints) {
 
 const std::string kBodyUpgrade = upgrade_at("/body");
 
-TEST_F(Served, RejectsBodyStreamWithoutBody) {
+TEST_F(HttpServer, RejectsBodyStreamWithoutBody) {
   start();
   open(kBodyUpgrade, 404);
 }
 
 /// Poses come at once and after each advance of time. Each message is complete, with the state of
 /// its instant.
-TEST_F(ServedWheel, SendsPosesAfterEachAdvance) {
+TEST_F(WheelServer, SendsPosesAfterEachAdvance) {
   start();
   const Client stream = open(kBodyUpgrade);
   const std::string first = stream.receive_until("]}");
@@ -148,7 +148,7 @@ TEST_F(ServedWheel, SendsPosesAfterEachAdvance) {
       << told;
 }
 
-TEST_F(ServedWheel, LimitsPoseStreams) {
+TEST_F(WheelServer, LimitsPoseStreams) {
   start();
   std::vector<Client> listeners;
   for (int n = 0; n < kMaxBodyStreams; ++n) listeners.push_back(open(kBodyUpgrade));

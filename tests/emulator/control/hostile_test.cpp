@@ -34,7 +34,7 @@ std::string websocket_frame(unsigned char first, const std::string& payload) {
   return frame + std::string(4, '\0') + payload;
 }
 
-class Hostile : public Served {
+class Hostile : public HttpServer {
  protected:
   Client tcp() const { return Client::tcp(server_->port()); }
   /// Checks that a well-behaved client is served.

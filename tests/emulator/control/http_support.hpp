@@ -158,11 +158,11 @@ inline int status(const std::string& answer) {
 }
 
 /// A server whose loop runs on its own thread.
-class Served : public testing::Test {
+class HttpServer : public testing::Test {
  protected:
-  Served() { options_.socket = own_.path("s"); }
-  explicit Served(const BusConfig& only) : t_(only) { options_.socket = own_.path("s"); }
-  ~Served() override { stop(); }
+  HttpServer() { options_.socket = own_.path("s"); }
+  explicit HttpServer(const BusConfig& only) : t_(only) { options_.socket = own_.path("s"); }
+  ~HttpServer() override { stop(); }
   void start() {
     server_.emplace(t_.loop, t_.world, options_);
     thread_ = std::thread([this] { t_.loop.run(); });

@@ -10,7 +10,7 @@
 namespace lk::emulator {
 namespace http_test {
 
-TEST_F(Served, RestrictsTheSocketToTheUser) {
+TEST_F(HttpServer, RestrictsTheSocketToTheUser) {
   start();
   EXPECT_EQ(fs::status(options_.socket).permissions(),
             fs::perms::owner_read | fs::perms::owner_write);
@@ -18,7 +18,7 @@ TEST_F(Served, RestrictsTheSocketToTheUser) {
   EXPECT_FALSE(fs::exists(options_.socket)) << "removed at the end";
 }
 
-TEST_F(Served, ReplacesOnlyStaleSockets) {
+TEST_F(HttpServer, ReplacesOnlyStaleSockets) {
   start();
   EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError);
   EXPECT_EQ(status(ask(kStatus)), 200);
@@ -33,7 +33,7 @@ TEST_F(Served, ReplacesOnlyStaleSockets) {
   EXPECT_NO_THROW(ControlServer(t_.loop, t_.world, options_));
 }
 
-TEST_F(Served, KeepsSocketWhenTheProbeFails) {
+TEST_F(HttpServer, KeepsSocketWhenTheProbeFails) {
   if (kAddressSanitizer) GTEST_SKIP() << "the sanitizer needs descriptors of its own";
   start();
   {
@@ -43,7 +43,7 @@ TEST_F(Served, KeepsSocketWhenTheProbeFails) {
   EXPECT_EQ(status(ask(kStatus)), 200) << "it is where it was";
 }
 
-TEST_F(Served, KeepsFilesAndLinksAtTheSocketPath) {
+TEST_F(HttpServer, KeepsFilesAndLinksAtTheSocketPath) {
   std::ofstream(options_.socket) << "mine";
   EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError);
   EXPECT_EQ(fs::file_size(options_.socket), 4U);
@@ -52,7 +52,7 @@ TEST_F(Served, KeepsFilesAndLinksAtTheSocketPath) {
   EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError);
 }
 
-TEST_F(Served, RejectsInsecureRuntimeDirectory) {
+TEST_F(HttpServer, RejectsInsecureRuntimeDirectory) {
   const fs::path directory = directory_ / "runtime";
   EXPECT_NO_THROW(secure_directory(directory));
   EXPECT_EQ(fs::status(directory).permissions(), fs::perms::owner_all);
@@ -65,7 +65,7 @@ TEST_F(Served, RejectsInsecureRuntimeDirectory) {
   EXPECT_THROW(secure_directory(directory), StartError);
 }
 
-TEST_F(Served, AnswersPipelinedRequestsInOrder) {
+TEST_F(HttpServer, AnswersPipelinedRequestsInOrder) {
   start();
   const Client one = client();
   std::string many;
@@ -77,7 +77,7 @@ TEST_F(Served, AnswersPipelinedRequestsInOrder) {
 }
 
 /// A stopped program behaves this way: its kernel accepts connections for it.
-TEST_F(Served, DiscoverySkipsUnresponsivePrograms) {
+TEST_F(HttpServer, DiscoverySkipsUnresponsivePrograms) {
   const fs::path runtime = directory_ / "lk-emu";
   secure_directory(runtime);
   options_.socket = (runtime / "vcan0-2.sock").string();
@@ -98,7 +98,7 @@ TEST_F(Served, DiscoverySkipsUnresponsivePrograms) {
   ::close(listening);
 }
 
-TEST_F(Served, LimitsHeadersAndBodies) {
+TEST_F(HttpServer, LimitsHeadersAndBodies) {
   start();
   EXPECT_EQ(status(ask("GET /api/v1/status HTTP/1.1\r\nX: " + std::string(9000, 'x') + "\r\n\r\n")),
             431);
@@ -119,7 +119,7 @@ TEST_F(Served, LimitsHeadersAndBodies) {
   EXPECT_EQ(status(endless.receive_all()), 413);
 }
 
-TEST_F(Served, CancelsAdvanceWhenTheClientDisconnects) {
+TEST_F(HttpServer, CancelsAdvanceWhenTheClientDisconnects) {
   start();
   const auto advancing = [&](const char* whether) {
     return ask("GET /api/v1/clock HTTP/1.1\r\n\r\n")
@@ -140,7 +140,7 @@ TEST_F(Served, CancelsAdvanceWhenTheClientDisconnects) {
   }
 }
 
-TEST_F(Served, AnswersPipelinedRequestsAfterAnAdvance) {
+TEST_F(HttpServer, AnswersPipelinedRequestsAfterAnAdvance) {
   start();
   const Client one = client();
   one.send(post("/clock/advance", R"({"by_s": 36000})"));
@@ -155,7 +155,7 @@ TEST_F(Served, AnswersPipelinedRequestsAfterAnAdvance) {
   EXPECT_EQ(status(one.receive_answer()), 200);
 }
 
-TEST_F(Served, RejectsForeignPagesOverTcp) {
+TEST_F(HttpServer, RejectsForeignPagesOverTcp) {
   options_.http = HttpAddress{"127.0.0.1", 0};
   start();
   const auto with = [&](const std::string& name, const std::string& more) {
@@ -180,7 +180,7 @@ TEST_F(Served, RejectsForeignPagesOverTcp) {
   EXPECT_EQ(status(ask_tcp(upgrade_at("/status", foreign))), 403);
 }
 
-TEST_F(Served, HostInTheTargetOverridesTheHeader) {
+TEST_F(HttpServer, HostInTheTargetOverridesTheHeader) {
   options_.http = HttpAddress{"127.0.0.1", 0};
   start();
   const auto get = [&](const std::string& target, const std::string& host) {
@@ -194,7 +194,7 @@ TEST_F(Served, HostInTheTargetOverridesTheHeader) {
   EXPECT_EQ(get("http://a@localhost/api/v1/status", host()), 403);
 }
 
-TEST_F(Served, AnswersOnAnyLoopbackAddress) {
+TEST_F(HttpServer, AnswersOnAnyLoopbackAddress) {
   options_.http = HttpAddress{"127.0.0.2", 0};
   start();
   const std::string port = ":" + std::to_string(server_->port());
@@ -205,7 +205,7 @@ TEST_F(Served, AnswersOnAnyLoopbackAddress) {
   }
 }
 
-TEST_F(Served, OpenToOthersIsExplicitAndRejectsForeignPages) {
+TEST_F(HttpServer, OpenToOthersIsExplicitAndRejectsForeignPages) {
   options_.http = HttpAddress{"0.0.0.0", 0};
   EXPECT_THROW(start(), StartError);
   options_.open_to_others = true;
@@ -219,7 +219,7 @@ TEST_F(Served, OpenToOthersIsExplicitAndRejectsForeignPages) {
   EXPECT_EQ(with("example.com:8474", "Origin: http://example.com:8474\r\n"), 403);
 }
 
-TEST_F(Served, AllowsReadsOnlyWithoutAToken) {
+TEST_F(HttpServer, AllowsReadsOnlyWithoutAToken) {
   options_.http = HttpAddress{"0.0.0.0", 0};
   options_.open_to_others = true;
   for (const bool may : {false, true}) {
@@ -236,7 +236,7 @@ TEST_F(Served, AllowsReadsOnlyWithoutAToken) {
   }
 }
 
-TEST_F(Served, AllowsRecordingWithAToken) {
+TEST_F(HttpServer, AllowsRecordingWithAToken) {
   const std::string token = "correct-horse-battery";
   for (const bool asked_for : {false, true}) {
     options_.http = HttpAddress{"127.0.0.1", 0};
@@ -250,7 +250,7 @@ TEST_F(Served, AllowsRecordingWithAToken) {
   }
 }
 
-TEST_F(Served, RequiresTheConfiguredToken) {
+TEST_F(HttpServer, RequiresTheConfiguredToken) {
   const std::string token = "correct-horse-battery";
   options_.http = HttpAddress{"127.0.0.1", 0};
   options_.token_file = token_file(token, fs::perms::owner_read);
@@ -266,7 +266,7 @@ TEST_F(Served, RequiresTheConfiguredToken) {
   EXPECT_EQ(with("Authorization: Basic " + token + "\r\n"), 401);
 }
 
-TEST_F(Served, NeverTruncatesTokens) {
+TEST_F(HttpServer, NeverTruncatesTokens) {
   options_.http = HttpAddress{"127.0.0.1", 0};
   const std::string longest(2048, 'x');
   const auto mode = fs::perms::owner_read | fs::perms::owner_write;
@@ -291,7 +291,7 @@ TEST_F(Served, NeverTruncatesTokens) {
   EXPECT_EQ(status(page.receive_until("\r\n\r\n")), 101);
 }
 
-TEST_F(Served, OpenAddressRequiresASecretToken) {
+TEST_F(HttpServer, OpenAddressRequiresASecretToken) {
   options_.http = HttpAddress{"0.0.0.0", 0};
   EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError);
   options_.token_file =
@@ -303,7 +303,7 @@ TEST_F(Served, OpenAddressRequiresASecretToken) {
   EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError) << "no address";
 }
 
-TEST_F(Served, TelemetryCoversEverySampleInstant) {
+TEST_F(HttpServer, TelemetryCoversEverySampleInstant) {
   start();
   const Client stream = open(upgrade("signals=alive&ids=2&rate_Hz=1000"));
   EXPECT_NE(stream.receive_until("}").find(R"({"bus":"vcan0","ids":[2],"signals":["alive"])"),

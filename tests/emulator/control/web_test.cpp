@@ -15,7 +15,7 @@
 namespace lk::emulator {
 namespace web_test {
 
-TEST_F(Served, ServesTheDashboardUnchanged) {
+TEST_F(HttpServer, ServesTheDashboardUnchanged) {
   options_.http = HttpAddress{"127.0.0.1", 0};
   options_.token_file = token_file("long enough for a token", fs::perms::owner_read);
   start();
@@ -39,7 +39,7 @@ TEST_F(Served, ServesTheDashboardUnchanged) {
   EXPECT_EQ(status(ask_tcp("GET / HTTP/1.1\r\nHost: example.com\r\n\r\n")), 403);
 }
 
-TEST_F(Served, SetsTheLanguageOfThePage) {
+TEST_F(HttpServer, SetsTheLanguageOfThePage) {
   std::vector<std::string> etags;
   for (const std::string language : {"", "en", "zh"}) {
     options_.http = HttpAddress{"127.0.0.1", 0};
@@ -62,7 +62,7 @@ TEST_F(Served, SetsTheLanguageOfThePage) {
   }
 }
 
-TEST_F(Served, PageWritesOnlyIfAllowed) {
+TEST_F(HttpServer, PageWritesOnlyIfAllowed) {
   for (const bool may : {false, true}) {
     options_.http = HttpAddress{"127.0.0.1", 0};
     options_.pages_may_write = may;
@@ -89,7 +89,7 @@ TEST(HttpAccess, ReadsTokenFromSubprotocols) {
 
 const std::string kFrames = upgrade_at("/frames");
 
-TEST_F(Served, GroupsSamplesPerMessage) {
+TEST_F(HttpServer, GroupsSamplesPerMessage) {
   start();
   const Client stream = client();
   stream.send(upgrade_at("/telemetry?signals=alive&ids=2&rate_Hz=1000&samples_per_message=3",
@@ -111,7 +111,7 @@ TEST_F(Served, GroupsSamplesPerMessage) {
   EXPECT_EQ(samples, 5U);
 }
 
-TEST_F(Served, StreamsDecodedFrames) {
+TEST_F(HttpServer, StreamsDecodedFrames) {
   start();
   const Client stream = open(kFrames);
   EXPECT_NE(stream.receive_until("}").find(R"({"bus":"vcan0"})"), std::string::npos);
@@ -135,14 +135,14 @@ TEST_F(Served, StreamsDecodedFrames) {
   EXPECT_NE(told.find("iq_A"), std::string::npos) << told;
 }
 
-TEST_F(Served, LimitsFrameStreams) {
+TEST_F(HttpServer, LimitsFrameStreams) {
   start();
   std::vector<Client> listeners;
   for (int n = 0; n < kMaxFrameStreams; ++n) listeners.push_back(open(kFrames));
   open(kFrames, 429);
 }
 
-TEST_F(Served, CountsFramesMissedByASlowReader) {
+TEST_F(HttpServer, CountsFramesMissedByASlowReader) {
   start();
   const Client sleeper = open(kFrames);
   for (int n = 0; n < 10; ++n) {  // more than a socket buffers, some hundred kilobytes each time
@@ -156,13 +156,13 @@ TEST_F(Served, CountsFramesMissedByASlowReader) {
   EXPECT_TRUE(sleeper.receive_until("\"lost\":").ends_with("\"lost\":"));
 }
 
-TEST_F(Served, RejectsFrameStreamWithoutUpgrade) {
+TEST_F(HttpServer, RejectsFrameStreamWithoutUpgrade) {
   start();
   EXPECT_EQ(status(ask("GET /api/v1/frames?bus=vcan0 HTTP/1.1\r\n\r\n")), 426);
   EXPECT_EQ(status(ask("GET /api/v1/frames?ids=1 HTTP/1.1\r\n\r\n")), 400);
 }
 
-TEST_F(Served, FramesCarryTheirAdvice) {
+TEST_F(HttpServer, FramesCarryTheirAdvice) {
   start();
   const Client stream = open(kFrames);
   stream.receive_until("}");

@@ -281,9 +281,9 @@ struct Case {
   bool with_fault;
 };
 
-class Delivery : public ::testing::TestWithParam<Case> {};
+class MotorUpdates : public ::testing::TestWithParam<Case> {};
 
-TEST_P(Delivery, LaggingMotorsHaveNoEffect) {
+TEST_P(MotorUpdates, LaggingMotorsHaveNoEffect) {
   const auto [bitrate, mean_pause, with_fault] = GetParam();
   const BusConfig config = unsteady_bus(bitrate, with_fault);
   for (std::uint32_t seed = 1; seed <= 2; ++seed) {
@@ -310,13 +310,13 @@ TEST_P(Delivery, LaggingMotorsHaveNoEffect) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Wires, Delivery,
+INSTANTIATE_TEST_SUITE_P(Wires, MotorUpdates,
                          ::testing::Values(Case{0, 1ms, false}, Case{1'000'000, 300us, false},
                                            Case{1'000'000, 120us, true}, Case{50'000, 2ms, false},
                                            Case{50'000, 2500us, true}));
 
 // A directive acts at the bus's time, even if the drive's motor has lagged.
-TEST(Delivery, DirectivesActAtTheTimeOfTheBus) {
+TEST(MotorUpdates, DirectivesActAtTheTimeOfTheBus) {
   Bus settled(test::powered_bus({1, 2}));
   Bus behind = settled;
   for (Bus* bus : {&settled, &behind}) {
@@ -348,7 +348,7 @@ struct Watcher {
   int samples = 0;
 };
 
-TEST(Delivery, EachWatcherSamplesAtItsOwnTimes) {
+TEST(MotorUpdates, EachWatcherSamplesAtItsOwnTimes) {
   Bus bus(test::bus_config({1}));
   Watcher often{3ms};
   Watcher seldom{7ms};

@@ -82,9 +82,9 @@ extern "C" int fsync(int fd) {
 namespace lk::emulator {
 namespace {
 
-class Synced : public testing::Test {
+class DurableFile : public testing::Test {
  protected:
-  Synced() {
+  DurableFile() {
     const std::lock_guard lock(mutex);
     synced.clear();
     refused = 0;
@@ -137,7 +137,7 @@ int write(const std::filesystem::path& path, int times) {
   return last;
 }
 
-TEST_F(Synced, FileBeforeRenameAndDirectoryAfterwards) {
+TEST_F(DurableFile, FileBeforeRenameAndDirectoryAfterwards) {
   const auto path = make("rom");
   const Descriptor directory(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   ASSERT_EQ(write_durably(directory.get(), "a", "before"), 0);
@@ -149,7 +149,7 @@ TEST_F(Synced, FileBeforeRenameAndDirectoryAfterwards) {
   EXPECT_FALSE(std::filesystem::exists(path / unfinished("a")));
 }
 
-TEST_F(Synced, FailureOfTheFilePreventsTheRename) {
+TEST_F(DurableFile, FailureOfTheFilePreventsTheRename) {
   const auto path = make("rom");
   const Descriptor directory(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   ASSERT_EQ(write_durably(directory.get(), "a", "before"), 0);
@@ -161,7 +161,7 @@ TEST_F(Synced, FailureOfTheFilePreventsTheRename) {
 
 /// The writer gets an error, so the last acknowledged contents must hold, now and at the next
 /// start.
-TEST_F(Synced, FailureOfTheDirectoryRestoresTheOldFile) {
+TEST_F(DurableFile, FailureOfTheDirectoryRestoresTheOldFile) {
   const auto path = make("rom");
   const Descriptor directory(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   ASSERT_EQ(write_durably(directory.get(), "a", "11"), 0);
@@ -173,7 +173,7 @@ TEST_F(Synced, FailureOfTheDirectoryRestoresTheOldFile) {
   EXPECT_FALSE(std::filesystem::exists(path / unfinished("a")));
 }
 
-TEST_F(Synced, ParentsOfAllNewDirectories) {
+TEST_F(DurableFile, ParentsOfAllNewDirectories) {
   const auto a = directory_.path() / "a";
   std::vector<BusConfig> buses = {test::bus_config({1})};
   const RomOptions options{.directory = a / "b" / "c", .wipe = false};
@@ -183,28 +183,28 @@ TEST_F(Synced, ParentsOfAllNewDirectories) {
   }
 }
 
-TEST_F(Synced, FailureOfTheParentRejectsTheStore) {
+TEST_F(DurableFile, FailureOfTheParentRejectsTheStore) {
   refuse(directory_.path());
   std::vector<BusConfig> buses = {test::bus_config({1})};
   const RomOptions options{.directory = directory_.path() / "a" / "b", .wipe = false};
   EXPECT_THROW(RomStore(options, buses), StartError);
 }
 
-TEST_F(Synced, ParentOfAnExistingDirectoryOnce) {
+TEST_F(DurableFile, ParentOfAnExistingDirectoryOnce) {
   const auto path = make("rom");
   EXPECT_EQ(write(path, 3), 0);
   EXPECT_EQ(times_synced(directory_.path()), 1);
   EXPECT_EQ(times_synced(path), 3);
 }
 
-TEST_F(Synced, FailureOfTheParentFailsEachWrite) {
+TEST_F(DurableFile, FailureOfTheParentFailsEachWrite) {
   const auto path = make("rom");
   refuse(directory_.path());
   EXPECT_EQ(write(path, 2), EIO);
   EXPECT_EQ(times_synced(directory_.path()), 2) << "it is tried again";
 }
 
-TEST_F(Synced, ParentOfTheRomDirectoryOfARun) {
+TEST_F(DurableFile, ParentOfTheRomDirectoryOfARun) {
   const auto path = make("rom");
   Scenario scenario;
   scenario.robot = {test::bus_config({1})};
@@ -219,7 +219,7 @@ TEST_F(Synced, ParentOfTheRomDirectoryOfARun) {
   EXPECT_EQ(times_synced(directory_.path()), 1);
 }
 
-TEST_F(Synced, FailureOfTheDirectoryFailsTheWipe) {
+TEST_F(DurableFile, FailureOfTheDirectoryFailsTheWipe) {
   const auto path = make("rom");
   refuse(path);
   std::vector<BusConfig> buses = {test::bus_config({1})};

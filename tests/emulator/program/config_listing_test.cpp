@@ -12,7 +12,7 @@ namespace lk::emulator {
 namespace config_listing_test {
 
 /// docs/reference/protocol.md §10.1, written here a second time.
-TEST(Spoken, NamesGenerationAndLayoutOfEachDrive) {
+TEST(DriveListing, NamesGenerationAndLayoutOfEachDrive) {
   BusConfig bus = test::bus_config({});
   bus.interface = "vcan0";
   bus.servos = {test::drive(Generation::kLegacy, Series::kMf, 1),
@@ -31,7 +31,7 @@ TEST(Spoken, NamesGenerationAndLayoutOfEachDrive) {
   EXPECT_EQ(protocol_summary(bus)[0].substr(0, 23), "vcan0:1: legacy mixed: ");
 }
 
-TEST(Spoken, NamesRs485FieldPositions) {
+TEST(DriveListing, NamesRs485FieldPositions) {
   BusConfig bus = test::serial_bus(
       {test::serial_drive(Generation::kLegacy, 1), test::serial_drive(Generation::kV235, 2)});
   bus.interface = "rs485:/tmp/arm";

@@ -272,11 +272,11 @@ TEST_F(BlockedDisk, FullDiskRevertsRomButNotRam) {
 // --- a later write in the flash while the disk refuses an earlier one
 
 /// A drive whose flash takes 20 ms, between its bus and a gate; the test acts as the disk.
-class LaterWrite : public testing::Test {
+class WriteAfterFailure : public testing::Test {
  protected:
   static constexpr SimTime kFlash = std::chrono::milliseconds(20);
 
-  LaterWrite() {
+  WriteAfterFailure() {
     send(protocol::WritePidToRom{{1, 1, 1, 1, 1, 1}});
     wait(kFlash);
     settle(true);
@@ -329,7 +329,7 @@ class LaterWrite : public testing::Test {
   std::vector<Frame> sent_;
 };
 
-TEST_F(LaterWrite, IncludesTheFailedOneAndIsKept) {
+TEST_F(WriteAfterFailure, IncludesTheFailedOneAndIsKept) {
   settle(false);
   wait(kFlash);
   settle(true);
@@ -342,21 +342,21 @@ TEST_F(LaterWrite, IncludesTheFailedOneAndIsKept) {
   EXPECT_EQ(writes_.back().wear[0], 2U);
 }
 
-TEST_F(LaterWrite, PowerCutKeepsDurableValues) {
+TEST_F(WriteAfterFailure, PowerCutKeepsDurableValues) {
   settle(false);
   cut_power();
   expect_rom(1, 0);
   EXPECT_EQ(writes_.size(), 2U);
 }
 
-TEST_F(LaterWrite, PowerCutBeforeTheFailureKeepsDurableValues) {
+TEST_F(WriteAfterFailure, PowerCutBeforeTheFailureKeepsDurableValues) {
   cut_power();
   expect_rom(1, 111);
   settle(false);
   expect_rom(1, 0);
 }
 
-TEST_F(LaterWrite, IsKeptBeforeItIsCollected) {
+TEST_F(WriteAfterFailure, IsKeptBeforeItIsCollected) {
   bus_.advance_to(bus_.time() + kFlash);
   settle(false);
   wait(SimTime{1});

@@ -77,17 +77,17 @@ std::vector<std::string> names() {
   return names;
 }
 
-class Delivered : public testing::TestWithParam<std::string> {};
+class ShippedScenario : public testing::TestWithParam<std::string> {};
 
 /// Another seed means another specimen of the drive. The program runs them with their own seeds:
 /// scenarios.NAME of tests/host.
-TEST_P(Delivered, PassesWithAnotherSeed) {
+TEST_P(ShippedScenario, PassesWithAnotherSeed) {
   const fs::path file = kConfigs / "scenarios" / (GetParam() + ".toml");
   const Verdict verdict = run(parse_scenario(text_of(file), file.string(), 4711, kFiles));
   EXPECT_EQ(verdict.outcome, Outcome::kPassed) << told(verdict);
 }
 
-TEST_P(Delivered, DoesNotPassWithoutItsEvents) {
+TEST_P(ShippedScenario, DoesNotPassWithoutItsEvents) {
   Scenario scenario = load(GetParam());
   bool had_any = false;
   for (BusConfig& bus : scenario.robot) {
@@ -98,7 +98,7 @@ TEST_P(Delivered, DoesNotPassWithoutItsEvents) {
   EXPECT_NE(run(scenario).outcome, Outcome::kPassed);
 }
 
-TEST_P(Delivered, IsInvalidWhenItsFaultsHaveNoEffect) {
+TEST_P(ShippedScenario, IsInvalidWhenItsFaultsHaveNoEffect) {
   Scenario scenario = load(GetParam());
   std::size_t faults = 0;
   for (BusConfig& bus : scenario.robot) {
@@ -134,7 +134,7 @@ TEST(Verdict, IsInvalidWhenTheLoopsDiverge) {
 }
 
 /// Inverts each expectation so that no value can meet it.
-TEST_P(Delivered, FailsWithInvertedExpectations) {
+TEST_P(ShippedScenario, FailsWithInvertedExpectations) {
   const Scenario scenario = load(GetParam());
   Scenario turned = scenario;
   for (Expectation& expectation : turned.expectations) {
@@ -169,7 +169,7 @@ TEST_P(Delivered, FailsWithInvertedExpectations) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenarios, Delivered, testing::ValuesIn(names()),
+INSTANTIATE_TEST_SUITE_P(Scenarios, ShippedScenario, testing::ValuesIn(names()),
                          [](const auto& name) { return name.param; });
 
 TEST(Scenarios, AreAtLeastTwelve) { EXPECT_GE(names().size(), 12U); }

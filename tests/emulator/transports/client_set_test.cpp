@@ -25,9 +25,9 @@ using protocol::Frame;
 constexpr std::string_view kQuery = "t14189A00000000000000\r";
 constexpr std::string_view kReply = "t14189A1900F000000000\r";
 
-class AClient : public ::testing::Test {
+class ClientConnection : public ::testing::Test {
  protected:
-  AClient() {
+  ClientConnection() {
     int ends[2];
     EXPECT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends), 0);
     host_ = Descriptor(ends[0]);
@@ -63,7 +63,7 @@ class AClient : public ::testing::Test {
   Descriptor host_;
 };
 
-TEST_F(AClient, GetsQueuedRepliesInOneWrite) {
+TEST_F(ClientConnection, GetsQueuedRepliesInOneWrite) {
   say(std::string(kQuery) + std::string(kQuery) + std::string(kQuery));
   ASSERT_EQ(collect(), 3U);
   reply(3);
@@ -74,7 +74,7 @@ TEST_F(AClient, GetsQueuedRepliesInOneWrite) {
 }
 
 /// As with `printf … | socat - TCP:…` and `nc -N`.
-TEST_F(AClient, GetsItsReplyAfterShutdownOfWriting) {
+TEST_F(ClientConnection, GetsItsReplyAfterShutdownOfWriting) {
   say(kQuery);
   ASSERT_EQ(collect(), 1U);
   ::shutdown(host_.get(), SHUT_WR);
@@ -94,14 +94,14 @@ TEST_F(AClient, GetsItsReplyAfterShutdownOfWriting) {
   EXPECT_EQ(hear(), "");
 }
 
-TEST_F(AClient, IsRemovedAfterDisconnect) {
+TEST_F(ClientConnection, IsRemovedAfterDisconnect) {
   host_ = Descriptor();
   collect();
   clients_.drop_finished();
   EXPECT_EQ(clients_.size(), 0U);
 }
 
-TEST_F(AClient, IsAwaitedOnRequest) {
+TEST_F(ClientConnection, IsAwaitedOnRequest) {
   std::vector<ReceivedFrame> frames;
   std::thread host([this] { say(kQuery); });
   clients_.collect(frames, std::chrono::minutes(1));
@@ -109,7 +109,7 @@ TEST_F(AClient, IsAwaitedOnRequest) {
   EXPECT_EQ(frames.size(), 1U);
 }
 
-TEST_F(AClient, LosesNoRepliesWhileItReads) {
+TEST_F(ClientConnection, LosesNoRepliesWhileItReads) {
   const std::size_t times = 2 * ClientSet::kMaxUnsent / kReply.size();
   reply(times);
   clients_.flush();
@@ -119,7 +119,7 @@ TEST_F(AClient, LosesNoRepliesWhileItReads) {
   EXPECT_EQ(clients_.stats().lost_unread, 0U);
 }
 
-TEST_F(AClient, GetsAnswersDespiteLostFrames) {
+TEST_F(ClientConnection, GetsAnswersDespiteLostFrames) {
   const int few_bytes = 4096;
   ASSERT_EQ(::setsockopt(host_.get(), SOL_SOCKET, SO_RCVBUF, &few_bytes, sizeof few_bytes), 0);
   while (clients_.stats().lost_unread < 1000) reply(1000);
