@@ -177,8 +177,7 @@ TEST(MujocoBody, FailureNamesTheDivergingJoint) {
   }
   ASSERT_TRUE(body->failure());
   expect_contains(*body->failure(), "out of bounds, at joint ");
-  const auto copy = body->clone();
-  EXPECT_TRUE(copy->failure());
+  EXPECT_TRUE(body->clone()->failure());
 }
 
 // --- delivered models
@@ -189,8 +188,8 @@ std::string model_file(const std::string& model) { return kConfigs + "bodies/" +
 /// Reads a delivered scenario with its robot; `robot_file` gives the file for the robot's name.
 template <class RobotFile>
 Scenario delivered(const std::string& name, const LoadBody& load, RobotFile robot_file) {
-  const auto robot = [&](const std::string& robot, const Overrides& overrides) {
-    const std::string file = kConfigs + robot_file(robot);
+  const auto robot = [&](const std::string& robot_name, const Overrides& overrides) {
+    const std::string file = kConfigs + robot_file(robot_name);
     return parse_config(text_of(file), file, overrides, profile, load);
   };
   const std::string file = kConfigs + name;

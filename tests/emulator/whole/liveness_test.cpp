@@ -143,17 +143,17 @@ class PollingHost {
 
   /// Waits for the reply; returns whether it came in time.
   bool ask(int id) {
-    const Frame asked = query(id);
-    const SimTime last = deadline(asked);
+    const Frame sent = query(id);
+    const SimTime last = deadline(sent);
     const SimTime give_up = std::max(last, bus_.time() + kPeriod);
-    bus_.receive({bus_.time(), asked});
+    bus_.receive({bus_.time(), sent});
     std::vector<TimedFrame> replies;
     while (bus_.time() < give_up) {
       bus_.advance_to(std::min(give_up, bus_.time() + 100us));
       bus_.take_replies(replies);
       const bool answered = std::ranges::any_of(replies, [&](const TimedFrame& reply) {
         return reply.frame.kind == (serial_ ? FrameKind::kSerial : FrameKind::kData) &&
-               reply.frame.data[0] == asked.data[0] && reply.at <= last && !reply.echo;
+               reply.frame.data[0] == sent.data[0] && reply.at <= last && !reply.echo;
       });
       if (answered) return true;
     }

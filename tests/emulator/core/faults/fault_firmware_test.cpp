@@ -97,8 +97,8 @@ TEST(FirmwareFaults, HungDriveLosesItsInput) {
   inject(host, "hang", {}, {.duration = 150ms});
   for (int n = 0; n < 15; ++n) host.talk(test::frame("141#9C00000000000000"), 10ms);
   EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
-  const auto state = host.get<protocol::State1>(protocol::ReadState1{});
-  EXPECT_EQ(state.errors, model::bit(model::Error::kLostInput));
+  EXPECT_EQ(host.get<protocol::State1>(protocol::ReadState1{}).errors,
+            model::bit(model::Error::kLostInput));
 }
 
 TEST(FirmwareFaults, SlowRepliesDelayOnlyTheReply) {

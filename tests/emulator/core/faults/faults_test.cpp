@@ -120,7 +120,7 @@ TEST(Faults, AreClearedByNameKindOrAll) {
   set("hang", 2, "two");
   set("hang", 3, "");
   set("bridge_dead", 1, "dead");
-  clear(host, "nobody");
+  clear(host, "unknown");
   EXPECT_FALSE(answers(host, 1) || answers(host, 2) || answers(host, 3));
   clear(host, "two");
   EXPECT_FALSE(answers(host, 1) || answers(host, 3));

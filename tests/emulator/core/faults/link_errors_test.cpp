@@ -70,7 +70,7 @@ TEST(LinkFaults, BabblingPausesWithoutPower) {
   rig.bus.apply({1, PowerOn{}});
   rig.wait(100ms);
   EXPECT_EQ(rig.wait(10ms).size(), 10U);
-  expect_balanced(rig.bus, rig.seen, "babble of a dead drive");
+  expect_balanced(rig.bus, rig.seen, "babbling without power");
 }
 
 TEST(LinkFaults, BabblingIsDroppedAtAFullQueue) {
@@ -83,17 +83,17 @@ TEST(LinkFaults, BabblingIsDroppedAtAFullQueue) {
   EXPECT_EQ(rig.bus.stats().extra_frames, 0U);
   rig.clear();
   EXPECT_EQ(rig.wait(20ms), std::vector<Frame>(16, kState2Answer));
-  expect_balanced(rig.bus, rig.seen, "babble and a full queue");
+  expect_balanced(rig.bus, rig.seen, "babbling and a full queue");
 }
 
 TEST(LinkFaults, FullQueueKeepsSixteenInOrder) {
   for (const std::int64_t bitrate : {std::int64_t{0}, kBitrate}) {
     Rig rig(bus_config({1}, bitrate));
     rig.set(fault("queue_full", {1}));
-    std::vector<std::uint8_t> asked;
+    std::vector<std::uint8_t> sent;
     for (int n = 0; n < 20; ++n) {
       const Frame query = mixed_query(n);
-      if (n < 16) asked.push_back(query.data[0]);
+      if (n < 16) sent.push_back(query.data[0]);
       EXPECT_TRUE(rig.talk(query, 1ms).empty());
     }
     EXPECT_EQ(rig.dropped(Drop::kDriveBusy), 4U);
@@ -101,7 +101,7 @@ TEST(LinkFaults, FullQueueKeepsSixteenInOrder) {
     rig.clear();
     std::vector<std::uint8_t> answered;
     for (const Frame& reply : rig.wait(5ms)) answered.push_back(reply.data[0]);
-    EXPECT_EQ(answered, asked);
+    EXPECT_EQ(answered, sent);
     EXPECT_EQ(rig.talk(kState2, 1ms).size(), 1U);
     expect_balanced(rig.bus, rig.seen, "full queue");
   }
@@ -206,7 +206,7 @@ TEST(LinkFaults, BusOffRepeatsAfterEachRecovery) {
     Rig rig(bus_config({1}, bitrate));
     rig.set(fault("bus_off", {1}, {10}));
     EXPECT_EQ(rig.talk(kAsk, 7ms).size(), 32U);
-    EXPECT_EQ(rig.talk(kAsk, 13ms).size(), 0U) << "deaf";
+    EXPECT_EQ(rig.talk(kAsk, 13ms).size(), 0U) << "bus-off";
     EXPECT_EQ(rig.talk(kAsk, 20ms).size(), 32U);
     EXPECT_EQ(rig.dropped(Drop::kFault), 1U);
     EXPECT_EQ(rig.bus.stats().replies, 0U);
@@ -222,9 +222,9 @@ TEST(LinkFaults, PowerCycleEndsBusOff) {
   EXPECT_TRUE(rig.talk(kAsk, 10ms).empty()) << "it has to recover";
   rig.bus.apply({1, PowerCycle{}});
   rig.wait(2s);
-  EXPECT_EQ(rig.talk(kState2, 1ms).size(), 1U) << "its controller started anew";
-  EXPECT_FALSE(rig.bus.next_due()) << "nothing is left to come back";
-  expect_balanced(rig.bus, rig.seen, "bus off and off");
+  EXPECT_EQ(rig.talk(kState2, 1ms).size(), 1U) << "its controller has restarted";
+  EXPECT_FALSE(rig.bus.next_due()) << "no recovery is pending";
+  expect_balanced(rig.bus, rig.seen, "bus-off and power off");
 }
 
 // --- all kinds at once

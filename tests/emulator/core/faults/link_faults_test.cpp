@@ -107,8 +107,7 @@ TEST(LinkFaults, CorruptQueryIsAnotherQuery) {
   rig.set(fault("corrupt", {1}, {64, kQueries}));
   EXPECT_TRUE(rig.talk(kAsk).empty());  // 0x65 is not a command
   EXPECT_EQ(rig.dropped(Drop::kUnknownCommand), 1U);
-  EXPECT_EQ(rig.talk("141#63FFFFFFFFFFFFFF").at(0),
-            kState2Answer);  // the complement of 9C00…
+  EXPECT_EQ(rig.talk("141#63FFFFFFFFFFFFFF").at(0), kState2Answer);  // complement of 9C00…
 }
 
 // --- delay, duplicate, stale, reorder
@@ -118,9 +117,9 @@ TEST(LinkFaults, DelayStaysWithinItsBoundsAndKeepsTheOrder) {
   rig.set(fault("delay", {1}, {5, 4}));
   double sum_ms = 0;
   for (int n = 0; n < 200; ++n) {
-    const SimTime asked = rig.bus.time();
+    const SimTime sent_at = rig.bus.time();
     ASSERT_EQ(rig.talk(kState2, 20ms).size(), 1U);
-    const SimTime late = rig.seen.back().at - asked;
+    const SimTime late = rig.seen.back().at - sent_at;
     EXPECT_GE(late, 5ms);
     EXPECT_LE(late, 9ms);
     sum_ms += std::chrono::duration<double, std::milli>(late).count();
@@ -128,19 +127,19 @@ TEST(LinkFaults, DelayStaysWithinItsBoundsAndKeepsTheOrder) {
   // Mean of 200 draws with a standard deviation of 4/√12 ms each.
   EXPECT_NEAR(sum_ms / 200, 7, 5 * 4 / std::sqrt(12.0 * 200));
 
-  std::vector<std::uint8_t> asked;
+  std::vector<std::uint8_t> sent;
   std::vector<std::uint8_t> answered;
   const std::size_t before = rig.seen.size();
   for (int n = 0; n < 200; ++n) {  // ten pending at once
     const Frame query = mixed_query(n);
-    asked.push_back(query.data[0]);
+    sent.push_back(query.data[0]);
     rig.talk(query, 1ms);
   }
   rig.wait(20ms);
   for (std::size_t n = before; n < rig.seen.size(); ++n) {
     answered.push_back(rig.seen[n].frame.data[0]);
   }
-  EXPECT_EQ(answered, asked);
+  EXPECT_EQ(answered, sent);
   EXPECT_EQ(rig.effects(), 400U);
   rig.clear();
   EXPECT_EQ(rig.talk(kState2).size(), 1U);
@@ -448,7 +447,7 @@ TEST(LinkFaults, SecondReplyTakesTimeOnTheWire) {
   EXPECT_EQ(rig.talk(kAsk, 2ms), (std::vector<Frame>{kAnswer, kAnswer}));
   EXPECT_EQ(rig.seen[0].at, 338us);
   EXPECT_EQ(rig.seen[1].at, 341us + 118us);
-  // With a deaf drive only the second drive's replies remain.
+  // If the drive gets no queries, only the second drive's replies remain.
   rig.set(fault("drop", {1}, {kQueries}));
   EXPECT_EQ(rig.talk(kAsk, 2ms).size(), 1U);
 }
