@@ -257,6 +257,6 @@ def test_telemetry_without_samples_times_out(emu):
     stream = emu.telemetry("angle_deg", rate_Hz=1)
     assert [next(stream).time_s for _ in range(3)] == [0, 0.01, 0.02]
     stream._socket._sock.settimeout(0.1)  # shorter than the time limit so far
-    with pytest.raises(lkemu.Error, match="nothing came"):
+    with pytest.raises(lkemu.Error, match="no sample"):
         next(stream)
     stream.close()
