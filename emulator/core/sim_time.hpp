@@ -25,7 +25,7 @@ struct TimedFrame {
   std::uint64_t after_rom_write = 0;  // of a drive: number of the RomWrite it acknowledges; 0: none
   int drive_id = 0;   // of a drive: its ID if the identifier does not give it; else 0
   bool echo = false;  // the host's own frame, which it reads back
-  // Of a host: its number at its port, which passes the frame on to other hosts. 0: the medium has
+  // Number of the host at its port, which passes the frame on to other hosts. 0: the medium has
   // already delivered it to them.
   std::uint32_t sender = 0;
 

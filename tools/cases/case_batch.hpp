@@ -55,7 +55,7 @@ class CaseBatch {
 // Lines of JSON (docs/reference/formats.md).
 
 std::string results_json(std::span<const CaseRun> cases);
-/// Of a case that was only checked: the drives, the duration and the expectations.
+/// Drives, duration and expectations of a case that was only checked.
 std::string possible_json(const CaseRun& one);
 std::string impossible_json(std::uint64_t number, const std::string& reason);
 

@@ -23,7 +23,7 @@ class CaseFiles {
 
   /// For parse_scenario; refers to this.
   ScenarioFiles files();
-  /// Of all that has been read so far, whatever the order.
+  /// Hash of all files read so far, independent of their order.
   std::uint64_t hash() const;
 
  private:

@@ -22,7 +22,7 @@ namespace lk::emulator {
 struct HttpShared {
   explicit HttpShared(World& world) : api(world) {}
   ControlApi api;
-  // Of all streams (StreamClient).
+  // Sums over all streams (StreamClient).
   double telemetry_values = 0;  // per second
   double frame_streams = 0;
   double body_streams = 0;

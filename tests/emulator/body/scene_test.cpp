@@ -79,7 +79,7 @@ double acceleration_m_s2(MujocoBody& body) {
   return (state_of(body).parts[kPart].speed_m_s[0] - before) / 0.5;
 }
 
-/// Of a block on a slope of 20° with a friction of 0.2.
+/// A block on a slope of 20° with a friction of 0.2.
 const double kSliding_m_s2 = kG * (std::sin(20 * kRad) - 0.2 * std::cos(20 * kRad));
 
 /// It slides if tan(slope) exceeds the floor's friction, with g·(sin − μ·cos), in spite of its own

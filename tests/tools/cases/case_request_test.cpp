@@ -9,7 +9,7 @@
 namespace lk::emulator {
 namespace case_request_test {
 
-/// What is wrong with the line; empty: nothing.
+/// Returns the problem of the line; empty: none.
 std::string problem_of(const std::string& text) {
   try {
     read_case(parse_json(text));
