@@ -55,11 +55,11 @@ struct StateIs {
 };
 /// Number of matching replies of the drive, or of others with its identifier.
 struct Replies {
-  std::optional<std::uint8_t> command;  // DATA[0]
-  std::optional<WhichError> error;      // the bit is set in the reply
-  std::string_view field;    // quantity of the reply, protocol::reply_words(); empty: any
-  Range range;               // of the field
-  std::optional<Range> age;  // ms since the latest query with this command to this drive
+  std::optional<std::uint8_t> command = {};  // DATA[0]
+  std::optional<WhichError> error = {};      // the bit is set in the reply
+  std::string_view field = {};    // quantity of the reply, protocol::reply_words(); empty: any
+  Range range = {};               // of the field
+  std::optional<Range> age = {};  // ms since the latest query with this command to this drive
   std::uint64_t min_count = 1;
   std::uint64_t max_count = std::numeric_limits<std::uint64_t>::max();
 };

@@ -140,9 +140,9 @@ std::optional<MotionCommand> motion_of(const protocol::Command& command, int id)
   const auto motion = [id](const auto& one) -> std::optional<MotionCommand> {
     const std::optional<double> value = motion_value(one, id);
     if (!value) return std::nullopt;
-    MotionCommand motion{opcode_of(one), *value};
-    if constexpr (requires { one.max_speed_dps; }) motion.max_speed_dps = one.max_speed_dps;
-    return motion;
+    MotionCommand wanted{opcode_of(one), *value};
+    if constexpr (requires { one.max_speed_dps; }) wanted.max_speed_dps = one.max_speed_dps;
+    return wanted;
   };
   return std::visit(motion, command);
 }

@@ -125,8 +125,8 @@ LogComparison compare_log(const std::vector<LoggedFrame>& log, const BusConfig& 
     ++command.queries;
     if (in_log) account.in_log.push_back(in_log->at - asked_at);
     if (emulated) account.emulated.push_back(emulated->at - simulated(asked_at, first));
-    command.missing += in_log && !emulated ? 1 : 0;
-    command.extra += emulated && !in_log ? 1 : 0;
+    command.missing += in_log && !emulated ? 1U : 0U;
+    command.extra += emulated && !in_log ? 1U : 0U;
     if (in_log && emulated) compare_values(account, *in_log, *emulated, readers.at(id));
   }
   for (auto& [byte, account] : accounts) {

@@ -61,7 +61,7 @@ TEST(MemoryPart, QueuesWritesAndLosesThemWithoutPower) {
 }
 
 TEST(LinkPart, HeldFrameIsSentAfterTheNext) {
-  Wire wire(BusConfig{.bitrate = 0});
+  Wire wire(test::bus_config({}));
   DriveLink link{.owner = 0x141};
   Outgoing held{3ms, kReply};
   held.held_back = true;
@@ -75,7 +75,7 @@ TEST(LinkPart, HeldFrameIsSentAfterTheNext) {
 }
 
 TEST(LinkPart, BlockedQueueFillsUpAndIsDroppedWithThePower) {
-  Wire wire(BusConfig{.bitrate = 0});
+  Wire wire(test::bus_config({}));
   DriveLink link{.owner = 0x141};
   EXPECT_EQ(link.block(wire, 0ms), 0U);
   for (std::size_t n = 0; n < CanWire::kDriveQueue; ++n) {
