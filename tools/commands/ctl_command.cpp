@@ -90,7 +90,7 @@ std::string done_line(const Json& json) {
 /// A command line, and the running lk-emu that it is for.
 class Ctl {
  public:
-  explicit Ctl(const RawCtl& raw) : raw(raw) {}
+  explicit Ctl(const RawCtl& given) : raw(given) {}
 
   /// Looks for the socket at the first request, so that wrong arguments are reported first.
   const CtlClient& client() {

@@ -64,7 +64,8 @@ class HostBeforeRead : public testing::Test {
 };
 
 TEST_F(HostBeforeRead, GetsTheReplyOfADriveOnRs485) {
-  BusConfig bus = {.bitrate = 0};
+  BusConfig bus;
+  bus.bitrate = 0;
   bus.interface = "rs485:" + path_;
   bus.serial = {.as_tty = false};
   std::vector<protocol::Frame> frames;
@@ -73,7 +74,8 @@ TEST_F(HostBeforeRead, GetsTheReplyOfADriveOnRs485) {
 }
 
 TEST_F(HostBeforeRead, GetsTheReplyOfAnSlcanAdapter) {
-  BusConfig bus = {.bitrate = 0};
+  BusConfig bus;
+  bus.bitrate = 0;
   bus.interface = "slcan-pty:" + path_;
   expect_reply(bus, "V\r", [](Port& port) { port.end_turn(); });
 }
