@@ -27,8 +27,8 @@ class Mechanism;
 /// Turn that the encoder field of the wire spans on geared motors (docs/reference/protocol.md §7).
 enum class EncoderSpan : std::uint8_t { kRotorTurn, kOutputTurn };
 
-/// Range into which the single-turn angle is wrapped to start the multi-turn angle: ± half its
-/// circle, or ± half a rotor turn, (−180°, 180°]. Both agree if the circle is a rotor turn.
+/// Range in which the multi-turn angle starts, since the turn count is lost: ± half of the encoder
+/// field's span, or ± half a rotor turn, (−180°, 180°]. Both agree if the field spans a rotor turn.
 enum class BootWrap : std::uint8_t { kHalfCircle, kHalfTurn };
 
 /// Multi-turn angle at power-up.
@@ -46,8 +46,8 @@ enum class IdChangeReply : std::uint8_t { kOld, kNew };
 enum class SettingRead : std::uint8_t { kPending, kActive };
 /// Reaction to other commands while 0x18 turns the shaft.
 enum class CalibrateBusy : std::uint8_t { kSilent, kAnswers };
-/// Hang after the echo of 0x80, until a restart. In kDrive the drive sends nothing; in kBus it also
-/// holds the line of RS-485, so no drive receives anything.
+/// Hang after the echo of 0x80, until a restart. kDrive: the drive sends nothing. kBus: it also
+/// holds the RS-485 line, so no drive receives anything.
 enum class OffHangs : std::uint8_t { kNo, kDrive, kBus };
 
 /// Values are indices of protocol::kGenerationRows.
@@ -125,7 +125,7 @@ struct JointLink {
 struct JointState {
   double angle_rad = 0;
   double speed_rad_s = 0;
-  double torque_Nm = 0;  // on the body, mean of the last step; without the drive's own inertia
+  double torque_Nm = 0;  // mean on the body in the last step, excluding the drive's own inertia
 };
 
 struct ServoConfig {
@@ -133,7 +133,7 @@ struct ServoConfig {
   int dip_id = 0;  // 1..32, setting of the DIP switch; 0: as `id`
   Profile profile;
   Generation generation = Generation::kLegacy;  // base of `quirks`
-  bool generation_given = false;                // explicitly, not by default
+  bool generation_given = false;                // false: `generation` is the default
   Quirks quirks;
   Registers rom;    // contents at power-up; default: profile.factory
   RomWear wear{};   // write counts at power-up
@@ -156,10 +156,10 @@ struct ServoConfig {
 
 /// Parameters of an RS-485 bus besides its bit rate (docs/reference/rs485.md).
 struct SerialConfig {
-  SimTime reply_time = std::chrono::microseconds(150);  // of drives that set none
+  SimTime reply_time = std::chrono::microseconds(150);  // for drives without a reply time
   SimTime reply_spread = std::chrono::microseconds(50);
   SimTime gap = std::chrono::milliseconds(5);  // a longer pause inside a packet drops it
-  bool scan = true;  // after a bad header: search at once, not after `gap`
+  bool scan = true;  // a drive searches a bad header for the next start; false: it waits for `gap`
   // A drive accepts a packet that ends before its pending reply begins, and answers it later.
   bool receives_while_replying = true;
   std::uint8_t max_len = protocol::kMaxLen;
@@ -167,8 +167,8 @@ struct SerialConfig {
   // Delay before each reply to a multi-drive packet; absent: by the bit rate.
   std::optional<SimTime> broadcast_reply_time;
   bool as_tty = true;         // the terminal starts with serial port settings, not raw
-  bool enforces_rate = true;  // a host at another rate is not understood
-  bool has_921600 = true;     // the rate codes of the tool's settings have it
+  bool enforces_rate = true;  // drives do not understand a host at another rate
+  bool has_921600 = true;     // the rate codes in the vendor tool's settings include 921600 bit/s
 
   friend bool operator==(const SerialConfig&, const SerialConfig&) = default;
 };

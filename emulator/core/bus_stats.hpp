@@ -16,12 +16,12 @@ using Drop = Reject;
 /// Counters of one drive since construction of the bus; a power cycle does not reset them.
 struct ServoStats {
   std::uint64_t queries = 0;           // frames that the drive accepted
-  std::uint64_t replies = 0;           // one for each query
+  std::uint64_t replies = 0;           // made for these queries; some commands have no reply
   std::uint64_t unknown_commands = 0;  // no reply
   std::uint64_t wrong_mode = 0;        // single-drive frames ignored in multi-drive mode
   std::uint64_t refused_motion = 0;    // acknowledged, not executed: off, error or calibration
   std::uint64_t invalid_targets = 0;   // acknowledged, not executed: 0xA5/0xA6 target, 0x8C action
-  std::uint64_t rom_writes = 0;  // each wears the memory of a real drive; includes injected damage
+  std::uint64_t rom_writes = 0;  // includes injected damage; each would wear a real drive's memory
 
   friend bool operator==(const ServoStats&, const ServoStats&) = default;
 };
@@ -38,7 +38,7 @@ struct BusStats {
   std::uint64_t replies_overrun = 0;   // because the adapter of the hosts was full
   std::uint64_t replies_waiting = 0;   // in the drives or in the hosts' adapter
   std::uint64_t extra_frames = 0;      // replies to no query: copies, babble, echoes, duplicates
-  std::uint64_t error_frames = 0;      // seen by hosts: destroyed frames, and overruns
+  std::uint64_t error_frames = 0;      // received by hosts: for destroyed frames and for overruns
   // Frames of hosts. Invariant: frames = queries + dropped + frames_waiting.
   std::array<std::uint64_t, protocol::kRejects> dropped{};  // indexed by Reject
   std::uint64_t frames_waiting = 0;                         // in the send queue of the hosts

@@ -12,7 +12,7 @@ namespace lk::emulator {
 struct Signal;
 
 /// The drive was sent `count` single-drive frames with DATA[0] = `command` since the condition was
-/// set. It holds before the drive processes the last of them.
+/// set. The condition holds before the drive processes the last of these frames.
 struct CommandSeen {
   std::uint8_t command = 0;
   int count = 1;

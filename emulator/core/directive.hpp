@@ -19,11 +19,11 @@
 
 namespace lk::emulator {
 
-// For one drive.
+// Directives for one drive.
 struct PowerOn {};
 struct PowerOff {};  // disconnects the supply; the link capacitor discharges
-/// Disconnects the supply. Reconnects it after `off_for`, once the drive is dead: its link
-/// capacitor feeds it for a while.
+/// Disconnects the supply. Reconnects it after `off_for`, but not before the controller is dead:
+/// the link capacitor feeds the controller for a while.
 struct PowerCycle {
   SimTime off_for{std::chrono::milliseconds(500)};
 };
@@ -56,7 +56,7 @@ struct Setting {
   Registers value;  // only the member of `parameter` is used
 };
 
-// For the whole bus.
+// Directives for the whole bus.
 struct SetFault {
   Fault fault;
 };
@@ -89,8 +89,8 @@ struct FloorStep {
 };
 /// Ground below the body. Absent members stay unchanged.
 struct Floor {
-  std::optional<double> friction;   // sliding, with all that touches it
-  std::optional<double> slope_rad;  // it rises along +x
+  std::optional<double> friction;   // coefficient of sliding friction with all that touches it
+  std::optional<double> slope_rad;  // the ground rises along +x
   std::optional<FloorStep> step = std::nullopt;
 };
 /// Puts the body into a pose, at rest. Absent members stay unchanged.
@@ -105,7 +105,7 @@ struct Pose {
   std::optional<Triple> rpy_rad;        // rotation about the world's x, then y, then z
   std::vector<JointAt> joints;
 };
-/// Acts on the body of the bus when its next step begins.
+/// Action on the body of the bus, executed when the body's next step begins.
 struct BodyAct {
   std::variant<Push, CarriedMass, Freeze, Floor, Pose> what;
 };
@@ -114,8 +114,8 @@ struct Mark {
   std::string text;
 };
 
-/// For the drive `id`, which must be on the bus. SetFault, ClearFault, BodyAct and Mark use
-/// kWholeBus.
+/// Directive for the drive `id`, which must be on the bus. SetFault, ClearFault, BodyAct and Mark
+/// use kWholeBus.
 struct Directive {
   int id = kWholeBus;
   std::variant<PowerOn, PowerOff, PowerCycle, SupplyVoltage, Sag, AmbientTemperature, Load,
@@ -123,7 +123,8 @@ struct Directive {
       what;
 };
 
-/// Executed at `at`, or, with a condition, at the first instant from `at` on at which it holds.
+/// Directive that is executed at `at`. With a condition: at the first instant, not before `at`, at
+/// which the condition holds.
 struct TimedDirective {
   SimTime at{0};
   Directive directive;

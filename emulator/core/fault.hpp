@@ -22,8 +22,8 @@ inline constexpr int kWholeBus = 0;  // in place of a drive's ID
 /// Shortest time between two beginnings of a fault; shorter ones would take most of the run time.
 inline constexpr SimTime kMinFaultPeriod = std::chrono::milliseconds(1);
 
-/// Index of a word in the choices of a parameter. Code that uses it has an enumeration in the same
-/// order.
+/// Index of a word in FaultParam::choices. The code of the fault casts it to an enumeration with
+/// the same order.
 enum class FaultChoice : std::uint8_t {};
 
 /// Value of a fault parameter: a number in the parameter's unit, or a choice.
@@ -67,10 +67,10 @@ struct FaultEvidence {
   enum class State : std::uint8_t { kArmed, kActive, kPaused, kOver, kCleared };
   State state = State::kArmed;
   SimTime armed_at{0};
-  std::optional<SimTime> began_at;         // of the first beginning
-  std::optional<SimTime> first_effect_at;  // first difference from a run without it
-  // Affected frames; kicks and writes; of lasting faults: samples (kSamplePeriod) with a
-  // visible effect, counted per drive.
+  std::optional<SimTime> began_at;         // time of the first beginning
+  std::optional<SimTime> first_effect_at;  // first difference from a run without the fault
+  // Number of affected frames, of kicks and writes, or, for a lasting plant fault, of samples (one
+  // per kSamplePeriod and drive) with a visible effect.
   std::uint64_t effects = 0;
   std::string first_on;  // object of the first effect: "drive 2", "drive 2, 142#9C…"
 };

@@ -11,7 +11,8 @@
 
 namespace lk::emulator {
 
-/// Value of an unwritten address setting: the drive uses its wiring and its configuration.
+/// Value of an address setting that was never written: the drive takes the value from its wiring
+/// and its configuration.
 inline constexpr std::uint8_t kAsWired = 0xFF;
 
 /// Parameter memory of a drive. RAM is a copy of ROM at power-up.
@@ -23,12 +24,12 @@ struct Registers {
   std::int32_t max_power_permille = 850;       // 0..850, MS series
   double max_speed_dps = 16800;                // > 0
   double max_angle_deg = 0;                    // 0 = no limit
-  double current_ramp_A_s = 0;                 // of the speed and position loops; 0 = none
+  double current_ramp_A_s = 0;                 // in the speed and position loops; 0 = no ramp
   bool broadcast_mode = false;                 // answers multi-drive commands only
   std::array<model::Protection, model::kErrorKinds> protections{};  // by model::Error, SI
   std::int32_t align_value = 0;                                     // result of the last 0x18
   // Address settings; each may be kAsWired.
-  std::uint8_t driver_id = kAsWired;    // 0..32; 0: that of the DIP switch
+  std::uint8_t driver_id = kAsWired;    // 0..32; 0: the ID on the DIP switch
   std::uint8_t bus_type = kAsWired;     // protocol::BusType
   std::uint8_t serial_rate = kAsWired;  // code of the RS-485 bit rate, 0..10
   std::uint8_t can_rate = kAsWired;     // code of the CAN bit rate, 0..4

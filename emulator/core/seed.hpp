@@ -23,7 +23,7 @@ constexpr std::uint64_t mix(std::uint64_t x) {
   return x ^ (x >> 31U);
 }
 
-/// Depends only on bus seed and drive ID, so other drives on the bus do not change it.
+/// Returns the seed of one stream of a drive. It does not depend on the other drives of the bus.
 constexpr std::uint64_t stream_seed(std::uint64_t bus_seed, int id, SeedStream stream) {
   return mix(mix(bus_seed) + static_cast<std::uint64_t>(id) * 256U +
              static_cast<std::uint64_t>(stream));

@@ -17,16 +17,16 @@ constexpr double in_seconds(SimTime time) { return std::chrono::duration<double>
 /// Longest time accepted as input, about three years: sums of such times do not overflow.
 inline constexpr SimTime kLongestTime = std::chrono::seconds(100'000'000);
 
-/// A frame and its time. From a host: when the host wrote it. From a drive: when its last bit
-/// ended, or when the hosts' adapter hands it over.
+/// A frame and its time. A host's frame has the time at which the host wrote it. A drive's frame
+/// has the time at which its last bit ended, or at which the hosts' adapter delivers it.
 struct TimedFrame {
   SimTime at{0};
   protocol::Frame frame;
   std::uint64_t after_rom_write = 0;  // of a drive: number of the RomWrite it acknowledges; 0: none
-  int drive_id = 0;   // of a drive: its ID if the identifier does not give it; else 0
+  int drive_id = 0;   // of a drive: ID of the sender if frame.id does not show it; else 0
   bool echo = false;  // the host's own frame, which it reads back
-  // Number of the host at its port, which passes the frame on to other hosts. 0: the medium has
-  // already delivered it to them.
+  // Of a host: its number at the port; the port passes the frame on to the other hosts. 0: the
+  // medium has already delivered the frame to the other hosts.
   std::uint32_t sender = 0;
 
   friend bool operator==(const TimedFrame&, const TimedFrame&) = default;

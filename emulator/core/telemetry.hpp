@@ -21,7 +21,8 @@ struct TelemetryRequest {
   }
   double rate_Hz = 100;
   SimTime period{0};
-  // 1: a message is a sample. Above 1: a list of up to so many samples, at lower cost.
+  // 1: each message is one sample. Above 1: each message is a list of up to this number of samples,
+  // which costs less.
   int samples_per_message = 1;
 };
 

@@ -9,8 +9,8 @@
 
 namespace lk::emulator {
 
-/// Removes and returns the first character of untrusted text: UTF-8 that terminals, logs, XML and
-/// pictures show unchanged. Returns "?" for a byte of anything else: control characters, marks of
+/// Removes the first character of untrusted text and returns it if terminals, logs, XML and
+/// pictures show it unchanged. Else removes one byte and returns "?": control characters, marks of
 /// writing direction, non-characters, invalid UTF-8.
 std::string_view next_character(std::string_view& rest);
 

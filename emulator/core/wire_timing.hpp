@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Timing of the adapter between hosts and their wire (docs/reference/configuration.md).
+/// @file Durations on the wire, times of control ticks, and timing of the adapter between hosts and
+/// wire (docs/reference/configuration.md).
 
 #include <chrono>
 #include <cstddef>
@@ -25,18 +26,20 @@ std::int64_t ticks_until(SimTime t, std::int64_t f_Hz);
 /// Returns the time of tick n ≥ 0: n/f, rounded up to a nanosecond, so `ticks_until` returns n.
 SimTime time_of_tick(std::int64_t n, std::int64_t f_Hz);
 
-/// Silence on the wire after which writes of a host count as unanswered (assumed).
+/// Time without a frame from the wire after which a write of a host may stall (assumed).
 inline constexpr SimTime kAdapterSilence = std::chrono::milliseconds(10);
-/// Capacity of the queue to a host without `depth` (assumed: 60 ms or more of a full wire).
+/// Capacity, in frames, of the queue to a host if AdapterTimes::depth is 0 (assumed: 60 ms or more
+/// of a full wire).
 inline constexpr std::size_t kMaxInAdapter = 512;
 
-/// Times that an adapter adds to those of the wire; all 0: none. `add` combines several.
+/// Delays and limits that an adapter adds to the wire; all 0: no adapter. `add` combines several
+/// adapters.
 struct AdapterTimes {
-  // Latency of each frame to the wire and to the host, uniform jitter to either side, occasional
-  // tail. The sum is at least 0.
+  // Latency of each frame to the wire (tx) and to the host (rx), plus uniform jitter within
+  // ±jitter_us, plus tail_us for some frames. A negative sum counts as 0.
   double tx_us = 0, rx_us = 0, jitter_us = 0, tail_us = 0;
   double tail_probability = 0;  // 0..1, per frame
-  double frame_us = 0;          // line time of one frame; each direction sends one at a time
+  double frame_us = 0;          // line time of a frame; each direction carries one at a time
   // Frames reach the host at multiples of this time, or once `batch_most` frames (RS-485: bytes)
   // wait; 0: at once.
   double batch_us = 0;
@@ -45,8 +48,8 @@ struct AdapterTimes {
   // the newest frame is lost, and an error frame may report it.
   std::size_t depth = 0;
   bool reports_overrun = true;
-  // After kAdapterSilence without a frame from the wire, one of so many writes blocks the host this
-  // long.
+  // After kAdapterSilence without a frame from the wire, every `stall_every`-th write of the host
+  // blocks it for `stall_us`. 0: no stalls.
   int stall_every = 0;
   double stall_us = 0;
 
@@ -65,7 +68,7 @@ struct AdapterProfile {
 };
 /// All profiles; the first one adds no times.
 std::span<const AdapterProfile> adapter_profiles();
-/// Returns null if the name is unknown.
+/// Returns the profile of this name; null if unknown.
 const AdapterProfile* find_adapter(std::string_view name);
 
 }  // namespace lk::emulator

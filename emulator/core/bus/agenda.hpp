@@ -14,7 +14,7 @@
 
 namespace lk::emulator {
 
-// For the drive `id`.
+// Tasks for the drive `id`.
 
 /// Next step of a supply voltage ramp.
 struct SupplyStep {
@@ -24,11 +24,11 @@ struct SupplyStep {
 struct SagEnd {
   int id;
 };
-/// The flash of a drive has finished its oldest pending write.
+/// The end of the oldest pending flash write of a drive.
 struct RomWritten {
   int id;
 };
-/// Half of the calibration time has passed.
+/// The end of the first or second half of a calibration (0x18).
 struct CalibrationStep {
   int id;
 };
@@ -36,14 +36,14 @@ struct CalibrationStep {
 struct Reconnect {
   int id;
 };
-/// The bus-off recovery time of a drive is over.
+/// The end of a drive's bus-off recovery time.
 struct BusOffEnd {
   int id;
 };
 
-// For a fault, by its order on the board.
+// Tasks for a fault; `fault` is its order on the board (FaultBoard).
 
-/// A fault begins; an occurrence of it ends.
+/// Begin and end of one occurrence of a fault.
 struct FaultBegin {
   std::size_t fault;
 };
@@ -55,14 +55,14 @@ struct Babbling {
   std::size_t fault;
   int id;
 };
-/// Conditions and lasting faults are sampled.
+/// Sampling of conditions and lasting faults.
 struct Sample {};
 
 using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, CalibrationStep, Reconnect,
                           BusOffEnd, FaultBegin, FaultEnd, Babbling, Sample>;
 
-/// Tasks of a bus besides frames, by time. At equal times configured tasks come first, then the
-/// order of entry decides. A value.
+/// Tasks of a bus besides frames, by time. At equal times configured tasks come first; among equal
+/// ranks the task scheduled first comes first. Copies are independent.
 class Agenda {
  public:
   enum class Rank : std::uint8_t { kConfigured, kRuntime };

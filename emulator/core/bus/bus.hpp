@@ -18,11 +18,11 @@ namespace lk::emulator {
 /// what() is one line.
 class Bus {
  public:
-  /// Throws also if the IDs of drives do not ascend, or if an event is invalid.
+  /// Throws if the IDs of drives do not ascend, or if an event is invalid.
   explicit Bus(const BusConfig& config) : state_(config) {}
 
-  /// All that the bus keeps. Only the coupling to a body changes it: by functions of BusState, and
-  /// `body`.
+  /// Full state of the bus. Only Coupling and Battery change it from outside, through functions of
+  /// BusState and its member `body`, and SharedMotors, which takes over `motors`.
   const BusState& state() const { return state_; }
   BusState& state() { return state_; }
 
@@ -45,16 +45,16 @@ class Bus {
   std::optional<SimTime> next_due() const { return emulator::next_due(state_); }
   SimTime time() const { return state_.time; }
 
-  // These append what has come since the last call, in order.
-  /// Frames that hosts have received: frames of drives, and of hosts with a `sender`.
+  // Each of these functions appends the items since its last call to `out`, in order.
+  /// Frames that hosts have received: from drives, and from hosts that have a `sender` number.
   void take_replies(std::vector<TimedFrame>& out);
   /// ROM writes of drives.
   void take_rom_writes(std::vector<RomWrite>& out);
-  /// Actions on the body that events have asked for.
+  /// Actions on the body that directives requested.
   void take_body_acts(std::vector<BodyAct>& out);
 
-  /// The last write taken from the drive `id` could not be stored: restores its ROM to these
-  /// values. A later pending write contains that change and keeps it.
+  /// Call if the last ROM write taken of the drive `id` could not be stored. Restores its ROM to
+  /// these values. A later ROM write, if any, also contains the change, and keeps it.
   void restore_rom(int id, const Registers& rom, const RomWear& wear) {
     emulator::restore_rom(state_, id, rom, wear);
   }
@@ -71,7 +71,8 @@ class Bus {
   /// every kSamplePeriod, but counts frames at once. Returns false without effect if there is no
   /// room for the fault or the condition.
   bool plan(const TimedDirective& planned) { return emulator::plan(state_, planned); }
-  /// As `plan`, but behaves like the last event of the configuration. Pre: its time is not past.
+  /// As `plan`, but as if `event` were the last event of the configuration. Pre: its time is not
+  /// past.
   bool plan_as_configured(const TimedDirective& event) {
     return emulator::plan_as_configured(state_, event);
   }
@@ -86,22 +87,22 @@ class Bus {
   /// Number of drives.
   std::size_t size() const { return state_.nodes.size(); }
   bool has(int id) const { return state_.nodes.has(id); }
-  /// Address, bus and rates in force of the drive `id`. At any time.
+  /// Address, bus and bit rates in force of the drive `id`. Motors may lag.
   const DriveAddress& bus_address(int id) const { return state_.nodes.of(id).servo.bus_address; }
-  // For the drive `id`, as in BusState. Pre: no motor lags.
+  // State of the drive `id`, as in BusState. Pre: no motor lags.
   const Servo& servo(int id) const { return state_.servo(id); }
   model::Telemetry telemetry(int id) const { return state_.telemetry(id); }
   model::Truth truth(int id) const { return state_.truth(id); }
   DriveView view(int id) const { return state_.view(id); }
   BusStats stats() const { return state_.stats(); }
 
-  // Directives, at once.
+  // Shorthands for `apply`.
   void set_load(int id, const model::LoadParams& load) { apply({id, Load{load}}); }
   void set_supply_voltage(int id, double supply_V) {
     apply({id, SupplyVoltage{supply_V, SimTime{0}}});
   }
   /// Restarts the controller at once. As after a power loss, pending replies and ROM writes are
-  /// lost. No effect on a dead one.
+  /// lost. No effect if the controller is dead.
   void power_cycle(int id) { emulator::power_cycle(state_, id); }
 
  private:

@@ -34,8 +34,8 @@ struct DriveConditions {
 /// Interval at which conditions and lasting faults of the plant are sampled.
 inline constexpr SimTime kSamplePeriod = std::chrono::milliseconds(1);
 
-/// All that a bus keeps. A value. Functions with an ID throw std::out_of_range if the drive is not
-/// on the bus.
+/// Full state of a bus. Copies are independent. Functions with an ID throw std::out_of_range if the
+/// drive is not on the bus.
 struct BusState {
   explicit BusState(const BusConfig& config);
 
@@ -57,12 +57,13 @@ struct BusState {
   model::MountedShaft mounted_shaft(int id) const;
   BusStats stats() const;
 
-  // Effective at once.
+  // Setters. They take effect at once.
   void set_supply_drop(int id, double drop_V) { lane(nodes.of(id)).set_supply_drop(drop_V); }
   /// Sets the state of the drive's joint in the body.
   void mount(int id, const model::Mount& mount, const JointState& joint);
 
-  /// Hosts have an adapter, or had one: a frame that arrives advances time to its instant.
+  /// Hosts have an adapter, or had one: a frame of a host then advances the bus to the frame's
+  /// time.
   bool adapted() const { return faults.any_of_adapter() || adapter.in_use(); }
   /// A fault keeps replies in the drives.
   bool replies_are_held() const {
@@ -76,7 +77,7 @@ struct BusState {
   bool faults_or_conditions() const { return faults.any_active() || !conditions.empty(); }
 
   SimTime time{0};
-  SimTime motors_at{0};  // the least time of all motors
+  SimTime motors_at{0};  // all motors have reached at least this time
   SimTime waits_for{0};  // time that shared motors have to reach
   Wire wire;
   std::optional<SerialConfig> serial;
@@ -87,7 +88,7 @@ struct BusState {
   AdapterTimes own_adapter;  // as configured, without faults
   HostAdapter adapter;
   bool had_errors = false;  // a frame has been destroyed: error counters may be above 0
-  int flags_left = 0;       // sum over all nodes
+  int flags_left = 0;       // sum of Node::flags_left
   Agenda agenda;
   Conditions conditions;
   FaultBoard faults;
@@ -95,8 +96,8 @@ struct BusState {
   std::vector<TimedFrame> replies;                  // received by hosts, not yet taken
   std::vector<RomWrite> rom_writes;                 // not yet taken
   std::vector<BodyAct> body_acts;                   // not yet taken
-  BodyState body;                                   // that drives of the bus move
-  std::shared_ptr<const BodySignals> body_signals;  // for conditions on them
+  BodyState body;                                   // of the body that drives of the bus move
+  std::shared_ptr<const BodySignals> body_signals;  // keeps the signals of conditions valid
   BusStats own_stats;                               // without the sums over drives, see stats()
 };
 

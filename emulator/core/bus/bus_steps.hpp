@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What a bus does, step by step. Its class (bus.hpp) offers some of these functions.
+/// @file Functions that act on a BusState. Some of them are members of class Bus (bus.hpp).
 
 #include <cstdint>
 #include <optional>
@@ -21,26 +21,26 @@ void to_host(BusState& bus, TimedFrame frame);
 // bus_motors.cpp: advancing the motors, and controllers that die or start.
 enum class Advance : std::uint8_t {
   kReached,
-  kPowerEdge,  // at the first earlier instant at which a drive dies or starts
-  kWaiting,    // shared motors have not arrived
+  kPowerEdge,  // stopped at the first earlier instant at which a drive dies or starts
+  kWaiting,    // shared motors have not reached the time
 };
 bool settle(BusState& bus);
 bool reach(BusState& bus, SimTime t);
-/// Advances all motors to `t`, or only `one` and those that are computed with it.
+/// Advances all motors to `t`, or only the motor of `one` and those that are computed with it.
 Advance advance_motors_to(BusState& bus, SimTime t, const Node* one = nullptr);
 /// As `advance_motors_to`, for the drives that the events due by `t` affect.
 Advance advance_affected_motors_to(BusState& bus, SimTime t);
 void power_cycle(BusState& bus, int id);
-/// Pre: the motor of the drive is at the time of the bus. Restarts its controller.
+/// Restarts the controller of a drive. Pre: the drive's motor is at the time of the bus.
 void restart(BusState& bus, Node& node);
-/// The firmware has started, perhaps at another address.
+/// Updates the bus after the firmware of `node` has started, perhaps at another address.
 void on_controller_start(BusState& bus, Node& node);
-/// The ID, bus or rate in force has changed.
+/// Updates the bus after the ID, bus or bit rate in force of `node` has changed.
 void on_address_change(BusState& bus, Node& node);
 
 // bus_queries.cpp: reaction of drives to frames of hosts.
 void process_query(BusState& bus, SimTime at, const protocol::Frame& frame);
-/// A half of 0x18 is over.
+/// Call at the end of each half of a calibration (0x18). Begins the second half, or replies.
 void step_calibration(BusState& bus, Node& node);
 
 // bus_directives.cpp: actions besides sending frames.
@@ -55,9 +55,10 @@ void sample(BusState& bus);
 void begin_fault(BusState& bus, std::size_t fault);
 void end_fault(BusState& bus, std::size_t fault);
 void sample_faults(BusState& bus);
-/// Lets a fault destroy the CAN frame that is due (RS-485: spoil it). Returns true if destroyed.
+/// Lets a fault destroy the CAN frame that is due, or spoil a byte of the RS-485 frame that is due.
+/// Returns true if the frame is destroyed.
 bool destroy_next(BusState& bus);
-/// Transmit error counter of the sender of this frame.
+/// Returns the transmit error counter of the sender of `frame`.
 int& transmit_errors(BusState& bus, const WireCandidate& frame);
 
 }  // namespace lk::emulator

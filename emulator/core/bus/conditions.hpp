@@ -12,7 +12,7 @@
 
 namespace lk::emulator {
 
-/// Directives and beginnings of faults that wait for a condition. A value.
+/// Directives and beginnings of faults that wait for a condition. Copies are independent.
 class Conditions {
  public:
   /// Limit of pending conditions.

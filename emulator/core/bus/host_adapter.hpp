@@ -16,38 +16,39 @@ namespace lk::emulator {
 /// Effects of an adapter on a frame.
 struct AdapterEffects {
   bool late = false;      // by latency, jitter, or line time of the adapter
-  bool batched = false;   // held back until its batch
+  bool batched = false;   // held back until its batch is due
   bool lost = false;      // the queue was full
-  bool reported = false;  // with a notice to the host: one until a frame fits again
+  bool reported = false;  // a notice tells the host of the loss: one until a frame fits again
   bool stalled = false;   // the host's write blocks
 };
 
-/// Delay between one host and its wire, of either kind, in both directions; keeps the order. A
-/// value, independent of the bus and of frame contents.
+/// Adapter between hosts and their wire, CAN or RS-485: delays frames in both directions and keeps
+/// their order. Does not depend on the bus. Copies are independent.
 class HostAdapter {
  public:
   /// `random` seeds its random numbers.
   HostAdapter(const AdapterTimes& times, std::uint64_t random) : times_(times), random_(random) {}
 
-  /// Takes effect now; frames under way keep their times.
+  /// Sets the times for frames from now on; frames under way keep theirs.
   void set(const AdapterTimes& times) { times_ = times; }
-  /// Frames have to pass through it: it delays them, or earlier ones are still under way.
+  /// Frames have to pass through the adapter: it delays them, or earlier frames are still under
+  /// way.
   bool in_use() const { return times_.any() || !waiting_.empty(); }
 
   struct ToWire {
-    SimTime at;  // when it is ready for the wire
+    SimTime at;  // time at which the frame is ready for the wire
     AdapterEffects shown;
   };
-  /// A host writes a frame at `at`.
+  /// Returns the delay and effects for a frame that a host writes at `at`.
   ToWire to_wire(SimTime at);
-  /// Queues a frame from the wire at `frame.at`, unless it is lost. `size` in the queue: 1, or the
-  /// number of bytes at a serial port; 0: is never lost.
+  /// Queues a frame that left the wire at `frame.at`, unless it is lost. `size` is the room that it
+  /// takes in the queue: 1 on CAN, its number of bytes on RS-485; 0: the frame is never lost.
   AdapterEffects from_wire(const TimedFrame& frame, std::size_t size = 1);
-  /// Free room in its queue; unlimited without a depth.
+  /// Free room in the queue to the host; SIZE_MAX if AdapterTimes::depth is 0.
   std::size_t room() const {
     return times_.depth > 0 ? times_.depth - std::min(times_.depth, waiting_size_) : SIZE_MAX;
   }
-  /// Frames of drives that are under way to the host.
+  /// Number of frames of drives that are under way to the host.
   std::size_t waiting() const;
   /// End of the last stalled write.
   SimTime stalled_until() const { return stalled_until_; }
@@ -61,7 +62,7 @@ class HostAdapter {
  private:
   struct Direction {
     SimTime line_free{0};
-    SimTime last{0};  // frames stay in order
+    SimTime last{0};  // arrival of the last frame; the next one is not earlier
   };
   struct Waiting {
     TimedFrame frame;
@@ -75,7 +76,7 @@ class HostAdapter {
   Direction tx_, rx_;
   SimTime stalled_until_{0};
   SimTime last_from_wire_{0};     // time of the last frame from the wire
-  std::uint64_t unanswered_ = 0;  // writes since then, without those during a stall
+  std::uint64_t unanswered_ = 0;  // writes since that frame, without those during a stall
   bool overrun_ = false;          // the last frame was lost
   std::vector<Waiting> waiting_;  // by ascending time
   std::size_t waiting_size_ = 0;

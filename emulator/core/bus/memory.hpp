@@ -10,8 +10,8 @@
 
 namespace lk::emulator {
 
-/// Supply of a drive as set by directives: voltage, its ramp, and whether the controller runs. A
-/// value.
+/// Supply of a drive as set by directives: voltage, ramp of the voltage, and whether the controller
+/// runs. Copies are independent.
 class Power {
  public:
   Power(double supply_V, bool is_alive) : alive(is_alive), supply_V_(supply_V) {}
@@ -19,13 +19,14 @@ class Power {
   bool alive;  // the controller runs
 
   double supply_V() const { return supply_V_; }
-  /// Ramps the voltage to `to_V` within `within`. Cancels an earlier ramp or sag.
+  /// Starts a ramp of the voltage to `to_V` within `within`. Cancels an earlier ramp or sag.
   void move(double to_V, SimTime now, SimTime within);
-  /// Drops the voltage to `to_V`. A sag within a sag ends at the voltage of the outer one.
+  /// Starts a drop to `to_V`. A sag within a sag ends at the voltage from before the outer sag.
   void sag(double to_V, SimTime now);
-  /// Pre: a sag is active. Voltage at its end.
+  /// Pre: a sag is active. Returns the voltage to restore at its end.
   double after_sag_V() const { return *after_sag_V_; }
-  /// Sets the voltage at `now`. Returns the time of the next step; nullopt at the end of a ramp.
+  /// Pre: `move` or `sag` has started a change. Sets the voltage at `now`. Returns the time of the
+  /// next step; nullopt at the end of the change.
   std::optional<SimTime> step(SimTime now);
 
  private:
@@ -41,22 +42,22 @@ class Power {
 /// Returns the present ROM contents of `servo` as a RomWrite.
 RomWrite rom_write(const Servo& servo);
 
-/// Flash of a drive: the queue of unfinished writes. A value.
+/// Flash of a drive: the queue of unfinished writes. Copies are independent.
 class Memory {
  public:
   bool idle() const { return writes_.empty(); }
   std::size_t size() const { return writes_.size(); }
   /// Queues the write that `servo` made at `at`. Returns when the flash will have completed it.
   SimTime begin(SimTime at, const Servo& servo);
-  /// Removes and returns the first write, which is done.
+  /// Pre: `!idle()`. Removes and returns the oldest write, which the flash has completed.
   RomWrite finish();
   /// Drops all writes: restores the ROM of `servo` to the state before the first one. Returns false
   /// if none was pending.
   bool lose_power(Servo& servo);
-  /// Sets `parameter` to its value in `rom`, before and after each pending write, and adds `wear`
-  /// to its write count. Returns false if none is pending.
+  /// Changes the contents before and after each pending write: sets `parameter` to its value in
+  /// `rom` and adds `wear` to its write count. Returns false if no write is pending.
   bool damage(RomParameter parameter, const Registers& rom, std::uint32_t wear = 0);
-  /// Sets the ROM contents that the first write replaces.
+  /// Pre: `!idle()`. Sets the ROM contents that the oldest pending write replaces.
   void set_before(const Registers& rom, const RomWear& wear);
 
  private:

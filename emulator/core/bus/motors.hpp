@@ -19,8 +19,8 @@ struct MotorLocation {
   std::size_t lane;
 };
 
-/// Motors of a bus: one bank for each PWM rate, filled in the order of drives. A value: a copy has
-/// separate motors, even a copy of shared ones.
+/// Motors of a bus: one bank for each PWM rate, filled in the order of drives. A copy has separate
+/// motors, even if the original's motors are shared.
 class Motors {
  public:
   explicit Motors(const BusConfig& config);
@@ -53,10 +53,10 @@ class Motors {
     return banks_[location.bank].f_pwm_Hz;
   }
   bool alive(const MotorLocation& location) const { return bank(location).alive(index(location)); }
-  /// Time of its last tick.
+  /// Time of the motor's last tick.
   SimTime time(const MotorLocation& location) const;
-  /// Advances all motors to `t`, or to the first earlier instant at which a drive dies or starts;
-  /// returns true then. Pre: `!shared()`.
+  /// Pre: `!shared()`. Advances all motors to `t`. If a drive dies or starts before, stops at the
+  /// first such instant and returns true.
   bool advance_to(SimTime t);
   /// As `advance_to(t)`, for one motor and those that are computed with it.
   bool advance_to(SimTime t, const MotorLocation& location);
@@ -78,12 +78,14 @@ class Motors {
   bool shared_ = false;
 };
 
-/// Motors of several buses in common banks, so that they fill the SIMD lanes of the processor.
+/// Motors of several buses in common banks, so that the motors fill the SIMD lanes of the
+/// processor.
 class SharedMotors {
  public:
-  /// Pre: all are at the same time. They are shared from now on.
+  /// Pre: all motors are at the same time. Sets `shared()` of all.
   explicit SharedMotors(std::span<Motors* const> all);
-  /// As Motors::advance_to. After true, every bus must update its drives before it continues.
+  /// As Motors::advance_to. If it returns true, every bus must update its drives before the next
+  /// call.
   bool advance_to(SimTime t);
 
  private:

@@ -23,15 +23,15 @@ struct Node {
   Power power;
   Memory memory;
   DriveLink link;
-  SimTime started{0};  // last start of its controller
+  SimTime started{0};  // last start of the controller
   JointState joint{};
-  int flags_left = 0;  // error flags still to send, because it is at another bit rate
+  int flags_left = 0;  // error flags still to send, because the drive is at another bit rate
 
   int id() const { return servo.id(); }
 };
 
-/// Drives of a bus, ascending by ID. The configured ID is unique; an address, at which a drive
-/// answers, may be shared by several.
+/// Drives of a bus, ascending by configured ID, which is unique. Several drives may answer at the
+/// same address.
 class Nodes {
  public:
   Nodes() {
@@ -52,7 +52,7 @@ class Nodes {
     nodes_.push_back(std::move(node));
     update_addresses();
   }
-  /// Updates the address table.
+  /// Updates the address table. Call after a change of a drive's address, bus or bit rate.
   void update_addresses() {
     const auto before = at_address_;
     at_address_.fill(0);
@@ -65,7 +65,7 @@ class Nodes {
   }
   /// Number of changes of the address table.
   std::uint64_t address_changes() const { return address_changes_; }
-  /// Drives that receive frames to the ID, as bits for `each`; 0: none.
+  /// Drives that receive frames for the address `id`, as bits for `each`; 0: no drive.
   std::uint32_t at_address(int id) const {
     return id >= protocol::kMinId && id <= protocol::kMaxId
                ? at_address_[static_cast<std::size_t>(id)]
@@ -103,7 +103,7 @@ class Nodes {
   }
   std::vector<Node> nodes_;
   std::array<std::int8_t, protocol::kMaxId + 1> index_of_id_{};   // −1 = not on the bus
-  std::array<std::uint32_t, protocol::kMaxId + 1> at_address_{};  // one bit per drive
+  std::array<std::uint32_t, protocol::kMaxId + 1> at_address_{};  // bit n: drive nodes_[n]
   std::uint64_t address_changes_ = 0;
 };
 

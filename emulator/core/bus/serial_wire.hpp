@@ -20,7 +20,8 @@ namespace lk::emulator {
 ///
 /// All drives share one receiver: they receive the same bytes. Overlapping bytes become one byte of
 /// the sender that began first, spoiled unless they are equal and begin together. Hosts do not
-/// receive their own bytes: they read all bytes of drives, spoiled where these overlap their own.
+/// receive bytes of hosts. They read all bytes of drives; one that overlaps a host's byte is
+/// spoiled.
 class SerialWire {
  public:
   static constexpr std::size_t kHostQueue = 1024;
@@ -39,7 +40,7 @@ class SerialWire {
   /// A frame on the wire, or about to be.
   struct Sending {
     Sending(const Waiting& what, SimTime free_at, std::int64_t bitrate);
-    /// Start of a byte, which is the end of the byte before.
+    /// Start of the byte with this index, which is also the end of the previous byte.
     SimTime byte_time(std::size_t byte) const;
 
     Waiting what;
@@ -48,13 +49,14 @@ class SerialWire {
     SimTime start;
     SimTime end;
     std::size_t processed = 0;  // number of bytes processed
-    // End of overlap with ended frames: any; those that began first; of these, those of drives.
+    // Ends of the overlap with frames that have ended: with any frame, with those that began before
+    // this one, and with drives' frames that began before this one.
     SimTime covered_until{0};
     SimTime merged_until{0};
     SimTime merged_for_host_until{0};
     std::optional<std::size_t> spoilt = {};                // index of a byte that a fault spoils
-    bool faults_applied = false;                           // faults have acted on it
-    bool clean = true;                                     // bytes are as sent so far
+    bool faults_applied = false;                           // faults have acted on this frame
+    bool clean = true;                                     // all processed bytes are as sent
     bool met_host = false;                                 // a byte began while hosts held the line
     std::array<std::uint8_t, protocol::kMaxBytes> read{};  // bytes as the host reads them
     std::size_t read_size = 0;
@@ -71,14 +73,14 @@ class SerialWire {
   }
   std::size_t host_queue_size() const;
   std::size_t host_frames_ready(SimTime now) const;
-  /// Queues a frame, ready at `at`. Pre: `frame` is kSerial or kBytes, and not empty. Hosts are one
-  /// sender here.
+  /// Queues a frame, ready at `at`. Pre: `frame` is kSerial or kBytes, and not empty. The number of
+  /// the host is ignored: all hosts are one sender.
   void send_from_host(SimTime at, const protocol::Frame& frame, std::uint32_t sender = 0);
 
   bool drive_queue_full(std::uint32_t owner, std::size_t elsewhere = 0) const;
   std::size_t drive_frames() const;
   std::size_t copies(std::uint32_t owner, const protocol::Frame& frame) const;
-  /// The drive misses a packet that ends at `end`: it was sending meanwhile, or it has a reply
+  /// The drive misses a packet that ends at `end`: it began to send before `end`, or it has a reply
   /// pending and `receives_while_replying` is false.
   bool cannot_receive(std::uint32_t owner, SimTime end) const;
   void send_from_drive(SimTime at, const protocol::Frame& frame, std::uint64_t after_rom_write,
@@ -91,20 +93,23 @@ class SerialWire {
   bool several_wait() const { return sending_.size() > 1; }
   /// Time at which the next byte or frame is complete.
   std::optional<SimTime> next_due() const;
-  /// Returns what is complete by `until`. From drives: bytes as the host reads them. From hosts: a
-  /// packet as drives receive it, or kBytes for a frame that was none. nullopt: no result yet.
+  /// Returns the next frame that is complete by `until`. From drives: the bytes as hosts read them.
+  /// From hosts: the packet that drives receive, or kBytes if they receive none. nullopt: no frame
+  /// is complete yet; call again until `next_due()` is after `until`.
   std::optional<WireDelivery> deliver(SimTime until);
-  /// Pre: something is due. The frame that `deliver` would return; kBytes if not yet known.
+  /// Pre: `next_due()` has a value. The frame that `deliver` would return; kBytes if the packet is
+  /// not known yet.
   WireCandidate next() const;
-  /// Returns true once per frame, before its first byte: faults may act on the frame now.
+  /// Returns true once per frame, before the frame's first byte is processed: faults may act on the
+  /// frame now.
   bool take_fault_chance();
   /// Spoils one byte of the next frame.
   void spoil_next();
 
   SimTime busy() const { return busy_; }
-  /// The last delivered frame of a host, as written.
+  /// Last delivered frame of a host, as the host wrote it.
   const protocol::Frame& written() const { return written_; }
-  /// Time for which hosts hold the line after their bytes; 0: they release it at once.
+  /// Sets the time for which hosts hold the line after their bytes; 0: they release it at once.
   void hold_line(SimTime behind) { line_hold_ = behind; }
   const protocol::ReceiverStats& receiver_stats() const { return receiver_.stats(); }
 
@@ -125,9 +130,9 @@ class SerialWire {
   SimTime line_hold_{0};
   protocol::Frame written_;
   SimTime busy_{0};
-  std::vector<Sending> sending_;  // at most one per sender
-  std::deque<Waiting> hosts_;     // waiting behind the one that is sent
-  std::size_t host_bytes_ = 0;    // of those in hosts_
+  std::vector<Sending> sending_;  // next or current frame of each sender that has one
+  std::deque<Waiting> hosts_;     // frames of hosts behind the one in sending_
+  std::size_t host_bytes_ = 0;    // total size of the frames in hosts_
   std::vector<Waiting> drives_;   // waiting or blocked, in the order of sending
 };
 

@@ -10,7 +10,7 @@ namespace lk::emulator {
 
 /// Wire of a bus, CAN or RS-485 (can_wire.hpp, serial_wire.hpp).
 class Wire {
-  // Faster than std::visit; runs several times per event.
+  // Used instead of std::visit, because it is faster and runs several times per event.
   template <class Medium, class Act>
   [[gnu::always_inline]] static auto of(Medium& medium, Act act) {
     auto* const can = std::get_if<CanWire>(&medium);

@@ -13,8 +13,8 @@ struct WireDelivery {
   protocol::Frame frame;
   bool from_host = false;
   std::uint64_t after_rom_write = 0;  // as given to send_from_drive
-  std::uint32_t owner = 0;            // as given to send_from_drive; of a host: its `sender`
-  bool from_pieces = false;           // of a host: a packet that ends before its frame does
+  std::uint32_t owner = 0;            // as given to send_from_drive; of a host: `sender`
+  bool from_pieces = false;           // of a host: a packet that ends before the host's frame
   bool met_host = false;              // of a drive: a byte began while hosts held the line
 };
 
