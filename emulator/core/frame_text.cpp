@@ -77,7 +77,7 @@ std::string read_bytes(std::string_view text, protocol::Frame& frame,
   return "";
 }
 
-/// RS-485: the bytes of one packet, or any other bytes.
+/// In place of an identifier, for RS-485: the bytes of a packet follow, or any other bytes.
 constexpr std::string_view kSerialMark = "rs485";
 std::variant<protocol::Frame, std::string> read_serial(std::string_view text) {
   protocol::Frame bytes;

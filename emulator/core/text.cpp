@@ -10,7 +10,7 @@ namespace {
 
 unsigned byte(char c) { return static_cast<unsigned char>(c); }
 
-/// Marks of writing direction, and ends of lines and paragraphs.
+/// Returns true for marks of writing direction, and for ends of lines and paragraphs.
 bool changes_layout(std::string_view character) {
   constexpr std::string_view kMarks[] = {"\u061C", "\u200E", "\u200F", "\u2028", "\u2029",
                                          "\u202A", "\u202B", "\u202C", "\u202D", "\u202E",

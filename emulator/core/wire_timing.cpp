@@ -33,7 +33,7 @@ namespace {
 
 /// Time of a frame as text at 115200 baud, "tIIILDD..DD\r": 22 characters of 10 bits.
 constexpr double kSlcanFrame_us = 22 * 10 * 1e6 / 115'200;
-/// Buffer of the chip, bytes: a USB packet of 64 bytes minus two status bytes.
+/// Buffer of the FTDI chip, bytes: a USB packet of 64 bytes minus two status bytes.
 constexpr std::size_t kFtdiBuffer = 62;
 
 // clang-format off
@@ -49,7 +49,7 @@ constexpr AdapterProfile kProfiles[] = {
 };
 // clang-format on
 
-/// Returns the minimum, where 0 stands for "none".
+/// Returns the smaller limit; 0 means no limit.
 template <class T>
 T smaller(T one, T other) {
   return one == 0 ? other : other == 0 ? one : std::min(one, other);

@@ -23,7 +23,8 @@ void count_adapter_overrun(BusState& bus) {
   ++bus.own_stats.replies_overrun;
 }
 
-/// Serial ports handle bytes only: those that do not fit are lost without a report.
+/// Passes a frame to the adapter of RS-485 hosts as bytes. Bytes that do not fit into the queue are
+/// lost without a report, as at a serial port.
 void bytes_to_host(BusState& bus, TimedFrame frame) {
   const protocol::WireBytes bytes = protocol::wire_bytes(frame.frame);
   const std::size_t fits = std::min(bytes.size, bus.adapter.room());
@@ -68,7 +69,7 @@ void deliver(BusState& bus, const WireDelivery& delivery) {
         bus.duplicates.process(delivery.at, delivery.frame, bus.wire, bus.faults, bus.time);
     return;
   }
-  if (delivery.frame.dlc == 0 && bus.serial) {  // its bytes cannot be told from another's
+  if (delivery.frame.dlc == 0 && bus.serial) {  // all bytes merged into those of another frame
     ++bus.own_stats.replies_lost;
     ++bus.own_stats.replies_collided;
     return;
@@ -156,8 +157,8 @@ bool deliver_to(BusState& bus, SimTime until) {
   for (;;) {
     const std::optional<SimTime> due = next_due(bus);
     SimTime target = std::max(std::min(due.value_or(until), until), bus.time);
-    // When all motors advance together, stop at the start of a reply. If its drive dies before,
-    // other frames take the wire, and no motor may be ahead of them.
+    // When all motors advance together, stop at the start of a reply. If the replying drive dies
+    // before, other frames take the wire, and no motor may be ahead of these frames.
     const std::optional<SimTime> start = bus.wire.next_reply_start();
     if ((bus.faults_or_conditions() || bus.flags_left > 0) && start && *start > bus.time) {
       target = std::min(target, *start);
@@ -193,7 +194,7 @@ void Bus::take_rom_writes(std::vector<RomWrite>& out) {
 void restore_rom(BusState& bus, int id, const Registers& rom, const RomWear& wear) {
   settle(bus);
   if (std::ranges::find(bus.rom_writes, id, &RomWrite::id) != bus.rom_writes.end()) {
-    return;  // who takes that write learns whether it is durable
+    return;  // a later write, not yet taken, contains the change; storing it decides
   }
   Node& node = bus.nodes.of(id);
   if (node.memory.idle()) {

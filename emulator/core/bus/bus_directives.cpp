@@ -15,7 +15,8 @@ namespace lk::emulator {
 
 namespace {
 
-/// Throws if no bus with these drives can execute it.
+/// Throws std::invalid_argument if the fault is impossible, std::out_of_range if a drive is not on
+/// the bus.
 void check(const BusState& bus, const Directive& directive) {
   std::visit(overloaded{
                  [&](const SetFault& set) {
@@ -73,7 +74,7 @@ bool apply(BusState& bus, const Directive& directive) {
     bus.agenda.cancel<Reconnect>(id);  // the last request wins
     motor().bank.connect_supply(motor().index, connected);
   };
-  // A new supply request cancels the pending one.
+  // Cancels the pending steps of the earlier supply directive and takes the first step of the new.
   const auto start_supply = [&] {
     bus.agenda.cancel<SupplyStep>(id);
     bus.agenda.cancel<SagEnd>(id);

@@ -10,7 +10,7 @@ namespace lk::emulator {
 
 namespace {
 
-/// Updates the hosts' adapter and their hold of the line for the active faults.
+/// Updates the hosts' adapter, and how long hosts hold the RS-485 line, for the active faults.
 void apply_host_faults(BusState& bus) {
   bus.adapter.set(adapter_times(bus.faults, bus.own_adapter));
   SerialWire* const wire = bus.wire.serial();
@@ -46,7 +46,8 @@ void sample_fault(BusState& bus, LiveFault& live) {
   }
 }
 
-/// A drive at another bit rate answers each frame with an error flag, until it is error-passive.
+/// Returns true if a drive at another bit rate destroys the next frame with an error flag. Such a
+/// drive flags each frame until it is error-passive.
 bool is_disturbed(BusState& bus) {
   if (bus.flags_left == 0 || bus.wire.can() == nullptr || bus.wire.bitrate() == 0) return false;
   for (Node& node : bus.nodes) {
@@ -58,8 +59,8 @@ bool is_disturbed(BusState& bus) {
   return false;
 }
 
-/// The sending controller gives the frame up at bus-off.
-/// The controllers of hosts and of duplicates recover by themselves.
+/// Call when the sender of a frame reaches bus-off and gives the frame up. Only a drive leaves the
+/// bus here: the controllers of hosts and of duplicates recover by themselves.
 void leave_bus(BusState& bus, const WireCandidate& given_up) {
   if (given_up.from_host) {
     bus.own_stats.drop(Reject::kFault);
@@ -80,7 +81,7 @@ void leave_bus(BusState& bus, const WireCandidate& given_up) {
 }  // namespace
 
 void begin_fault(BusState& bus, std::size_t fault) {
-  // It may have been cleared at this instant, or dropped from the board.
+  // The fault may have been cleared at this instant, or dropped from the board.
   if (!bus.faults.start(fault, bus.time)) return;
   LiveFault& live = bus.faults[fault];
   const FaultRow& row = live.row();
@@ -122,7 +123,7 @@ void end_fault(BusState& bus, std::size_t fault) {
   for (const int id : bus.faults[fault].fault.ids) apply_faults(bus, bus.nodes.of(id));
 }
 
-/// Samples lasting faults of the plant: counts visible effects, updates faults that move.
+/// Samples lasting plant faults: counts visible effects, and updates faults that vary in time.
 void sample_faults(BusState& bus) {
   std::set<int> varying;
   for (const std::size_t fault : bus.faults.take_due_samples(bus.time)) {
@@ -147,7 +148,7 @@ bool destroy_next(BusState& bus) {
   if (fault != nullptr) {
     fault->took_effect(bus.time, fault->row().of_bus ? kWholeBus : id, &next.frame);
   }
-  if (bus.wire.serial() != nullptr) {  // not detected, so not sent again
+  if (bus.wire.serial() != nullptr) {  // no sender detects it, so none sends the frame again
     bus.wire.serial()->spoil_next();
     return false;
   }

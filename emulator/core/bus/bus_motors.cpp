@@ -10,8 +10,7 @@ namespace lk::emulator {
 
 namespace {
 
-/// `at`: last instant with power.
-/// Pending replies and pending ROM writes are lost.
+/// Drops pending replies and ROM writes of a drive without power. `at`: last instant with power.
 void lose_power(BusState& bus, Node& node, SimTime at) {
   bus.own_stats.replies_lost += node.link.drop_all(bus.wire, at);
   node.link.errors = 0;
@@ -20,8 +19,8 @@ void lose_power(BusState& bus, Node& node, SimTime at) {
   if (node.memory.lose_power(node.servo)) bus.agenda.cancel<RomWritten>(node.id());
 }
 
-/// Updates drives that have died or started. Motors may be at different times then: drives interact
-/// on the wire only, and each is advanced before its frames take effect.
+/// Updates drives that have died or started. The motors may then be at different times, because
+/// drives interact on the wire only, and each is advanced before its frames take effect.
 void update_power(BusState& bus) {
   for (Node& node : bus.nodes) {
     const bool alive = bus.motors.alive(node.motor);
@@ -38,8 +37,8 @@ void update_power(BusState& bus) {
   }
 }
 
-/// For motors that others advance. A drive that has died or started stays at that instant until
-/// `update_power` has run.
+/// As `advance_motors_to`, for motors that SharedMotors advances. A drive that has died or started
+/// stays at that instant until `update_power` has run.
 [[gnu::noinline]] Advance await_shared_motors(BusState& bus, SimTime t) {
   const auto changed = [&bus](const Node& node) {
     return bus.motors.alive(node.motor) != node.power.alive;
@@ -57,8 +56,8 @@ void update_power(BusState& bus) {
   return Advance::kReached;
 }
 
-/// A drive with a new address at restart, at another rate, or holding the line affects the others.
-/// So its power state has to be known first.
+/// Returns true if a drive affects others when it dies or starts: its address changes at restart,
+/// it is at another bit rate, or it holds the line. Its motor must then advance with the others.
 bool any_affects_others(const BusState& bus) {
   return bus.flags_left > 0 || std::ranges::any_of(bus.nodes, [](const Node& node) {
            return node.servo.holds_line() || node.servo.address_changes_at_restart();
@@ -100,8 +99,8 @@ Advance advance_motors_to(BusState& bus, SimTime t, const Node* one) {
 }
 
 /// Drives interact on the wire only. Without faults and conditions, which read several drives, a
-/// drive without traffic may lag. Motors advanced together stop where a drive dies: its frame is
-/// void, and none is ahead of what follows.
+/// drive without traffic may lag. Motors that advance together stop where a drive dies: its frame
+/// is then not sent, and no motor may be ahead of the frames that follow instead.
 Advance advance_affected_motors_to(BusState& bus, SimTime t) {
   if (bus.faults_or_conditions()) {
     return advance_motors_to(bus, t);
@@ -111,7 +110,7 @@ Advance advance_affected_motors_to(BusState& bus, SimTime t) {
   const bool wire_due = wire_next && *wire_next <= t;
   const std::optional<SimTime> start = bus.wire.next_reply_start();
   const bool replies = start && *start <= t;
-  // If the drive of an unfinished reply dies, a frame behind it may have had the wire by now.
+  // If the drive that sends a reply dies, a frame behind the reply may use the wire earlier.
   const auto several_wait = [](auto& wire) { return wire.several_wait(); };
   if (!agenda_due && !wire_due && !(replies && bus.wire(several_wait))) return Advance::kReached;
   if (bus.nodes.size() == 1 || any_affects_others(bus)) {

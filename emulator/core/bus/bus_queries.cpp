@@ -1,4 +1,4 @@
-// Reaction of drives to frames of hosts: who receives them, what is answered, and when.
+// Reaction of drives to frames of hosts: which drives receive a frame, and when they reply.
 
 #include <algorithm>
 #include <utility>
@@ -9,18 +9,18 @@
 namespace lk::emulator {
 namespace {
 
-/// Addressees of a query.
+/// Number of drives that a query addresses.
 enum class Addressees : std::uint8_t { kOne, kSeveral };
 
-/// State before a command.
+/// State of a drive before it executes a command.
 struct PriorState {
   bool mute;                 // nothing that the drive sends leaves it
   std::uint64_t rom_writes;  // number of ROM writes so far
 };
 
-/// A CAN bus without bit timing has no reply time; flash writes still take time. After a
-/// multi-drive packet each drive has a time slot, whether or not those before it answer
-/// (docs/reference/rs485.md).
+/// Returns the time from the end of a query to the reply, without flash writes; 0 on a CAN bus
+/// without bit timing. After a multi-drive packet on RS-485 each drive has a time slot, whether or
+/// not the drives before it answer (docs/reference/rs485.md).
 SimTime reply_time(const BusState& bus, Node& node, Addressees whom) {
   const ServoConfig& config = node.servo.config;
   if (!bus.serial) return bus.wire.bitrate() > 0 ? config.reply_time : SimTime{0};
@@ -43,7 +43,8 @@ SimTime reply_time(const BusState& bus, Node& node, Addressees whom) {
       SimTime{0});
 }
 
-/// Sends the reply at `ready`, or later when the flash is done.
+/// Sends the reply to a query at `ready`, or later, when the flash has stored the change. `at`: end
+/// of the query.
 void send_reply(BusState& bus, SimTime at, SimTime ready, Node& node, const protocol::Reply& reply,
                 PriorState before) {
   Servo& servo = node.servo;
@@ -100,7 +101,8 @@ bool line_is_held(BusState& bus) {
   return true;
 }
 
-/// A drive receives a frame addressed to it. Returns why it does not answer; nullopt if it does.
+/// Lets a drive process a frame addressed to it. Returns why it does not answer, nullopt if it
+/// does.
 std::optional<Reject> process_for_drive(BusState& bus, SimTime at, Node& node,
                                         const protocol::Frame& frame) {
   // A condition on this query acts before the drive processes it.
@@ -134,8 +136,9 @@ std::optional<Reject> process_for_drive(BusState& bus, SimTime at, Node& node,
   return std::nullopt;
 }
 
-/// Every drive processes the frame and answers in the order of addresses. If none answers, the
-/// cause is that of the drive that came closest.
+/// Lets every drive process a multi-drive frame, in the order of addresses. If no drive answers,
+/// the drop has the cause of the last drive with a fault, an unknown command or a busy state;
+/// without such a drive, wrong mode precedes foreign ID.
 void process_multi_drive(BusState& bus, SimTime at, const protocol::Frame& frame) {
   if (bus.nodes.size() > 0 &&
       std::ranges::none_of(bus.nodes, [](const Node& node) { return node.power.alive; })) {

@@ -24,7 +24,7 @@ constexpr std::uint8_t kInEndOfFrame = 0x1A;
 constexpr int kMaxReceiveErrors = 255;
 constexpr int kBackFromPassive = 119;  // ISO 11898-1: between 119 and 127
 
-/// State that the last step of a counter has reached.
+/// Returns `passive` or `warning` if the step from `before` to `now` reaches this state, else 0.
 std::uint8_t reached(int before, int now, std::uint8_t warning, std::uint8_t passive) {
   const auto passes = [&](int level) { return before < level && now >= level; };
   return passes(kErrorPassive) ? passive : passes(kErrorWarning) ? warning : std::uint8_t{0};
@@ -41,7 +41,7 @@ protocol::Frame report_error(HostErrorCounters& host, bool sending) {
   if (sending) {
     counter += kErrorStep;
     frame.data[1] = reached(before, counter, kTransmitWarning, kTransmitPassive);
-    // Error flags of the receivers hit its end of frame.
+    // The error flags of the receivers hit the frame's end-of-frame field.
     frame.data[2] = kOnTransmission | kNoRecessiveBit;
     frame.data[3] = kInEndOfFrame;
   } else {

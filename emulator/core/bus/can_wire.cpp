@@ -129,7 +129,8 @@ std::optional<CanWire::Transmission> CanWire::next_transmission() const {
   if (!first) {
     return std::nullopt;
   }
-  // All that wait when the wire becomes free start together; the lowest arbitration field wins.
+  // All frames waiting when the wire becomes free start together; the lowest arbitration field
+  // wins.
   Transmission transmission{
       .start = std::max(*first, free_at_), .end = SimTime{0}, .drive = std::nullopt};
   const Waiting* winner = nullptr;
@@ -141,8 +142,8 @@ std::optional<CanWire::Transmission> CanWire::next_transmission() const {
       transmission.drive = k;
     }
   }
-  // Query and reply of a drive share the identifier, so both may start, and neither backs off. On a
-  // real wire both then have a bit error and retry; here the reply goes first.
+  // Query and reply of a drive have the same identifier, so both may start, and neither sender
+  // backs off. On a real wire both then have a bit error and retry; here the reply goes first.
   if (host_count_ > 0) {
     const Waiting& head = hosts_[host_head_];
     if (host_ready() <= transmission.start &&
@@ -192,7 +193,7 @@ WireCandidate CanWire::next() const {
   return {protocol::Frame(frame.frame), !next_->drive, frame.owner};
 }
 
-/// Occupies the wire with the frame up to its error flags, the delimiter, and the intermission.
+/// Occupies the wire for the frame with its error flags, the error delimiter and the intermission.
 void CanWire::break_off(const Transmission& transmission) {
   constexpr int kBits = kErrorDelimiterBits + protocol::kInterframeBits;
   const SimTime occupancy = sender(transmission).length + bits_duration(kBits, bitrate_);

@@ -78,8 +78,8 @@ class CanWire {
   /// by `now` is not delivered, but occupies the wire to its end.
   std::size_t drop_replies(std::uint32_t owner, SimTime now);
 
-  /// End of the next frame, unless a frame queued until then wins the arbitration; nullopt if no
-  /// frame is pending.
+  /// End of the next frame, unless a frame that is queued before its start wins the arbitration;
+  /// nullopt if no frame is pending.
   std::optional<SimTime> next_due() const {
     return next_ ? std::optional(next_->end) : std::nullopt;
   }

@@ -23,7 +23,7 @@ bool Conditions::count(int id, std::uint8_t command, SimTime now) {
   return complete;
 }
 
-/// Stores the sampled value in `waiting`.
+/// Returns true if the condition holds. Stores the sampled value of a signal in `waiting`.
 bool Conditions::holds(Waiting& waiting, const std::function<DriveView(int id)>& view) {
   const auto passes = [&](const SignalReaches& reaches) {
     const double value = reaches.signal->read(view(waiting.when.id));

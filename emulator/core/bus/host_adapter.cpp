@@ -34,7 +34,7 @@ SimTime HostAdapter::delay_frame(Direction& way, SimTime at, double mean_us) {
 HostAdapter::ToWire HostAdapter::to_wire(SimTime at) {
   AdapterEffects shown;
   SimTime written = at;
-  // A write during a stall waits for its end and does not begin another.
+  // A write during a stall waits for the end of the stall and does not begin another one.
   if (times_.stall_every > 0 && at >= tx_.line_free) {
     ++unanswered_;
     shown.stalled = at - last_from_wire_ >= kAdapterSilence &&
@@ -66,7 +66,7 @@ AdapterEffects HostAdapter::from_wire(const TimedFrame& frame, std::size_t size)
   SimTime due = there;
   if (times_.batch_us > 0) {
     const bool goes = times_.batch_most > 0 && waiting_size_ + size >= times_.batch_most;
-    if (goes) {  // with all pending frames
+    if (goes) {  // the batch is full: all pending frames go now
       for (Waiting& one : waiting_) one.frame.at = std::min(one.frame.at, there);
     } else {
       due = tick_from(there, from_us(times_.batch_us));

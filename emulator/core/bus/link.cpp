@@ -29,7 +29,7 @@ std::size_t DriveLink::send_all(Wire& wire, const std::vector<Outgoing>& out) {
     lost += send(wire, one);
     if (behind) lost += send(wire, *std::exchange(behind, std::nullopt));
   }
-  if (behind) held_back = behind;  // no frame has left that it could follow
+  if (behind) held_back = behind;  // no frame was sent that it could follow
   return lost;
 }
 

@@ -14,7 +14,7 @@ std::int64_t f_pwm_Hz_of(const ServoConfig& servo) {
   return protocol::rounded(servo.profile.drive.inverter.f_pwm);
 }
 
-/// An event at time 0 disconnects the supply of this drive.
+/// Returns true if an event at time 0 disconnects the supply of this drive.
 bool starts_without_power(const BusConfig& config, int id) {
   return std::ranges::any_of(config.events, [id](const TimedDirective& event) {
     return event.at == SimTime{0} && !event.when && event.directive.id == id &&

@@ -18,7 +18,7 @@ using Waiting = SerialWire::Waiting;
 
 namespace {
 
-/// Finds the frame of this sender in `sending`: drives and hosts have at most one there.
+/// Finds the frame of this sender in `sending`, which holds at most one per sender.
 auto sent_by(auto& sending, std::uint32_t owner) {
   return std::ranges::find_if(sending,
                               [owner](const Sending& one) { return one.what.owner == owner; });
@@ -28,12 +28,13 @@ bool is_sending(const std::vector<Sending>& sending, std::uint32_t owner) {
   return sent_by(sending, owner) != sending.end();
 }
 
-/// `first` began earlier; at equal starts it comes first in the list of frames.
+/// Returns true if `first` began earlier or, at equal starts, comes first in the list of frames.
+/// Pre: both are in the same list.
 bool is_first(const Sending& first, const Sending& second) {
   return first.start < second.start || (first.start == second.start && &first < &second);
 }
 
-/// Marks `other` as overlapped by `ended` until `until`.
+/// Marks `other` as overlapped by the frame `ended` until `until`.
 void mark_overlap(const Sending& ended, Sending& other, SimTime until) {
   if (&other == &ended || other.start >= until) return;
   other.covered_until = std::max(other.covered_until, until);
@@ -141,7 +142,7 @@ void SerialWire::send_from_drive(SimTime at, const Frame& frame, std::uint64_t a
   }
 }
 
-/// Starts the next frame of a sender that has none on the wire.
+/// Moves the next frame of a sender to sending_. Pre: the sender has no frame there.
 void SerialWire::begin_next(std::uint32_t owner, SimTime free_at) {
   if (owner == kHost) {
     host_free_at_ = free_at;
@@ -160,9 +161,9 @@ void SerialWire::begin_next(std::uint32_t owner, SimTime free_at) {
 
 std::size_t SerialWire::block(std::uint32_t owner, SimTime now) {
   const auto own = sent_by(sending_, owner);
-  if (own != sending_.end() && own->start >= now) {  // else it is completed
+  if (own != sending_.end() && own->start >= now) {  // a frame that has begun is completed
     drives_.push_back(own->what);
-    std::rotate(drives_.begin(), drives_.end() - 1, drives_.end());  // it stays the first
+    std::rotate(drives_.begin(), drives_.end() - 1, drives_.end());  // remains the drive's first
     sending_.erase(own);
   }
   std::size_t count = 0;
@@ -197,7 +198,8 @@ std::size_t SerialWire::drop_replies(std::uint32_t owner, SimTime now) {
 
 // --- bytes on the line
 
-/// Its bytes must be processed one by one: they may not be exactly one intact packet.
+/// Returns true if the bytes of `one` must be processed one by one, because drives may not receive
+/// them as exactly one intact packet.
 bool SerialWire::goes_by_bytes(const Sending& one) const {
   if (one.bytes.size == 0) return false;
   const bool overlaps = std::ranges::any_of(sending_, [&](const Sending& other) {
@@ -273,7 +275,7 @@ std::optional<Frame> SerialWire::process_byte(Sending& one) {
   bool merged_for_host = begin < one.merged_for_host_until;
   for (const Sending& other : sending_) {
     if (&other == &one || other.start >= end || other.end <= begin) continue;
-    // Index of the other's last byte that begins before the end of this one.
+    // Index of the last byte of `other` that begins before the byte of `one` ends.
     std::size_t beside = 0;
     while (beside + 1 < other.bytes.size && other.byte_time(beside + 1) < end) ++beside;
     const bool together = other.byte_time(beside) == begin;

@@ -7,7 +7,7 @@
 namespace lk::emulator {
 namespace {
 
-/// V; lowest voltage by which power is divided to get a current.
+/// Lower bound, V, of the voltage by which power is divided to get a current.
 constexpr double kEmpty = 1.0;
 
 }  // namespace

@@ -11,8 +11,8 @@
 namespace lk::emulator {
 
 /// Common battery of the drives on all buses of a robot. Each drive has its own source and cable
-/// (docs/internals/model.md §5). The total current drops the voltage of all sources equally, by the
-/// inner resistance of the battery. A value.
+/// (docs/internals/model.md §5). The total current lowers the voltage of all sources equally, by
+/// the drop at the inner resistance of the battery. Copies are independent.
 class Battery {
  public:
   /// Returns true if a bus of the robot has drives on a battery.
@@ -20,8 +20,8 @@ class Battery {
   /// Pre: `buses` were just made of `robot`.
   Battery(std::span<const BusConfig> robot, std::span<Bus* const> buses);
 
-  /// Updates the voltage drop after `passed` since construction or the last call, from the current
-  /// in that time. The inner resistance and the link capacitors filter the drop.
+  /// Updates the voltage drop from the current since construction or the last call, `passed` ago.
+  /// The inner resistance and the link capacitors filter the drop.
   void exchange(std::span<Bus* const> buses, SimTime passed);
 
  private:

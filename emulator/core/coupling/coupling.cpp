@@ -10,10 +10,11 @@
 namespace lk::emulator {
 namespace {
 
-/// Step with a battery and no body. Assumed: motors heat up more slowly, links are as fast.
+/// Step length with a battery and no body. Assumed to suffice: temperatures of motors change more
+/// slowly; voltages of DC links change about as fast.
 constexpr SimTime kBatteryStep = std::chrono::milliseconds(1);
 
-/// kg·m²: minimum inertia that a body adds to a shaft, against rounding errors.
+/// Minimum inertia that a body adds to a shaft, kg·m²; excludes results ≤ 0 by rounding.
 constexpr double kLightest = 1e-12;
 
 double seconds(SimTime time) { return static_cast<double>(time.count()) * 1e-9; }
@@ -25,7 +26,7 @@ const Mechanism& body_of(std::span<const BusConfig> robot) {
           })->body;
 }
 
-/// Some drive of the robot turns a joint.
+/// Returns true if a drive of the robot turns a joint.
 bool moves_body(std::span<const BusConfig> robot) {
   return std::ranges::any_of(robot, [](const BusConfig& bus) {
     return bus.body != nullptr && std::ranges::any_of(bus.servos, [](const auto& servo) {
@@ -36,7 +37,7 @@ bool moves_body(std::span<const BusConfig> robot) {
 
 }  // namespace
 
-/// Limit: half a radian per step, assumed.
+/// The oscillation is too fast if its phase advances more than half a radian per step (assumed).
 bool is_stiff(const model::MechanicsParams& m, double J_body, SimTime step) {
   const double J_rotor = m.J * m.gear_ratio * m.gear_ratio;
   const double omega2 = m.gear_stiffness_out * (1.0 / (m.J_out + J_body) + 1.0 / J_rotor);
@@ -134,7 +135,8 @@ void Coupling::begin(std::span<Bus* const> buses) {
   end_ += step_;
 }
 
-/// Each joint responds as the body alone: its drive affects other joints only in the next step.
+/// Within a step the motors see their joints as independent: the torque of a drive affects other
+/// joints only from the next step on.
 void Coupling::mount(std::span<Bus* const> buses) {
   const bool posed = take_acts(buses);
   apply_pushes();
@@ -160,15 +162,16 @@ void Coupling::mount(std::span<Bus* const> buses) {
   for (Bus* const bus : buses) bus->state().body = state_;
 }
 
-/// Called where a step begins or ends: `end_` is the present time.
+/// Pre: a step begins or ends now, so `end_` is the present time. Stores the failure of the body.
 bool Coupling::has_failed() {
   const auto reason = mechanism_->failure();
   if (reason) failure_ = "the body at " + time_text(end_) + ": " + *reason;
   return reason.has_value();
 }
 
-/// Torque of a drive on its joint, from the motion of the shaft. The momentum gives the mean, the
-/// distance gives the slope. Uses the `armature` in the body, even if it has broken off since.
+/// Returns the torque of a drive on its joint, from the motion of the shaft in the step: the change
+/// of speed gives the mean, the distance gives the slope. Uses the armature that the body included
+/// in this step, even if the coupling has broken since.
 JointTorque Coupling::drive_torque(const Link& link, const model::MountedShaft& shaft) const {
   const double step_s = seconds(step_);
   const double J = link.mount.J + link.armature;

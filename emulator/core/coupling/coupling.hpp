@@ -19,16 +19,17 @@ struct CoupledDrive {
   std::size_t bus;
   int id;
   JointLink joint;
-  bool stiff = false;  // is_stiff
+  bool stiff = false;  // result of is_stiff
 };
 
-/// The spring of a gear, with a body of `J_body` at its output, is too fast for a body that is
-/// updated once per step. The body then sees rotor and output as one.
+/// Returns true if the spring of a gear with the inertia `J_body` (kg·m²) of a body at its output
+/// oscillates too fast for a body that is updated once per `step`. The body then treats rotor and
+/// output as one inertia.
 bool is_stiff(const model::MechanicsParams& mechanics, double J_body, SimTime step);
 
 /// Couples the drives of several buses through a body whose joints they turn, a common battery, or
-/// both. The owner of the buses lets all of them `reach` each `next_due`, and calls `exchange`
-/// there. A value: a copy has a separate body.
+/// both. The owner of the buses calls `reach(next_due())` of each bus, then `exchange`, and repeats
+/// this. A copy has a separate body.
 class Coupling {
  public:
   /// Returns true if the robot has a body that drives turn, or a battery.
@@ -47,7 +48,7 @@ class Coupling {
   /// End of the step under way; without one, the start of the next.
   SimTime next_due() const { return end_; }
   bool under_way() const { return under_way_; }
-  /// Ends the step that the buses have done, for body and battery, and begins the next one.
+  /// Ends the step that the buses have completed, for body and battery, and begins the next step.
   void exchange(std::span<Bus* const> buses);
   /// The two halves of `exchange`, for a body that an external simulator computes.
   void finish(std::span<Bus* const> buses);
@@ -69,12 +70,12 @@ class Coupling {
     double torque_Nm = 0;  // on the body at the joint, in the last step
   };
   JointTorque drive_torque(const Link& link, const model::MountedShaft& shaft) const;
-  /// Executes the acts that the buses have for the body. Returns true if one was a Pose.
+  /// Executes the pending actions of the buses on the body. Returns true if one was a Pose.
   bool take_acts(std::span<Bus* const> buses);
   /// Applies the active pushes.
   void apply_pushes();
   bool has_failed();
-  /// Puts the drives on the joints in their present state.
+  /// Connects the drives to their joints, in the joints' present state, for the next step.
   void mount(std::span<Bus* const> buses);
 
   std::unique_ptr<Mechanism> mechanism_;

@@ -18,7 +18,7 @@ struct BodyPart {
   std::string name;   // empty: unnamed
   bool free = false;  // has a free joint, as the trunk of a walking robot
   double mass_kg = 0;
-  Triple centre_m{};  // of mass, in the part's own frame
+  Triple centre_m{};  // centre of mass, in the part's own frame
 };
 
 enum class GeomKind : std::uint8_t { kPlane, kSphere, kCapsule, kEllipsoid, kCylinder, kBox };
@@ -34,7 +34,7 @@ struct BodyGeom {
   std::array<double, 4> colour{};  // red, green, blue, opacity: 0 to 1
 };
 
-/// In the frame of the body that it moves.
+/// A joint, in the frame of the body that the joint moves.
 struct BodyJoint {
   std::size_t body = 0;
   Triple axis{};  // of unit length
@@ -42,7 +42,7 @@ struct BodyJoint {
 };
 
 struct BodyShape {
-  double mass_kg = 0;  // of all that moves
+  double mass_kg = 0;  // sum over all moving parts
   std::vector<BodyPart> bodies;
   std::vector<BodyGeom> geoms;
   std::vector<BodyJoint> joints;  // in the order of Mechanism::joints()
@@ -56,7 +56,7 @@ struct BodyPose {
 
 struct BodyContact {
   Triple point_m{};
-  Triple force_N{};  // on the moving one of the two; on the second if both move
+  Triple force_N{};  // force on the part that moves; if both parts move, on the second
 };
 
 /// Second interface of a Mechanism that can be drawn.

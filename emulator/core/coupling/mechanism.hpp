@@ -13,19 +13,19 @@
 
 namespace lk::emulator {
 
-/// State of a joint. For a short time a shaft on it obeys inertia·acceleration = torque +
-/// body_torque, where `torque` comes from its drive.
+/// State of a joint. For a short time the joint obeys inertia·acceleration = torque + body_torque,
+/// where `torque` comes from the drive on the joint.
 struct JointView {
   double angle_rad = 0;
   double speed_rad_s = 0;
   /// Effective inertia of all that moves with the joint, armature included.
   double inertia_kg_m2 = 0;
-  /// From gravity, contacts, and the other joints with their last torques.
+  /// Torque from gravity, contacts, and the other joints under their last torques.
   double body_torque_Nm = 0;
 };
 
-/// Torque on a joint over one step: mean + slope·(time from the middle of the step). Also the state
-/// at its end, if the body responds as at the start.
+/// Torque on a joint over one step: mean + slope·(time from the middle of the step). Also angle and
+/// speed of the joint at the end of the step, if the body responds as at the start.
 struct JointTorque {
   double mean_Nm = 0;
   double slope_Nm_s = 0;
@@ -34,7 +34,7 @@ struct JointTorque {
 };
 
 /// A body with joints that drives turn (docs/internals/decisions/0031-a-body-on-the-shafts.md). It
-/// depends on its inputs only, and moves in steps of equal length. Joints without a drive are free.
+/// depends on its inputs only, and advances in equal steps. Joints without a drive turn freely.
 class Mechanism {
  public:
   virtual ~Mechanism() = default;
@@ -54,23 +54,24 @@ class Mechanism {
   virtual void update() = 0;
   /// Advances one step with these torques, one for each of joints().
   virtual void advance(std::span<const JointTorque> torques) = 0;
-  /// Names of the parts, which can be pushed and loaded; "" is one that cannot.
+  /// Names of the parts that can be pushed and loaded; "" marks a part that cannot.
   virtual std::span<const std::string> parts() const = 0;
-  /// Sets the force on a part from now on, in world axes, at its centre of mass.
+  /// Sets force and torque on a part from now on, in world axes, at the part's centre of mass.
   virtual void push(std::size_t part, const std::array<double, 3>& force_N,
                     const std::array<double, 3>& torque_Nm) = 0;
   /// Sets the mass that the part carries at its centre of mass, kg ≥ 0. Call `update` next.
   virtual void carry(std::size_t part, double mass_kg) = 0;
-  /// Stops the body, with joints that nothing turns, or restarts it from rest. Call `update` next.
+  /// true: stops the body; no torque turns its joints. false: the body continues from rest. Call
+  /// `update` next.
   virtual void freeze(bool on) = 0;
   /// End stops of a hinge joint, rad; nullopt: it turns freely.
   virtual std::optional<std::array<double, 2>> stops(std::size_t /*joint*/) const { return {}; }
-  /// Names of the poses in the model; "" is one without a name.
+  /// Names of the poses in the model; "" marks a pose without a name.
   virtual std::span<const std::string> keyframes() const { return {}; }
   /// Indices in parts() of the parts with a free joint.
   virtual std::span<const std::size_t> free_parts() const { return {}; }
   virtual bool has_floor() const { return false; }
-  /// Pre: `has_floor()`. Call `update` next.
+  /// Pre: `has_floor()`. Changes the ground. Call `update` next.
   virtual void set_floor(const Floor& /*floor*/) {}
   /// Puts the body into a pose. Call `update` next.
   virtual void pose(const Pose& /*pose*/) {}

@@ -24,10 +24,10 @@ struct LiveFault {
   FaultEvidence evidence;
   std::size_t order = 0;  // number of faults armed before it
   std::int64_t beginnings = 0;
-  SimTime since{0};                   // last beginning
+  SimTime since{0};                   // time of the last beginning
   std::optional<SimTime> sampled_at;  // last sample of its effect
-  std::vector<double> anchors;        // rad: outputs of `fault.ids` at the last beginning
-  std::uint64_t destroyed = 0;        // number of frames since the last beginning
+  std::vector<double> anchors;        // rad; output angles of `fault.ids` at the last beginning
+  std::uint64_t destroyed = 0;        // number of destroyed frames since the last beginning
   std::uint64_t random = 1;
 
   const FaultRow& row() const { return *fault.row; }
@@ -47,17 +47,17 @@ struct LiveFault {
   }
   /// Returns the next random number of this fault, in [0, 1).
   double draw() { return uniform(random = mix(random)); }
-  /// Returns whether it hits this frame. A certain fault draws no number.
+  /// Returns true if the fault hits this frame. A fault of probability 1 draws no number.
   bool hits() { return fault.probability >= 1 || draw() < fault.probability; }
-  /// Counts an effect at `now` on the drive `id` or kWholeBus, and on a frame if not null.
+  /// Counts an effect at `now` on the drive `id` or kWholeBus, and on `frame` unless it is null.
   void took_effect(SimTime now, int id, const protocol::Frame* frame = nullptr);
 };
 
-/// A lasting fault on the motor of one of its drives.
+/// A lasting plant fault, for the motor of one of the affected drives.
 struct OnPlant {
   const LiveFault& live;
   const ServoConfig& servo;
-  SimTime active;  // since the fault began
+  SimTime active;  // time since the fault began
 
   double number(std::size_t n = 0) const { return live.number(n); }
   template <class Choice>
@@ -72,7 +72,7 @@ struct OnPlant {
 struct OnQuery {
   enum class Fate : std::uint8_t {
     kDelivered,
-    kIgnored,  // by the firmware; other faults still act on it
+    kIgnored,  // by the firmware; other faults still act on the frame
     kLost,
   };
   LiveFault& live;
@@ -115,7 +115,7 @@ struct OnRead {
 /// A frame whose last bit is due.
 struct OnWire {
   LiveFault& live;
-  int sender;  // the drive, or kWholeBus
+  int sender;  // ID of the drive that sends it; kWholeBus: a host or a duplicate
   std::int64_t bitrate;
   bool serial;  // RS-485
 };
@@ -136,7 +136,7 @@ struct OnBabble {
   LiveFault& live;
   const Servo& servo;
   const DriveLink& link;
-  SimTime running;  // since its controller started
+  SimTime running;  // time since the controller started
 };
 /// Frame to send, if any, and the pause before the next one.
 struct Babble {

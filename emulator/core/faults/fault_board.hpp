@@ -15,15 +15,15 @@
 
 namespace lk::emulator {
 
-/// Faults of a bus, armed, active or over, and their effects. The order of a fault, its key, is the
-/// number of faults armed before it. A value.
+/// Faults of a bus, armed, active or over, and their effects. The key of a fault is its order: the
+/// number of faults armed before it. Copies are independent.
 class FaultBoard {
  public:
-  /// Capacity, including faults that are over. When it is reached, the oldest one that is over is
-  /// dropped.
+  /// Capacity, including faults that are over. If the board holds so many, arming another fault
+  /// drops the oldest one that is over.
   static constexpr std::size_t kMax = 1000;
-  /// Approximate limit of samples per step, one per lasting plant fault and drive. Beyond it faults
-  /// take turns.
+  /// Approximate limit of samples per call of `take_due_samples`; a lasting plant fault takes one
+  /// sample per drive. Above the limit, faults take turns.
   static constexpr std::size_t kMaxSamples = 256;
   explicit FaultBoard(std::uint64_t bus_seed) : bus_seed_(bus_seed) {}
 
@@ -44,12 +44,12 @@ class FaultBoard {
   auto end() { return faults_.end(); }
   auto begin() const { return faults_.begin(); }
   auto end() const { return faults_.end(); }
-  /// In the order of arming.
+  /// Returns all faults on the board, in the order of arming.
   std::vector<FaultReport> reports() const;
 
   /// Pre: `!full()`. Arms a fault under a unique name. Returns its order.
   std::size_t arm(Fault fault, SimTime now);
-  /// Returns false if the fault was cleared or dropped before.
+  /// Begins an occurrence of a fault. Returns false if the fault was cleared or dropped before.
   bool start(std::size_t order, SimTime now);
   void stop(std::size_t order);
   /// Returns the faults that are not over and have this name or kind; "all" returns all of them.
@@ -58,18 +58,18 @@ class FaultBoard {
   /// Returns the plant faults to sample now, and marks them as sampled: new ones at once, others in
   /// turns of kMaxSamples.
   std::vector<std::size_t> take_due_samples(SimTime now);
-  /// As `take_due_samples`, for one fault out of turn. Returns true if it is to be sampled.
+  /// As `take_due_samples`, for one fault out of turn. Returns true if the caller must sample it.
   bool mark_sampled(std::size_t order, SimTime now);
 
-  /// First active fault of the drive whose row has `trait`, kWholeBus: of any; null if there is
-  /// none.
+  /// Returns the first active fault of the drive `id` (kWholeBus: of any drive) whose row has
+  /// `trait`; null if there is none.
   LiveFault* first(int id, bool FaultRow::*trait);
   /// Some active fault has a row with `trait`.
   bool any(bool FaultRow::*trait) const;
 
  private:
   std::string free_name(const Fault& fault) const;
-  /// Indices in `faults_`.
+  // These return an index in `faults_`; nullopt if there is no such fault.
   std::optional<std::size_t> index_of(std::size_t order) const;
   std::optional<std::size_t> oldest_over() const;
   bool mark_sampled(LiveFault& live, SimTime now);
@@ -97,16 +97,17 @@ model::Faults plant_faults(const FaultBoard& faults, const ServoConfig& servo, S
 FirmwareFaults firmware_faults(const FaultBoard& faults, int id);
 /// Returns `sum` plus the times of active faults of the adapter.
 AdapterTimes adapter_times(const FaultBoard& faults, AdapterTimes sum);
-/// Counts the adapter faults with an effect on the frame.
+/// Counts an effect for each adapter fault that acted on the frame, as `shown`.
 void count_adapter(FaultBoard& faults, const AdapterEffects& shown, const protocol::Frame& frame,
                    SimTime now);
-/// Counts the faults that changed the behaviour of the firmware.
+/// Counts an effect for each firmware fault that changed the servo's behaviour since the last call.
 void count_firmware_effects(FaultBoard& faults, Servo& servo, SimTime now);
 /// Applies faults to a frame before the drive receives it; may change it. Returns false if the
 /// drive does not receive it.
 bool apply_to_query(FaultBoard& faults, const DriveLink& link, const Servo& servo,
                     protocol::Frame& frame, SimTime now);
-/// Counts a query that came while the drive's queue was full.
+/// Counts an effect for the fault that blocks the drive's send queue: a full queue made the drive
+/// ignore this query.
 void count_ignored(FaultBoard& faults, int id, const protocol::Frame& query, SimTime now);
 /// A reply after the faults have acted on it.
 struct FaultedReply {
@@ -116,8 +117,8 @@ struct FaultedReply {
 };
 FaultedReply apply_to_reply(FaultBoard& faults, int id, const DriveLink& link,
                             const Outgoing& reply, std::int64_t bitrate, SimTime now);
-/// Fault that destroys the frame of the drive `sender`, or kWholeBus, on the wire; null if none
-/// does.
+/// Returns the fault that destroys a frame on the wire; null if none does. `sender`: the drive that
+/// sends the frame; kWholeBus: a host or a duplicate.
 LiveFault* destroyer(FaultBoard& faults, int sender, std::int64_t bitrate, bool serial);
 /// Applies faults to a frame that the host reads on RS-485.
 void apply_to_read(FaultBoard& faults, protocol::Frame& frame, SimTime now);
@@ -126,7 +127,7 @@ LiveFault* line_holder(FaultBoard& faults);
 /// Extra time that the drive stays off the bus after a bus-off.
 SimTime recovery(const FaultBoard& faults, int id);
 
-/// Effect of this fault alone on the motor of the drive `servo`.
+/// Returns the effect of this fault alone on the motor of the drive `servo`.
 model::Faults plant_faults(const LiveFault& live, const ServoConfig& servo, SimTime now);
 
 }  // namespace lk::emulator

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Functions to write rows of the fault table, and the parts of the table.
+/// @file Parts of the fault table, and functions for writing its rows.
 
 #include "emulator/core/faults/fault_table.hpp"
 

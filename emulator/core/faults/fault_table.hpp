@@ -43,7 +43,7 @@ enum class FaultGroup : std::uint8_t {
 };
 std::string_view to_string(FaultGroup group);
 
-/// Parameter of a kind of fault. The end of its word is its unit.
+/// Parameter of a kind of fault. Its word ends with its unit, if it has one.
 struct FaultParam {
   std::string_view word;  // "percent"; empty: no further parameter
   double min = 0, max = 0;
@@ -61,7 +61,7 @@ struct FaultRow {
   bool of_bus = false;     // of the whole bus: takes no drives
   bool serial = false;     // RS-485 only
   bool per_frame = false;  // takes a probability per frame
-  bool needs_one = false;  // one of its parameters must be given
+  bool needs_one = false;  // at least one of its parameters must be given
   /// Returns why a drive cannot have the fault; empty if it can.
   std::string (*impossible)(const Fault& fault, const ServoConfig& servo) = nullptr;
 
@@ -74,25 +74,25 @@ struct FaultRow {
   bool (*destroys)(OnWire& on) = nullptr;
   SimTime (*recovery)(const LiveFault& live) = nullptr;  // extra time off the bus after a bus-off
   bool silences = false;                                 // nothing leaves the drive
-  bool blocks = false;                                   // its frames stay in its send queue
+  bool blocks = false;                                   // frames stay in the drive's send queue
   bool holds_back = false;                               // `on_reply` may hold a frame back
   Babble (*babble)(OnBabble& on) = nullptr;              // sends unsolicited frames
-  double (*duplicate)(const LiveFault& live) = nullptr;  // a second drive, so many rad from it
-  // Adapter of the hosts: added times, and the flag of their effect.
+  double (*duplicate)(const LiveFault& live) = nullptr;  // second drive's rotor offset, rad
+  // Adapter of the hosts: adds times to `sum`; flag in AdapterEffects that shows an effect.
   void (*adapter)(const LiveFault& live, AdapterTimes& sum) = nullptr;
   bool AdapterEffects::*adapter_shows = nullptr;
-  // RS-485 hosts: changes of what they read, echo of what they send, and how long they hold the
-  // line after it.
+  // RS-485 hosts: change of the frames that they read, echo of the frames that they send, and time
+  // for which they hold the line after sending.
   void (*on_read)(OnRead& on) = nullptr;
   bool echoes = false;
   SimTime (*line_hold_time)(const LiveFault& live) = nullptr;
-  // Firmware and memory: flag of the fault, and details from its parameters.
+  // Firmware and memory: flag that the fault sets, and a function that copies its parameters.
   bool FirmwareFaults::*firmware = nullptr;
   void (*firmware_detail)(const LiveFault& live, FirmwareFaults& sum) = nullptr;
   bool (*at_once)(AtOnce& on) = nullptr;  // at one instant; returns whether it changed anything
   BilingualText about = {};               // description, one sentence
 
-  /// Happens at one instant: takes no duration.
+  /// The fault happens at one instant and takes no duration.
   bool momentary() const { return at_once != nullptr; }
 };
 

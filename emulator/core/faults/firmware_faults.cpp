@@ -19,7 +19,8 @@ constexpr std::string_view kParameterWords[] = {
 constexpr std::span<const std::string_view> kAllWords = kParameterWords;
 constexpr auto kAll = static_cast<RomParameter>(kRomParameters);
 
-/// Rejects the limit of the other series.
+/// Rejects the limit that the drive's series does not use: on MS Max Torque Current, else Max
+/// Power.
 std::string without_parameter(const Fault& fault, const ServoConfig& servo) {
   const bool ms = servo.profile.series == Series::kMs;
   const auto parameter = fault.values[0].choice<RomParameter>();
@@ -36,7 +37,7 @@ std::string answers_so_anyway(const Fault&, const ServoConfig& servo) {
              : "drive " + std::to_string(servo.id) + " answers so anyway (quirks.clear_reply)";
 }
 
-/// OffHangs without its first value.
+/// Values of OffHangs, without kNo.
 enum class Scope : std::uint8_t { kDrive, kBus };
 constexpr std::string_view kScopeWords[] = {"drive", "bus"};
 

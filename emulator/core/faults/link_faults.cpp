@@ -72,7 +72,7 @@ std::size_t Duplicates::process(SimTime at, const protocol::Frame& frame, Wire& 
     }
     const auto understood = understand(servo, frame);
     const auto* const query = std::get_if<protocol::Query>(&understood);
-    // 0x18 would need timing: a duplicate does not calibrate.
+    // A duplicate ignores 0x18, because a calibration needs timed steps.
     if (query == nullptr || std::holds_alternative<protocol::Calibrate>(query->command)) continue;
     const std::uint64_t writes_before = servo.stats.rom_writes;
     const protocol::Reply reply = handle(servo, *query, Lane{drive.motor, 0});
@@ -118,7 +118,7 @@ enum class Frames : std::uint8_t { kReplies, kQueries, kBoth };
 constexpr std::string_view kFramesWords[] = {"replies", "queries", "both"};
 constexpr FaultParam kFrames = choice("frames", kFramesWords, Frames::kReplies);
 
-/// Parameter `n` selects these frames.
+/// Returns true if parameter `n` of the fault selects these frames.
 bool acts_on(const LiveFault& live, std::size_t n, Frames frames) {
   const auto chosen = live.choice<Frames>(n);
   return chosen == frames || chosen == Frames::kBoth;
@@ -133,7 +133,7 @@ void lose_if(OnReply& on, const Lost& lost) {
   });
 }
 
-/// Changes the frames that the fault hits. Returns true if it hit one.
+/// Calls `changed` for each frame that the fault hits. Returns true if the fault hit a frame.
 template <class Change>
 bool change(OnReply& on, const Change& changed) {
   bool any = false;
@@ -147,7 +147,7 @@ bool change(OnReply& on, const Change& changed) {
   return any;
 }
 
-/// Flips so many different bits of the data, or all if there are fewer.
+/// Flips different bits of the data: as many as parameter 0 says, or all if there are fewer.
 void flip_bits(LiveFault& live, Frame& frame) {
   const auto bits = static_cast<std::size_t>(live.number(0));
   // Partial Fisher-Yates shuffle: the first `bits` entries are random and distinct.
@@ -222,8 +222,8 @@ void repeat_last(OnReply& on) {
   });
 }
 
-/// At most one is held back. Acknowledgements of ROM writes keep their order: the code that
-/// releases them relies on it.
+/// Holds back one reply at most. Acknowledgements of ROM writes keep their order: the code that
+/// releases them when the write is durable relies on it.
 void hold_back(OnReply& on) {
   const bool taken = on.link.held_back || on.out.empty() || on.out.front().held_back;
   if (!taken && on.out.front().after_rom_write == 0 && on.live.hits()) {
@@ -252,7 +252,7 @@ Babble babble(OnBabble& on) {
   return {from_ms(on.live.number(0) * 1e-3), frame};
 }
 
-/// Ends with the first answer of the drive.
+/// Sends garbage for some time after a start, or until the first answer of the drive.
 Babble boot_garbage(OnBabble& on) {
   const SimTime pause = from_ms(5 + 15 * on.live.draw());
   if (on.running > from_ms(on.live.number(0)) || on.link.last_frame) return {pause, std::nullopt};
@@ -265,7 +265,7 @@ Babble boot_garbage(OnBabble& on) {
   return {pause, frame};
 }
 
-/// Fields of state 2.
+/// Field of a reply with state 2 that a fault tears.
 enum class Torn : std::uint8_t { kIq, kSpeed, kEncoder, kAny };
 constexpr std::string_view kTornWords[] = {"iq", "speed", "encoder", "any"};
 constexpr std::size_t kTornBytes[] = {2, 4, 6};  // offset of each field
@@ -281,8 +281,8 @@ bool has_state_2(const Frame& frame) {
          !command->echoed;
 }
 
-/// Low byte of the previous reply, high byte of this one. On RS-485 the checksum is that of this
-/// one.
+/// Replaces the low byte of a field by that of the previous reply. On RS-485 the checksum remains
+/// that of the unchanged reply.
 void tear(OnReply& on) {
   if (!on.link.last_frame || !has_state_2(on.link.last_frame->frame)) return;
   change(on, [&](Outgoing& one) {
@@ -319,10 +319,11 @@ void reject_queries(OnQuery& on) {
   on.fate = OnQuery::Fate::kLost;
 }
 
-/// Frames destroyed by reflections: a share that grows with bit rate squared and cable length.
+/// Destroys a share of frames, by reflections. The share grows with the square of the bit rate and
+/// with the cable length.
 bool reflect(OnWire& on) {
-  constexpr double kOfOneMissing = 0.01;  // at 1 Mbit/s on 2 m, assumed
-  constexpr double kOfBothMissing = 0.5;  // likewise
+  constexpr double kOfOneMissing = 0.01;  // share of frames at 1 Mbit/s on 2 m, assumed
+  constexpr double kOfBothMissing = 0.5;  // share of frames at 1 Mbit/s on 2 m, assumed
   constexpr double kCable_m = 2;
   const double Mbit_s = static_cast<double>(on.bitrate) * 1e-6;
   const double worst = on.live.number(0) == 1 ? kOfOneMissing : kOfBothMissing;

@@ -12,18 +12,19 @@
 
 namespace lk::emulator {
 
-/// Delay of a duplicate's answer after that of the drive: their crystals and interrupts never agree
-/// to a bit (assumed). On a real bus both may start together after a busy wire, and destroy each
-/// other until one gives up. Here one follows the other.
+/// Delay of a duplicate's answer after the drive's answer: crystals and interrupts of two drives
+/// never agree to a bit (assumed). On a real bus both answers may start together after a busy wire,
+/// and destroy each other until one drive gives up. Here one answer follows the other.
 inline constexpr SimTime kDuplicateLag = std::chrono::microseconds(5);
 
-/// Second drives with the ID of another, made by a fault. Each has its own supply, as configured
-/// for the drive. Changes of the drive's supply and other faults do not affect it. A value.
+/// Duplicates: second drives with the ID of an original drive, made by a fault. Each has its own
+/// supply, as configured for the original. Later changes of the original's supply and other faults
+/// do not affect it. Copies are independent.
 class Duplicates {
  public:
-  /// First frame owner of duplicates. The low six bits are the ID, as in all identifiers of drives.
+  /// Lowest frame owner of a duplicate. The low six bits of an owner are the configured ID.
   static constexpr std::uint32_t kFirstOwner = 0x10000;
-  /// Number of faults after which owners repeat, far more than a bus keeps.
+  /// Number of faults after which owners repeat: far more faults than a bus keeps.
   static constexpr std::uint32_t kOwners = 1U << 20;
 
   bool empty() const { return drives_.empty(); }
@@ -44,7 +45,7 @@ class Duplicates {
     std::size_t fault;
     DriveLink link;
     std::int64_t f_pwm_Hz;
-    std::int64_t first_tick;  // tick of the bus at which its own clock began
+    std::int64_t first_tick;  // tick, counted from the bus's time 0, that is tick 0 of `motor`
     model::DriveBank motor;
     Servo servo;
   };

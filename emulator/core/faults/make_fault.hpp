@@ -29,14 +29,14 @@ class FaultSetting {
   std::variant<double, std::string> value_;
 };
 
-/// Makes a fault of this kind for the drives `ids`, in any order; none for a fault of the whole
-/// bus. Missing parameters have their defaults; name, probability and course are members of the
-/// result. Throws std::invalid_argument with one line: the problem, and the allowed values.
+/// Makes a fault of this kind for the drives `ids`, in any order; empty for a fault of the whole
+/// bus. Missing parameters have their defaults. Set name, probability, duration and repetition in
+/// the result. Throws std::invalid_argument with one line: the problem, and the allowed values.
 Fault make_fault(std::string_view kind, const std::vector<FaultSetting>& settings = {},
                  std::vector<int> ids = {});
 
-/// Returns in one line why no bus can have this fault; empty if one can. Does not check that its
-/// drives exist, or that it can have an effect on them.
+/// Returns in one line why no bus can have this fault; empty if a bus can. Does not check that the
+/// drives exist, or that the fault can have an effect on them.
 std::string fault_problem(const Fault& fault);
 
 }  // namespace lk::emulator

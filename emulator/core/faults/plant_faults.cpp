@@ -1,5 +1,5 @@
-// Faults of the hardware: sensors, power stage, mechanics and supply. Each one modifies the
-// `model::Faults` left by others. DriveBank::takes_effect gives the evidence.
+// Faults of the hardware: sensors, power stage, mechanics and supply. Each fault changes the
+// `model::Faults` of earlier faults. DriveBank::takes_effect tells whether a fault is visible.
 
 #include <algorithm>
 #include <array>
@@ -52,7 +52,7 @@ bool of_motor(const OnPlant& on) {
   return on.choice<TemperatureSensor>(1) == TemperatureSensor::kMotor;
 }
 
-/// Independent noises add in squares.
+/// Returns the rms value of the sum of two independent noises, from their rms values.
 double with_noise(double noise, double more) { return std::sqrt(noise * noise + more * more); }
 
 LegFault& leg(const OnPlant& on, F& f) {
@@ -60,13 +60,13 @@ LegFault& leg(const OnPlant& on, F& f) {
 }
 bool is_high(const OnPlant& on) { return on.choice<Side>(1) == Side::kHigh; }
 
-/// Several faults of a kind multiply, but within the range of one: a product of hundreds would be 0
-/// or infinite.
+/// Multiplies the factors of several faults of a kind. Clamps the product to the range of one
+/// factor: a product of hundreds would be 0 or infinite.
 void times(double& so_far, double factor, double least, double most) {
   so_far = std::clamp(so_far * factor, least, most);
 }
 
-/// The supply is in the off part of its cycle.
+/// Returns true if the supply is in the off part of the cycle of `reboot_loop`.
 bool is_off(const OnPlant& on) {
   const auto ms = [](double value) { return SimTime(protocol::rounded(value * 1e6)); };
   return on.active % (ms(on.number(0)) + ms(on.number(1))) < ms(on.number(0));

@@ -45,7 +45,7 @@ double distance(const Range& range, double value) {
   return std::max({range.min - value, value - range.max, 0.0});
 }
 
-/// Needs frames, and no samples.
+/// Returns true if frames decide the expectation, not samples.
 bool counts_frames(const Expectation& expectation) {
   return std::holds_alternative<Replies>(expectation.what) ||
          std::holds_alternative<Answered>(expectation.what);
@@ -173,7 +173,7 @@ void Judge::on_query(const TimedFrame& query, const Bus& bus) {
           at > trial.expectation.when.to) {
         continue;
       }
-      trial.asked.emplace(*command, at);  // an earlier pending query stays
+      trial.asked.emplace(*command, at);  // keeps the time of an earlier unanswered query
     }
   }
 }
@@ -204,7 +204,7 @@ void Judge::on_reply(const TimedFrame& reply) {
   if (drive == drives_.end()) return;
   const auto decoded = protocol::decode_reply(reply.frame, drive->format);
   const auto* readable = std::get_if<protocol::ReplyFrame>(&decoded);
-  // A host does not accept a frame with another ID or length, or a damaged one, as its answer.
+  // A host does not accept a damaged frame, or one with another ID or length, as the answer.
   const bool answers = readable != nullptr && readable->id == drive->asked_as;
   for (Trial& trial : trials_) {
     if (std::holds_alternative<Answered>(trial.expectation.what)) {
@@ -323,7 +323,7 @@ std::string Judge::measured(const Trial& trial) const {
                             : std::to_string(trial.count) + " replies, the first" + at;
   }
   if (!trial.value) return "not looked at yet";
-  // An expectation that never held has no time.
+  // A failed kBy expectation never held, so there is no time at which it held.
   const bool missed = expectation.when.kind == Kind::kBy && trial.status == Status::kFailed;
   const std::string until = " by " + time_text(expectation.when.to);
   if (const auto* error = std::get_if<ErrorIs>(&expectation.what)) {

@@ -20,11 +20,11 @@ struct ExpectationResult {
   std::string expected;               // "vcan0 drive 1: speed_dps 90 to 110 at 2 s"
   std::string measured;               // "101.3", "0 at 1.25 s", "3 replies, the first at 0.5 s"
   std::string description;            // text from the scenario
-  std::optional<SimTime> at;          // of the deciding event, since the scenario began
+  std::optional<SimTime> at;          // time of the deciding event, since the scenario began
   std::optional<SimTime> decided_at;  // since the scenario began; absent while it is open
-  // Distance from failing; absent if there is no measure. A signal: least distance from the nearest
-  // bound, below 0 if it failed. The unit is the width of its range; with one bound, the bound;
-  // with bound 0, that of the signal. A passed kBy: the remaining share of its time.
+  // Distance from failing; absent if undefined. For a signal: least distance from the nearest
+  // bound, below 0 if failed, divided by the width of the range; by |bound| if there is one bound;
+  // by 1 if this divisor is 0. For a passed kBy: share of its period that remained.
   std::optional<double> margin;
 };
 /// "passed", "failed" or "open".
@@ -34,20 +34,20 @@ const char* status_word(ExpectationResult::Status status);
 /// there, and passes on all frames in order of time.
 class Judge {
  public:
-  /// Sampling period for expectations by or throughout a time.
+  /// Sampling period for expectations of kind kBy and kThroughout.
   static constexpr SimTime kStep = std::chrono::milliseconds(1);
 
   /// Takes the expectations for the bus `bus` of the robot; times count from `start`.
   Judge(const BusConfig& config, const std::vector<Expectation>& expectations, std::size_t bus,
         SimTime start);
 
-  /// SimTime::max() if no sample is left.
+  /// Time of the next sample; SimTime::max() if no sample is left.
   SimTime next_due() const { return next_due_; }
   void sample(const Bus& bus);
-  /// A host has sent this query to the drives of `bus`. Drives in multi-drive mode listen only to
-  /// 0x280 and the like, others only to their own identifier.
+  /// Call when a host sends this query to the drives of `bus`. Drives in multi-drive mode listen
+  /// only to multi-drive identifiers (e.g. 0x280), the others only to their own identifier.
   void on_query(const TimedFrame& query, const Bus& bus);
-  /// A drive has sent this reply.
+  /// Call for each frame that hosts have received.
   void on_reply(const TimedFrame& reply);
 
   /// Results at the instant `now`, in the order of the scenario.
@@ -60,10 +60,10 @@ class Judge {
     ExpectationResult::Status status = ExpectationResult::Status::kOpen;
     std::optional<double> value;  // deciding sample, or the closest so far
     std::optional<Range> seen;    // range of a signal so far
-    SimTime at{0};                // time of `value`; or of the first reply
-    std::uint64_t count = 0;      // replies
+    SimTime at{0};                // time of `value`, or of the first reply
+    std::uint64_t count = 0;      // number of matching replies
     std::optional<SimTime> decided_at;
-    // For Answered: first pending query of each command.
+    // For Answered: time of the oldest unanswered query of each command.
     std::map<std::uint8_t, SimTime> asked;
     std::optional<SimTime> missed;  // earliest deadline without an answer
   };
@@ -72,8 +72,8 @@ class Judge {
     int id = 1;
     std::uint32_t reply_id = 0;
     protocol::WireFormat format;
-    std::array<std::optional<SimTime>, 256> asked{};  // latest query, by DATA[0]
-    int asked_as = 0;                                 // ID in the latest query
+    std::array<std::optional<SimTime>, 256> asked{};  // time of the latest query, by DATA[0]
+    int asked_as = 0;                                 // address of the drive at the latest query
   };
 
   void sample_trial(Trial& trial, const DriveView& drive, SimTime now);
@@ -100,14 +100,14 @@ struct FirstError {
   friend bool operator==(const FirstError&, const FirstError&) = default;
 };
 
-/// Samples the error bits of all drives of a bus, as often as a Judge does.
+/// Samples the error bits of all drives of a bus, every Judge::kStep.
 class ErrorWatch {
  public:
   ErrorWatch(const BusConfig& config, SimTime start);
 
   SimTime next_due() const { return next_due_; }
   void sample(const Bus& bus);
-  /// In the order of time; at equal times by drive, then by bit.
+  /// First errors in the order of time; at equal times by drive, then by bit.
   const std::vector<FirstError>& firsts() const { return firsts_; }
 
  private:

@@ -16,7 +16,7 @@ struct SampledColumn {
 };
 
 /// Samples drives of a bus at a constant period of simulated time. The owner of the bus stops it at
-/// `next_due` and calls `sample` there, so values do not depend on the slicing.
+/// `next_due` and calls `sample` there, so values do not depend on where else the bus stops.
 class Sampler {
  public:
   /// The first sample is at `start`. The drives must be on the bus; `period` > 0.

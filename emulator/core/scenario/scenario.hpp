@@ -24,7 +24,7 @@ struct HostSend {
   std::size_t bus = 0;  // index in the robot
   SimTime at{0};
   protocol::Frame frame;
-  SimTime every{0};         // above 0 when `times` is above 1
+  SimTime every{0};         // period; above 0 if `times` is above 1
   std::uint64_t times = 1;  // in total
 };
 
@@ -53,7 +53,7 @@ struct ErrorIs {
 struct StateIs {
   RunState state = RunState::kRunning;
 };
-/// Number of matching replies of the drive, or of others with its identifier.
+/// Number of matching replies from the drive, or from other drives with the drive's identifier.
 struct Replies {
   std::optional<std::uint8_t> command = {};  // DATA[0]
   std::optional<WhichError> error = {};      // the bit is set in the reply
@@ -64,7 +64,7 @@ struct Replies {
   std::uint64_t max_count = std::numeric_limits<std::uint64_t>::max();
 };
 
-/// The drive answers queries, or those of one command, as a host sees it.
+/// The drive answers every query, or every query with `command`, with a reply that a host accepts.
 struct Answered {
   std::optional<std::uint8_t> command;  // DATA[0]
   SimTime within{0};                    // after the host has sent the query
@@ -95,7 +95,7 @@ struct DriveMismatch {
   std::string bus;
   int id = 1;
   std::string meant;    // motor in the scenario
-  std::string running;  // motor with that ID in the robot that runs; empty: none
+  std::string running;  // motor with that ID in the robot that runs; empty: no such drive
   friend bool operator==(const DriveMismatch&, const DriveMismatch&) = default;
 };
 
@@ -104,7 +104,7 @@ struct Scenario {
   std::string about;
   std::string robot_name;                 // as in the file; may be empty for running buses
   std::vector<DriveMismatch> mismatches;  // for running buses, if the scenario's robot is readable
-  std::vector<BusConfig> robot;           // with all events
+  std::vector<BusConfig> robot;           // including all events of the scenario
   SimTime duration{0};
   std::vector<HostSend> sends;
   std::vector<Expectation> expectations;

@@ -26,8 +26,7 @@ void ScenarioFleet::continue_bus(BusProgress& one, SimTime until) {
   one.waits_for = there ? SimTime::max() : run.bus(one.bus).state().waits_for;
 }
 
-/// Motors advance together to the next instant at which a bus waits for its own. So they never pass
-/// a bus that waits.
+/// Motors advance together to the earliest time that a bus waits for, so they never pass it.
 void ScenarioFleet::advance_all(SimTime until) {
   for (BusProgress& one : progress_) continue_bus(one, until);
   for (;;) {

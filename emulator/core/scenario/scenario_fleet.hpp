@@ -13,7 +13,7 @@ namespace lk::emulator {
 /// Each result equals that of a single run, to the bit.
 class ScenarioFleet {
  public:
-  /// Pre: at least one run, all at the same `time()`. They may differ in all else.
+  /// Pre: at least one run, all at the same `time()`. The runs may differ in everything else.
   explicit ScenarioFleet(std::vector<ScenarioRun> runs);
   ScenarioFleet(const ScenarioFleet&) = delete;
   ScenarioFleet(ScenarioFleet&&) noexcept = default;
@@ -23,9 +23,9 @@ class ScenarioFleet {
 
   SimTime time() const { return runs_.front().time(); }
   std::size_t size() const { return runs_.size(); }
-  /// Advances all runs, even if their scenarios are over before.
+  /// Advances all runs, even those whose scenarios end before `until`.
   void advance_to(SimTime until);
-  /// Run at `time()`. A copy of it continues without the fleet.
+  /// The run `n`, at `time()`. A copy of the run continues without the fleet.
   const ScenarioRun& run(std::size_t n) const { return runs_[n]; }
 
   // As in ScenarioRun, for the run `n`. `receive` advances all runs to the frame's time.
@@ -43,7 +43,7 @@ class ScenarioFleet {
   struct BusProgress {
     std::size_t run;
     std::size_t bus;
-    SimTime waits_for;  // time that its motors must reach; SimTime::max(): it has arrived
+    SimTime waits_for;  // time that its motors must reach; SimTime::max(): the bus has arrived
   };
   void advance_all(SimTime until);
   void continue_bus(BusProgress& one, SimTime until);

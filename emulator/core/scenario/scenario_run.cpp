@@ -147,7 +147,8 @@ bool ScenarioRun::advance(std::size_t index, SimTime until) {
   while (line.host.next_due() <= until) {
     const SimTime due = line.host.next_due();
     if (!deliver_watched(line.bus, due, line.judge)) return false;
-    // Such a bus advances when it receives, and must not wait there.
+    // With an adapter or a full queue, Bus::receive advances the bus, and cannot wait for shared
+    // motors. So advance the bus before.
     const bool moves = line.bus.state().adapted() || line.bus.state().wire.host_queue_full();
     if (moves && !line.bus.advance_to(due)) return false;
     take_replies();

@@ -37,10 +37,10 @@ struct Verdict {
 struct Beginning {
   SimTime start{0};
   std::size_t faults = 0;  // number of faults armed before
-  std::size_t unmet = 0;   // number of directives that waited for a condition
+  std::size_t unmet = 0;   // number of directives that waited for a condition then
 };
 
-/// Adds the expectations and faults of one bus, with their results so far.
+/// Adds the expectations and faults of one bus to `verdict`, with their results so far.
 void add_to_verdict(const Judge& judge, const Bus& bus, const std::string& interface,
                     const Beginning& beginning, Verdict& verdict);
 /// Sets the outcome, after all buses were added.
@@ -53,8 +53,8 @@ struct Traffic {
   bool from_host = false;
 };
 
-/// A scenario on separate buses, in simulated time. All buses advance together. A value: a copy
-/// continues from the same state.
+/// A scenario that runs on buses of its own, in simulated time. All buses advance together. A copy
+/// continues from the same state, independently.
 class ScenarioRun {
  public:
   explicit ScenarioRun(const Scenario& scenario);
@@ -71,8 +71,8 @@ class ScenarioRun {
   }
   std::size_t size() const { return lines_.size(); }
   const Bus& bus(std::size_t index) const { return lines_[index].bus; }
-  /// Appends the frames since the last call, in order of time. A host's frame has the time of its
-  /// handover, a drive's that of its last bit.
+  /// Appends the frames since the last call, in order of time. A host's frame has the time at which
+  /// the host sent it; TimedFrame::at tells the time of a drive's frame.
   void take_traffic(std::vector<Traffic>& out);
   /// Appends the ROM writes of drives since the last call.
   void take_rom_writes(std::size_t index, std::vector<RomWrite>& out) {
@@ -95,8 +95,8 @@ class ScenarioRun {
   bool advance(std::size_t index, SimTime until);
   void send(std::size_t index, const TimedFrame& query);
   std::vector<Bus*> buses();
-  /// Advances to an instant at which the body needs its drives (Coupling::next_due). Returns false
-  /// if the bus has to wait before.
+  /// Advances a bus to `due`, at which the coupling exchanges (Coupling::next_due). Returns false
+  /// if the bus has to wait for shared motors before.
   bool reach(std::size_t index, SimTime due);
   /// Pre: all buses have reached Coupling::next_due.
   void exchange();

@@ -8,7 +8,7 @@
 
 namespace lk::emulator {
 
-/// Motor of one servo: an index in a bank. Valid while the bank is not moved.
+/// Motor of one servo: a bank, and the index of the motor in it. Valid while the bank is not moved.
 struct Lane {
   model::DriveBank& bank;
   std::size_t index;
@@ -27,8 +27,8 @@ struct Lane {
 /// Returns the rotor angle in rad for the boot angle `angle_deg` of `config`.
 double start_theta_m(const ServoConfig& config, double angle_deg);
 
-/// Returns the motor of `config` as it is at power-up. `bus_seed` and ID determine the noise, and
-/// the boot angle if the configuration has none.
+/// Returns the motor of `config` in its state at power-up. `bus_seed` and the ID determine the
+/// noise, and also the boot angle if the configuration has none.
 model::DriveInit make_drive(const ServoConfig& config, std::uint64_t bus_seed);
 
 }  // namespace lk::emulator

@@ -52,8 +52,8 @@ protocol::Parameter within_ranges(protocol::Parameter parameter) {
 
 model::ControlSettings control_settings(const Registers& registers,
                                         const protocol::WireFormat& format) {
-  // A register of 0 allows no current, but the loops need a limit above 0: this one has no visible
-  // effect.
+  // A register of 0 allows no current, but the control loops need a limit above 0. This limit is
+  // too small to have a visible effect.
   constexpr double kNoCurrent_A = 1e-6;
   model::ControlSettings settings;
   settings.gains = registers.gains;
@@ -112,7 +112,7 @@ std::int32_t in_16_bits(std::int32_t number) {
 void set_parameter(Registers& registers, const protocol::Parameter& wanted,
                    const protocol::WireFormat& format) {
   auto& gains = registers.gains;
-  // A value that was read can be written back, even if the configuration exceeds the range.
+  // Writing back a value just read changes nothing, even if the configured value is out of range.
   if (wanted == get_parameter(registers, wanted.id, format)) return;
   const protocol::Parameter parameter =
       format.dialect.parameter_ranges ? within_ranges(wanted) : wanted;

@@ -8,17 +8,17 @@
 namespace lk::emulator {
 
 // Ranges of the registers; written values are clamped to them.
-inline constexpr double kMinSpeed_dps = 1;  // the loops need a limit above 0
+inline constexpr double kMinSpeed_dps = 1;  // the control loops need a limit above 0
 inline constexpr double kMaxSpeed_dps = 72'000;
 inline constexpr double kMaxAngle_deg = 1e7;
 inline constexpr double kMaxCurrentRamp_A_s = 1e6;
 
-/// Converts the registers for loops and protections: SI, rotor side. `format` gives the LSB of Max
-/// Torque Current.
+/// Converts the registers to settings of control loops and protections: SI units, rotor side.
+/// `format` gives the LSB of Max Torque Current.
 model::ControlSettings control_settings(
     const Registers& registers, const protocol::WireFormat& format = protocol::kLegacyFormat);
 
-/// Returns the parameter as 0xC0 answers it.
+/// Returns the parameter as in the reply to 0xC0.
 protocol::Parameter get_parameter(const Registers& registers, protocol::ParameterId id,
                                   const protocol::WireFormat& format);
 /// Writes a parameter as 0xC1 does. Writing the value that 0xC0 reads changes nothing.
@@ -28,7 +28,7 @@ void set_parameter(Registers& registers, const protocol::Parameter& parameter,
 /// Clamps a number to a field of int16.
 std::int32_t in_16_bits(std::int32_t number);
 
-/// Returns the ROM parameter for what 0xC1 writes to RAM.
+/// Returns the ROM parameter that stores the parameter `id` of 0xC0 and 0xC1.
 RomParameter rom_parameter_of(protocol::ParameterId id, Series series);
 
 /// Copies `parameter` from `from` to `to`.

@@ -11,8 +11,8 @@ namespace lk::emulator {
 
 namespace {
 
-// At rest on zero, a drive answers 0x92 with a copy of the query, which hosts take for an echo. A
-// drawn boot angle avoids that.
+// Distance of drawn boot angles from zero. At rest on zero, a drive answers 0x92 with the same
+// bytes as the query, and hosts take the answer for an echo.
 constexpr double kBootAngleMargin_deg = 5;
 
 /// Draws an angle within the turn that the encoder field spans, away from the zero of each rotor

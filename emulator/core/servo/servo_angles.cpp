@@ -13,7 +13,8 @@ namespace {
 
 constexpr RomParameter kOffsetAlone[] = {RomParameter::kEncoderOffset};
 
-/// Angle that 0x95 sets: its payload, or the bytes that it takes for a payload.
+/// Returns the angle that 0x95 sets: the payload, or, without payload on RS-485, old bytes of the
+/// receive buffer.
 std::int64_t zero_ram_angle(const Servo& servo, const protocol::ClearAngle& command,
                             const Context& context) {
   const bool takes_what_is_left = servo.format.dialect.framing == protocol::Framing::kSerial &&
@@ -44,7 +45,7 @@ Reply execute(Servo& servo, const protocol::WriteOffsetToRom& command, const Con
   return echo(context);
 }
 
-/// Takes effect at the next power-up.
+/// The offset takes effect at the next start of the controller.
 Reply execute(Servo& servo, const protocol::WriteZeroToRom&, const Context& context) {
   Registers wanted = servo.rom;
   wanted.encoder_offset = servo.angles.raw(servo.angles.position(context.before));
@@ -97,7 +98,7 @@ Reply execute(Servo& servo, const protocol::ClearAngle& command, const Context& 
 
 Reply execute(Servo& servo, const protocol::ClearTurns&, const Context& context) {
   servo.angles.forget_turns(servo.angles.position(context.before));
-  servo.motion.multi_turn_cdeg.reset();  // the angle is now another position
+  servo.motion.multi_turn_cdeg.reset();  // the requested angle is now another position
   return echo(context);
 }
 
@@ -109,7 +110,7 @@ void keep_received(Servo& servo, const protocol::Frame& packet) {
 
 void apply_offset(Servo& servo) {
   servo.angles.set_offset(servo.ram.encoder_offset);
-  servo.motion.single_turn.reset();  // the target is now another position
+  servo.motion.single_turn.reset();  // the requested angle is now another position
 }
 
 void start_multi_turn(Servo& servo, const model::Telemetry& telemetry, BootMultiTurn from) {

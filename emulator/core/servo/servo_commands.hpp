@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file The effect of each command on a servo, and what the files of the command groups share.
+/// @file Execution of each command, and functions that the servo_*.cpp files share.
 
 #include <cstdint>
 #include <optional>
@@ -15,7 +15,7 @@ namespace lk::emulator {
 /// Input of a command.
 struct Context {
   const Query& query;
-  const model::Telemetry& before;  // of the motor, when the query ended
+  const model::Telemetry& before;  // telemetry of the motor when the query ended
   const Lane& lane;
 };
 
@@ -56,7 +56,7 @@ Reply execute(Servo& servo, const protocol::MultiSpeed& command, const Context& 
 Reply execute(Servo& servo, const protocol::MultiPosition& command, const Context& context);
 Reply execute(const Servo& servo, const protocol::MultiCommand&, const Context& context);
 Reply execute(Servo& servo, const protocol::Calibrate&, const Context& context);
-/// Reapplies the limits to the command in force.
+/// Applies changed limits in RAM to the motion command in force.
 void reapply_limits(Servo& servo, const Lane& lane);
 
 // servo_angles.cpp: encoder and angles.
@@ -67,7 +67,7 @@ Reply execute(const Servo& servo, const protocol::ReadMultiTurnAngle&, const Con
 Reply execute(const Servo& servo, const protocol::ReadSingleTurnAngle&, const Context& context);
 Reply execute(Servo& servo, const protocol::ClearAngle& command, const Context& context);
 Reply execute(Servo& servo, const protocol::ClearTurns&, const Context& context);
-/// Sets the multi-turn angle after a start or an off.
+/// Sets the multi-turn angle after a start or after 0x80.
 void start_multi_turn(Servo& servo, const model::Telemetry& telemetry, BootMultiTurn from);
 /// Applies the encoder offset in RAM.
 void apply_offset(Servo& servo);
@@ -87,12 +87,13 @@ Reply execute(const Servo& servo, const protocol::ReadStoredSetting& command,
               const Context& context);
 Reply execute(Servo& servo, const protocol::WriteStoredSetting& command, const Context& context);
 Reply execute(Servo& servo, const protocol::SaveSettings& command, const Context& context);
-/// Passes the registers to loops and protections.
+/// Passes the registers in RAM to control loops and protections.
 void configure_loops(const Servo& servo, const Lane& lane);
-/// Applies a change of several RAM registers: to loops, protections and the command in force.
+/// Call after a change of several registers in RAM. Applies them to control loops, protections and
+/// the motion command in force.
 void apply_ram(Servo& servo, const Lane& lane);
-/// Writes these parameters of `rom` to ROM in one write, except worn cells. Returns false if one
-/// could not be written.
+/// Copies these parameters from `rom` to ROM in one write, except worn parameters. Returns false if
+/// a parameter could not be written.
 bool write_rom(Servo& servo, std::span<const RomParameter> parameters, const Registers& rom);
 
 // servo_serial.cpp: settings over RS-485, and the blocks of the vendor's tool.
@@ -113,9 +114,9 @@ Reply execute(Servo& servo, const protocol::RestoreSettings&, const Context& con
 Reply execute(const Servo& servo, const protocol::RestoreCalibration&, const Context& context);
 
 // servo_faults.cpp: injected faults.
-/// Applies the faults to RAM after a start.
+/// Applies the injected faults to RAM after a start.
 void apply_startup_faults(Servo& servo);
-/// Applies the faults to the multi-turn angle after a start.
+/// Applies the injected faults to the multi-turn angle after a start.
 void apply_turn_faults(Servo& servo, const model::Telemetry& telemetry);
 void arm_command_loss(Servo& servo, LostAfter what);
 

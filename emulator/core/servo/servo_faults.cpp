@@ -32,7 +32,7 @@ void flip_gain(model::GainBytes& gains, std::uint64_t random, double max) {
   gain = static_cast<std::uint16_t>(flipped(gain, random / all.size(), 0, max));
 }
 
-/// Keeps the value within the range of the register.
+/// Flips a bit of `parameter` in `r`, selected by `random`; keeps the value within its range.
 void flip(RomParameter parameter, std::uint64_t random, const protocol::Dialect& dialect,
           std::uint16_t max_offset, Registers& r) {
   const auto whole = [random](auto value, double max) {

@@ -19,8 +19,9 @@ using protocol::Reply;
 
 namespace {
 
-constexpr double kCalibrationTurns = 2;  // electrical turns to either side (decided)
-// A ratio out of this range means that the encoder does not follow the windings (decided).
+constexpr double kCalibrationTurns = 2;  // electrical turns in each direction; our choice
+// Limits of measured to commanded travel, ‰; our choice. A ratio out of this range means that the
+// encoder does not follow the windings.
 constexpr double kLeastAlignRatio = 900, kMaxAlignRatio = 1100;
 
 /// Index of this drive in multi-drive commands; nullopt above ID 4.
@@ -51,7 +52,7 @@ std::int64_t within_max_angle(const Servo& servo, std::int64_t target_cdeg) {
 }
 
 Motion to_position(const Servo& servo, const CommandedPosition& position, double max_speed_dps) {
-  // The loops also apply Max Speed, with its value at that time.
+  // The control loops also apply Max Speed, with the value in the register at each time.
   Motion motion =
       loop_motion(model::Position{servo.angles.theta(position), rad_s_from_dps(max_speed_dps)});
   motion.position = position;
@@ -59,7 +60,7 @@ Motion to_position(const Servo& servo, const CommandedPosition& position, double
 }
 
 Motion to_multi_turn(const Servo& servo, std::int64_t target_cdeg, double max_speed_dps) {
-  // RS-485 has 64 bits for it; targets are limited to the range of 0x92.
+  // RS-485 has 64 bits for the target; it is limited to the range that 0x92 can report.
   target_cdeg = std::clamp(target_cdeg, protocol::kInt56Min, protocol::kInt56Max);
   Motion motion = to_position(
       servo, servo.angles.multi_turn_target(within_max_angle(servo, target_cdeg)), max_speed_dps);
@@ -117,7 +118,7 @@ Reply start_motion(Servo& servo, Opcode command, const std::optional<Motion>& mo
   return state_2_reply(servo, command, context.before);
 }
 
-/// rad/s, electrical: two turns in half of the calibration time.
+/// Returns the electrical speed, rad/s: kCalibrationTurns in half of the calibration time.
 double calibration_speed(const Servo& servo) {
   const double half_s = 0.5 * in_seconds(servo.config.calibrate_time);
   return kCalibrationTurns * 2 * std::numbers::pi / half_s;
@@ -174,7 +175,7 @@ Reply execute(Servo& servo, const protocol::Position6& command, const Context& c
                       context);
 }
 
-// Without a slot the drive answers, but nothing changes.
+// A drive without a slot (ID above 4) answers, but executes no command.
 
 Reply execute(Servo& servo, const protocol::MultiTorque& command, const Context& context) {
   const auto own = slot_of(servo);
@@ -220,7 +221,7 @@ void reapply_limits(Servo& servo, const Lane& lane) {
 // --- calibration ---
 
 Reply execute(Servo& servo, const protocol::Calibrate&, const Context& context) {
-  if (servo.calibrating()) return protocol::NoReply{};  // the running one continues
+  if (servo.calibrating()) return protocol::NoReply{};  // the running calibration continues
   if (servo.run_state == RunState::kOff || context.before.errors != 0)
     return protocol::Calibrated{};
   servo.motion = {};

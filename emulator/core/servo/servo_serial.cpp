@@ -1,4 +1,4 @@
-/// @file Functions of a servo on RS-485 only: settings, the vendor's tool, and 0x95
+/// @file Commands that exist on RS-485 only: settings, and those of the vendor's tool
 /// (docs/reference/rs485.md).
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-/// @file Registers in RAM and ROM, and the address that they give the drive.
+/// @file Registers in RAM and ROM, and changes of the drive's address.
 
 #include <algorithm>
 #include <utility>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr RomParameter kGainsAlone[] = {RomParameter::kGains};
 
-/// Gain as 0x30 shows it: at most 255, although 0xC1 may write more.
+/// Returns a gain as the reply to 0x30 shows it: at most 255, although 0xC1 may write more.
 std::uint8_t as_byte(std::uint16_t gain) {
   return static_cast<std::uint8_t>(std::min<std::uint16_t>(gain, 255));
 }
@@ -34,7 +34,7 @@ void set_gains(model::GainBytes& gains, const protocol::PidGains& bytes) {
   set(gains.current_ki, bytes.iq_ki);
 }
 
-/// Each number of a query is within the range in its row.
+/// Returns true if each number of a query is within the range in the command table.
 bool is_within_ranges(const Query& query, const protocol::WireFormat& format) {
   const auto& info = protocol::info_of(query.command, format.dialect.framing);
   return std::ranges::all_of(info.query, [&](const protocol::Field& field) {
@@ -49,17 +49,17 @@ bool is_within_ranges(const Query& query, const protocol::WireFormat& format) {
   });
 }
 
-/// Value that 0x40 returns for this setting.
+/// Returns the setting with the value that 0x40 returns.
 protocol::StoredSetting shown_setting(const Servo& servo, const protocol::StoredSetting& which) {
   const bool shows_pending = servo.config.quirks.setting_read == SettingRead::kPending;
   return get_stored(shows_pending ? pending_rom(servo) : servo.ram, which, servo.config,
                     servo.format);
 }
 
-/// Lets the address in pending_rom() take effect after the reply.
+/// Requests that the address in pending_rom() takes effect after the reply to the present query.
 void schedule_address_change(Servo& servo) {
   servo.address_change_pending = true;
-  // For kOld the reply leaves first: Bus::answer calls take_address_change() after it.
+  // For kOld the reply has the old ID: the bus encodes it before it calls take_address_change().
   if (servo.config.quirks.id_change_reply == IdChangeReply::kNew) {
     servo.bus_address = drive_address(pending_rom(servo), servo.config);
   }
@@ -156,14 +156,14 @@ Reply execute(Servo& servo, const protocol::WriteParameter& command, const Conte
     reapply_limits(servo, context.lane);
   }
   const bool serial = servo.format.dialect.framing == protocol::Framing::kSerial;
-  if (serial || servo.format.dialect.parameter_ranges) {  // it shows the value in force
+  if (serial || servo.format.dialect.parameter_ranges) {  // the reply shows the value in force
     return protocol::ParameterValue{get_parameter(servo.ram, command.parameter.id, servo.format),
                                     protocol::WriteParameter::kOpcode};
   }
   return echo(context);
 }
 
-// Max Torque Current of older drives.
+// Commands for Max Torque Current, on older drives.
 
 Reply execute(const Servo& servo, const protocol::ReadMaxTorque&, const Context&) {
   return protocol::MaxTorque{
@@ -181,7 +181,8 @@ Reply execute(Servo& servo, const protocol::WriteMaxTorque& command, const Conte
   return echo(context);
 }
 
-// Settings of the second print of the V2.36 manual (docs/reference/protocol.md §10.9).
+// Commands 0x40, 0x42 and 0x44 of the V2.36 manual's second print (docs/reference/protocol.md
+// §10.9).
 
 Registers pending_rom(const Servo& servo) {
   Registers all = servo.rom;
@@ -227,7 +228,7 @@ Reply execute(Servo& servo, const protocol::SaveSettings& command, const Context
 void restore_rom(Servo& servo, const Registers& rom, const RomWear& wear) {
   servo.rom = rom;
   servo.wear = wear;
-  // Settings that 0x44 could not store wait for it again.
+  // Settings that 0x44 saved, but that could not be stored, become pending again.
   for (std::size_t p = 0; p < kRomParameters; ++p) {
     Registers with = rom;
     copy_parameter(static_cast<RomParameter>(p), servo.pending, with);

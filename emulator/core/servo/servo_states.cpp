@@ -14,12 +14,12 @@ using protocol::Reply;
 
 namespace {
 
-/// Bits of errorState that `legacy` shows: under-voltage and motor over-temperature. The other
-/// errors turn the bridge off as well.
+/// Error bits that `legacy` replies show: under-voltage and motor over-temperature. The other
+/// errors also turn the bridge off, but no reply shows them.
 constexpr model::ErrorBits kLegacyErrors =
     model::bit(model::Error::kUnderVoltage) | model::bit(model::Error::kMotorTemperature);
 
-/// Returns DATA[0] of the reply: that of the query, or the misprint in the manual.
+/// Returns DATA[0] of the reply: DATA[0] of the query, or the misprint of the manual.
 Opcode reply_opcode(const Servo& servo, Opcode command) {
   if (!servo.config.quirks.manual_reply_bytes ||
       servo.format.dialect.framing == protocol::Framing::kSerial) {
@@ -70,7 +70,7 @@ Reply execute(Servo& servo, const protocol::Run&, const Context& context) {
   return echo(context);
 }
 
-/// The reply shows the coil after the command, as the reply to 0x9B shows the remaining errors.
+/// The reply shows the state of the coil after the command.
 Reply execute(Servo& servo, const protocol::Brake& command, const Context& context) {
   switch (command.action) {
     case protocol::kBrakeEngage:
@@ -91,8 +91,8 @@ Reply execute(Servo& servo, const protocol::Restart&, const Context&) {
   return protocol::NoReply{};
 }
 
-/// A tripped protection has turned the bridge off and cancelled the command. Only 0x9B and then
-/// 0x88 make the drive run again.
+/// Updates the run state if a protection has tripped, which turns the bridge off and cancels the
+/// command. Only 0x9B followed by 0x88 makes the drive run again.
 void turn_off_after_trip(Servo& servo, const model::Telemetry& telemetry) {
   if (telemetry.errors != 0) {
     servo.run_state = RunState::kOff;

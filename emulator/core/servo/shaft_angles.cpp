@@ -17,17 +17,18 @@ constexpr double kArrived_wire_counts = 2;  // docs/reference/protocol.md §4.3
 /// Bound of the encoder noise in multiples of its rms: its peak is √12 (model/noise.hpp).
 constexpr double kMaxNoise = 4;
 
-/// Returns how far, in counts, a shaft may be read behind the target that it holds.
+/// Returns the largest distance, in counts, between the target and the encoder position of a shaft
+/// that holds this target.
 double arrived_counts(const model::EncoderParams& sensor, double counts, double wire_lsb_counts) {
   const double held = model::kHoldAngle + kMaxNoise * sensor.noise;
-  // The loop compares whole counts.
+  // Plus one, because the control loop compares whole counts.
   const double held_counts = held / (2 * std::numbers::pi) * counts + 1;
   return std::max(kArrived_wire_counts * wire_lsb_counts, held_counts);
 }
 
-/// Rounds towards −∞, unlike `/`.
+/// Returns a/b rounded towards −∞, unlike `/`.
 std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a / b - (a % b < 0 ? 1 : 0); }
-/// 0..b − 1, unlike `%`.
+/// Returns the remainder in 0..b − 1, unlike `%`.
 std::int64_t floor_mod(std::int64_t a, std::int64_t b) { return a % b + (a % b < 0 ? b : 0); }
 
 }  // namespace
@@ -69,7 +70,7 @@ std::uint32_t ShaftAngles::in_full(std::int64_t position, bool from_offset) cons
 
 std::uint32_t ShaftAngles::single_turn_cdeg(std::int64_t position) const {
   const std::int64_t in_circle = floor_mod(position - single_zero_, circle_counts_);
-  // The last half of 0.01° rounds to the zero of the next circle.
+  // Angles in the last 0.005° of the circle round to the zero of the next circle.
   return static_cast<std::uint32_t>(rounded_cdeg(in_circle) % circle_cdeg_);
 }
 
@@ -92,7 +93,7 @@ void ShaftAngles::set_offset(std::uint16_t offset) {
 
 void ShaftAngles::forget_turns(std::int64_t position) {
   const std::int64_t in_wrap = floor_mod(position - single_zero_, wrap_counts_);
-  // Compares rounded angles: one that reads as exactly half is not wrapped.
+  // Compares rounded angles: an angle that reads as exactly half is not wrapped.
   const bool beyond_half = 2 * rounded_cdeg(in_wrap) > rounded_cdeg(wrap_counts_);
   const std::int64_t wrapped = beyond_half ? in_wrap - wrap_counts_ : in_wrap;
   multi_zero_ = position - wrapped;
@@ -146,7 +147,7 @@ double ShaftAngles::theta(const CommandedPosition& commanded) const {
 }
 
 double ShaftAngles::theta_m_at(double angle_deg) const {
-  // The middle of a count, so that encoder noise does not change the count.
+  // + 0.5: the angle is in the middle of a count, so that encoder noise does not change the count.
   const double turns =
       (static_cast<double>(encoder_zero_) + 0.5) / static_cast<double>(counts_) + angle_deg / 360.0;
   // The sensor shows direction·theta_m + offset.

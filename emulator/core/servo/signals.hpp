@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file Signals of a drive: the table behind conditions, expectations, CSV files and telemetry.
-/// Those of bodies: body_signals.hpp.
+/// Also the signals of bodies (BodySignals).
 
 #include <cstddef>
 #include <span>
@@ -14,13 +14,13 @@
 
 namespace lk::emulator {
 
-/// A drive at one instant: its telemetry, and the true state.
+/// A drive at one instant: its telemetry and its true state.
 struct DriveView {
   const Servo& servo;
   model::Telemetry telemetry;
   model::Truth truth;
   JointState joint{};
-  const BodyState* body = nullptr;  // body that drives of its bus move; null: none
+  const BodyState* body = nullptr;  // body that drives of the same bus move; null: no body
 };
 
 struct Signal {

@@ -19,12 +19,12 @@ namespace {
 constexpr std::uint8_t kSerial115200 = 4;
 constexpr std::uint8_t kCanOneMbit = 4;
 
-/// A setting: its parameter of 0xC0, or its address register.
+/// A setting of 0x40: its parameter of 0xC0, or else its address register in `place`.
 struct SettingRow {
   StoredSettingId id;
   std::optional<ParameterId> parameter;
   std::uint8_t Registers::*place = nullptr;
-  RomParameter rom = RomParameter::kGains;  // of an address register
+  RomParameter rom = RomParameter::kGains;  // only used for an address register
 };
 constexpr SettingRow kSettingRows[] = {
     {StoredSettingId::kDriverId, {}, &Registers::driver_id, RomParameter::kDriverId},
@@ -109,7 +109,7 @@ protocol::StoredSetting get_stored(const Registers& registers, const protocol::S
   setting.number = registers.*row.place;
   if (setting.number == kAsWired) {
     const DriveAddress address = drive_address(registers, config);
-    // Ordered as the first rows.
+    // In the order of the first rows of kSettingRows.
     const std::int32_t wired[] = {address.id, static_cast<std::int32_t>(address.bus),
                                   address.serial_rate, address.can_rate};
     setting.number = wired[&row - std::begin(kSettingRows)];

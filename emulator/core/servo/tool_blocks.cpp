@@ -52,8 +52,7 @@ void put_name(Payload& data, std::size_t at, std::string_view name) {
               data.begin() + static_cast<std::ptrdiff_t>(at));
 }
 
-/// The tool's number of an encoder type: 7 for 18 bits; the others are assumed to count down from
-/// it.
+/// Returns the tool's number of an encoder type: 7 for 18 bits; assumed one less for each bit less.
 std::uint8_t encoder_type(int bits) { return static_cast<std::uint8_t>(std::max(bits - 11, 0)); }
 
 const model::Protection& of(const Registers& ram, model::Error error) {
@@ -64,7 +63,7 @@ std::uint8_t is_reversed(const ServoConfig& config) {
   return static_cast<std::uint8_t>(config.profile.drive.encoder.direction < 0);
 }
 
-/// Defaults to the version of the manual that has these commands.
+/// Returns the configured version; without one, that of the manual with the drive's commands.
 std::uint16_t firmware_version(const ServoConfig& config) {
   const std::uint16_t said = config.profile.product.firmware_version;
   if (said != 0) return said;
@@ -84,7 +83,7 @@ Block product_block(const ServoConfig& config) {
   put_name(block.data, kNameBytes, product.motor.empty() ? config.profile.model : product.motor);
   const std::uint16_t firmware = firmware_version(config);
   std::size_t at = 2 * kNameBytes;
-  if (bytes < 2 * kNameBytes + kChipBytes) {  // of the oldest manual, in tenths
+  if (bytes < 2 * kNameBytes + kChipBytes) {  // oldest manual: one byte per version, in tenths
     block.data[at++] = static_cast<std::uint8_t>(product.hardware_version / 10);
     block.data[at] = static_cast<std::uint8_t>(firmware / 10);
     return block;
