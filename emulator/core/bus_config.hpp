@@ -35,7 +35,7 @@ enum class BootWrap : std::uint8_t { kHalfCircle, kHalfTurn };
 enum class BootMultiTurn : std::uint8_t { kSingleTurn, kZero };
 /// Multi-turn angle after 0x80: as at power-up, or from the single-turn angle.
 enum class OffMultiTurn : std::uint8_t { kAsBoot, kSingleTurn };
-/// Error flags in the reply to 0x9B: those after the command, or those before it.
+/// Error flags that the reply to 0x9B shows: the flags after the command, or before it.
 enum class ClearReply : std::uint8_t { kAfter, kBefore };
 
 /// When an ID or bit rate written by 0x42 takes effect: at the next start, after 0x44, or at once.
@@ -71,7 +71,7 @@ struct Quirks {
   SettingRead setting_read = SettingRead::kPending;
   CalibrateBusy calibrate_busy = CalibrateBusy::kSilent;
   OffHangs off_hangs = OffHangs::kNo;
-  std::optional<EncoderSpan> encoder_span;  // overrides that of the motor
+  std::optional<EncoderSpan> encoder_span;  // overrides Profile::encoder_span
 
   friend bool operator==(const Quirks&, const Quirks&) = default;
 };
@@ -93,15 +93,15 @@ struct Product {
   std::array<std::uint8_t, 12> chip_id{};
   std::uint16_t hardware_version = 300;
   std::uint16_t motor_version = 200;
-  std::uint16_t firmware_version = 0;  // 0: that of the generation's manual
+  std::uint16_t firmware_version = 0;  // 0: version of the generation's manual
 };
 
 /// Contents of a motor file.
 struct Profile {
   std::string name;                  // "mf7015"
   std::string model;                 // "MF7015-10T"
-  std::vector<std::string> aliases;  // other names that it is sold under
-  std::vector<std::string> files;    // this file and those that it extends
+  std::vector<std::string> aliases;  // other names under which the motor is sold
+  std::vector<std::string> files;    // the motor file, and the files that it extends
   Series series = Series::kMf;
   Rating rating;
   model::DriveParams drive;
@@ -130,7 +130,7 @@ struct JointState {
 
 struct ServoConfig {
   int id = 1;      // 1..32, as configured; ROM may hold another address (Servo::address)
-  int dip_id = 0;  // 1..32, setting of the DIP switch; 0: as `id`
+  int dip_id = 0;  // 1..32, ID on the DIP switch; 0: the switch shows `id`
   Profile profile;
   Generation generation = Generation::kLegacy;  // base of `quirks`
   bool generation_given = false;                // false: `generation` is the default
@@ -138,19 +138,19 @@ struct ServoConfig {
   Registers rom;    // contents at power-up; default: profile.factory
   RomWear wear{};   // write counts at power-up
   RomParams flash;  // write time and endurance of the ROM
-  SimTime reply_time = std::chrono::microseconds(100);  // after the query's last bit
-  SimTime reply_spread{0};                              // ±, drawn for each reply
-  std::uint8_t rate_code = 4;  // bit rate code of the bus; kAsWired: no bit rate, any code matches
+  SimTime reply_time = std::chrono::microseconds(100);  // from the query's last bit to the reply
+  SimTime reply_spread{0};                              // RS-485: reply_time varies by ± this
+  std::uint8_t rate_code = 4;  // bit rate code of the bus; kAsWired: drives match at any bit rate
   SimTime calibrate_time = std::chrono::seconds(4);  // duration of 0x18
-  // Position of the shaft at power-up, degrees of the rotor from encoder field 0, the same for all
-  // dialects. Absent: drawn from seed and ID.
+  // Angle of the rotor at power-up, degrees from encoder field 0; does not depend on the dialect.
+  // Absent: drawn from seed and ID.
   std::optional<double> boot_angle_deg;
-  // The joint that the drive turns; its start angle then replaces the boot angle.
+  // Joint that the drive turns, if any. The joint's start angle then replaces the boot angle.
   std::optional<JointLink> joint;
-  // °C, of all parts of the drive at power-up; absent: ambient temperature.
+  // Temperature of all parts of the drive at power-up, °C; absent: ambient temperature.
   std::optional<double> boot_temperature_C;
-  // Encoder offset that the boot angle counts from; keeps the shaft in place when a host writes
-  // another offset to ROM. Absent: that of `rom`.
+  // Encoder offset on which the boot angle is based. It keeps the shaft in place at power-up after
+  // a host has written another offset to ROM. Absent: the offset in `rom`.
   std::optional<std::uint16_t> boot_offset;
 };
 
@@ -183,13 +183,13 @@ struct BusConfig {
   std::optional<SerialConfig> serial;  // parameters of RS-485; absent: CAN
   std::vector<ServoConfig> servos;     // ascending, distinct IDs
   std::vector<TimedDirective> events;  // ascending times; planned when the bus is constructed
-  // Body whose joints the drives turn, the same for all buses of a robot; a run uses a copy. Null:
-  // none.
+  // Body whose joints the drives turn, the same for all buses of a robot; each run uses a copy.
+  // Null: no body.
   std::shared_ptr<const Mechanism> body;
   // Signals of the body; null: none.
   std::shared_ptr<const BodySignals> body_signals;
-  // Inner resistance of the battery that all buses of a robot share, equal on each bus; 0: each
-  // drive has a separate source.
+  // Inner resistance of the battery that all buses of a robot share. Pre: the same value on each
+  // bus. 0: no battery; each drive has a separate source.
   double battery_R_ohm = 0;
 };
 

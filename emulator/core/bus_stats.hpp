@@ -33,16 +33,16 @@ struct BusStats {
   // Frames of drives. Invariant: sum of ServoStats::replies + extra_frames = replies + replies_lost
   // + replies_waiting.
   std::uint64_t replies = 0;           // received by hosts
-  std::uint64_t replies_lost = 0;      // by a fault or a power loss; of these:
-  std::uint64_t replies_collided = 0;  // in a collision on RS-485
-  std::uint64_t replies_overrun = 0;   // because the adapter of the hosts was full
-  std::uint64_t replies_waiting = 0;   // in the drives or in the hosts' adapter
+  std::uint64_t replies_lost = 0;      // by any cause, including the next two
+  std::uint64_t replies_collided = 0;  // lost in a collision on RS-485
+  std::uint64_t replies_overrun = 0;   // lost because the adapter of the hosts was full
+  std::uint64_t replies_waiting = 0;   // pending in the drives or in the hosts' adapter
   std::uint64_t extra_frames = 0;      // replies to no query: copies, babble, echoes, duplicates
   std::uint64_t error_frames = 0;      // received by hosts: for destroyed frames and for overruns
   // Frames of hosts. Invariant: frames = queries + dropped + frames_waiting.
   std::array<std::uint64_t, protocol::kRejects> dropped{};  // indexed by Reject
   std::uint64_t frames_waiting = 0;                         // in the send queue of the hosts
-  std::uint64_t refused_motion = 0;                         // sums over the drives
+  std::uint64_t refused_motion = 0;                         // these three: sums over the drives
   std::uint64_t invalid_targets = 0;
   std::uint64_t rom_writes = 0;
   std::uint64_t queue_peak = 0;      // most host frames waiting at once

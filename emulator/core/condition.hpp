@@ -25,7 +25,7 @@ struct SignalReaches {
   Edge edge = Edge::kAbove;
   double level = 0;
 };
-/// An error bit is set.
+/// The error bit `error` of the drive is set.
 struct ErrorSet {
   model::Error error = model::Error::kUnderVoltage;
 };

@@ -32,8 +32,9 @@ struct SupplyVoltage {
   double supply_V = 0;
   SimTime ramp{0};
 };
-/// Drops the source to `to_V`; after `duration` restores the voltage, or the target of its ramp.
-/// The end of a sag within a sag ends both. A SupplyVoltage meanwhile cancels the restore.
+/// Drops the source to `to_V`; after `duration` restores the earlier voltage, or the target of the
+/// ramp that the sag cut short. The end of a sag within a sag ends both. A SupplyVoltage during the
+/// sag cancels the restore.
 struct Sag {
   double to_V = 0;
   SimTime duration{0};

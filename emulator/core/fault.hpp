@@ -19,7 +19,8 @@ struct FaultRow;
 
 inline constexpr int kWholeBus = 0;  // in place of a drive's ID
 
-/// Shortest time between two beginnings of a fault; shorter ones would take most of the run time.
+/// Shortest period of a recurring fault; with shorter periods, its beginnings would take most of
+/// the computing time.
 inline constexpr SimTime kMinFaultPeriod = std::chrono::milliseconds(1);
 
 /// Index of a word in FaultParam::choices. The code of the fault casts it to an enumeration with

@@ -18,7 +18,7 @@ Quirks quirks_of(Generation generation, protocol::Framing framing) {
   const bool newer = generation != Generation::kLegacy && generation != Generation::kLateLegacy;
   quirks.run_resumes = !newer;
   quirks.off_needs_run = newer;
-  // At power-up two teams saw 0 on RS-485, and two saw the single-turn angle on CAN.
+  // Multi-turn angle at power-up: two teams saw 0 on RS-485, two saw the single-turn angle on CAN.
   if (framing == protocol::Framing::kSerial) quirks.boot_multi_turn = BootMultiTurn::kZero;
   return quirks;
 }

@@ -26,7 +26,7 @@ struct Registers {
   double max_angle_deg = 0;                    // 0 = no limit
   double current_ramp_A_s = 0;                 // in the speed and position loops; 0 = no ramp
   bool broadcast_mode = false;                 // answers multi-drive commands only
-  std::array<model::Protection, model::kErrorKinds> protections{};  // by model::Error, SI
+  std::array<model::Protection, model::kErrorKinds> protections{};  // indexed by model::Error; SI
   std::int32_t align_value = 0;                                     // result of the last 0x18
   // Address settings; each may be kAsWired.
   std::uint8_t driver_id = kAsWired;    // 0..32; 0: the ID on the DIP switch
@@ -37,7 +37,7 @@ struct Registers {
   friend bool operator==(const Registers&, const Registers&) = default;
 };
 
-/// Parameters in ROM; each is written, and wears, separately.
+/// Parameters in ROM. Each parameter is written separately, and wears separately.
 enum class RomParameter : std::uint8_t {
   kGains,
   kAcceleration,

@@ -9,9 +9,9 @@
 
 namespace lk::emulator {
 
-/// One bus, CAN or RS-485, with its drives: a pure function of configuration, seed and timed
-/// frames. Splitting `advance_to` at other instants gives the same replies, byte for byte.
-/// Copyable.
+/// One bus, CAN or RS-485, with its drives. The results depend only on configuration, seed and
+/// timed frames: calls of `advance_to` at other instants give the same replies, byte for byte.
+/// Copies are independent.
 ///
 /// Invalid frames are counted and dropped. Invalid calls throw without effect: std::out_of_range if
 /// a drive is not on the bus, std::invalid_argument if a fault is impossible (fault_problem).
@@ -30,11 +30,10 @@ class Bus {
   /// `at` only if the send queue of hosts is full, or if hosts have an adapter.
   void receive(const TimedFrame& in) { emulator::receive(state_, in); }
   /// Advances up to and including `until`, never backwards. Returns false only if shared motors
-  /// have not reached `state().waits_for`: call again with the same time when they have.
-  /// `deliver_to` and `settle` return the same.
+  /// have not reached `state().waits_for`: call again with the same time when they have reached it.
+  /// `reach`, `deliver_to` and `settle` return false in the same case.
   bool advance_to(SimTime until) { return emulator::advance_to(state_, until); }
   /// Executes all events before `t` and advances the motors to `t`; events at `t` remain pending.
-  /// Returns as `advance_to`.
   bool reach(SimTime t) { return emulator::reach(state_, t); }
   /// As `advance_to`, for callers that wait for replies: motors without influence on the wire may
   /// lag until `settle` or `advance_to`. No drive may be read before that.
@@ -67,9 +66,9 @@ class Bus {
   /// Executes or starts the directive now. Returns false without effect if it is a fault and the
   /// board is full.
   bool apply(const Directive& directive) { return emulator::apply(state_, directive); }
-  /// Schedules a directive for its time or condition; a fault is armed now. Samples conditions
-  /// every kSamplePeriod, but counts frames at once. Returns false without effect if there is no
-  /// room for the fault or the condition.
+  /// Schedules a directive for its time or condition; a fault is armed now. A condition is sampled
+  /// every kSamplePeriod, but CommandSeen acts at the frame. Returns false without effect if there
+  /// is no room for the fault or the condition.
   bool plan(const TimedDirective& planned) { return emulator::plan(state_, planned); }
   /// As `plan`, but as if `event` were the last event of the configuration. Pre: its time is not
   /// past.

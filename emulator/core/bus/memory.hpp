@@ -51,8 +51,8 @@ class Memory {
   SimTime begin(SimTime at, const Servo& servo);
   /// Pre: `!idle()`. Removes and returns the oldest write, which the flash has completed.
   RomWrite finish();
-  /// Drops all writes: restores the ROM of `servo` to the state before the first one. Returns false
-  /// if none was pending.
+  /// Drops all pending writes: restores the ROM of `servo` to the contents before the oldest one.
+  /// Returns false if no write was pending.
   bool lose_power(Servo& servo);
   /// Changes the contents before and after each pending write: sets `parameter` to its value in
   /// `rom` and adds `wear` to its write count. Returns false if no write is pending.

@@ -117,7 +117,7 @@ class SerialWire {
   void begin_next(std::uint32_t owner, SimTime free_at);
   bool goes_by_bytes(const Sending& one) const;
   SimTime due(const Sending& one) const;
-  /// Index of the frame with the earliest due bytes; at equal times the one that began first.
+  /// Index in sending_ of the frame that is due next; at equal times, of the one that began first.
   std::size_t next_sending() const;
   /// Processes the next byte of `one`. Returns the packet that drives have received with it.
   std::optional<protocol::Frame> process_byte(Sending& one);

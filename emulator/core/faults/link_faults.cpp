@@ -183,7 +183,7 @@ void delay(OnReply& on) {
   }
 }
 
-/// Copies follow their originals, up to the capacity of the send queue.
+/// Queues the copies of a reply behind it, up to the capacity of the send queue.
 void duplicate(OnReply& on) {
   const auto copies = static_cast<std::size_t>(on.live.number(0));
   std::vector<Outgoing> all;

@@ -37,7 +37,7 @@ class Judge {
   /// Sampling period for expectations of kind kBy and kThroughout.
   static constexpr SimTime kStep = std::chrono::milliseconds(1);
 
-  /// Takes the expectations for the bus `bus` of the robot; times count from `start`.
+  /// Copies the expectations for the bus `bus` of the robot; their times count from `start`.
   Judge(const BusConfig& config, const std::vector<Expectation>& expectations, std::size_t bus,
         SimTime start);
 

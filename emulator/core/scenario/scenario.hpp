@@ -113,7 +113,7 @@ struct Scenario {
 /// Frames of a host on one bus, by time; at equal times in the order of the list.
 class HostScript {
  public:
-  /// Takes the sends for the bus `bus` from `sends`; times count from `start`.
+  /// Copies the frames for the bus `bus` from `sends`; their times count from `start`.
   HostScript(const std::vector<HostSend>& sends, std::size_t bus, SimTime start) {
     for (const HostSend& send : sends) {
       if (send.bus != bus || send.times == 0) continue;

@@ -75,8 +75,8 @@ std::optional<Motion> to_single_turn(const Servo& servo, const protocol::Positio
       request.target_cdeg >= servo.angles.circle_cdeg()) {
     return std::nullopt;
   }
-  // A host that repeats a target every millisecond means the same position, even after an
-  // overshoot. After a stop the drive chooses the position again.
+  // A host that repeats a target every millisecond means the same position, even after an overshoot
+  // of the shaft. After a stop the drive selects the position anew.
   const bool repeated = servo.run_state == RunState::kRunning && servo.motion.position &&
                         servo.motion.single_turn == request;
   Motion motion =

@@ -37,7 +37,7 @@ std::vector<int> sharing_drives(const BusConfig& bus, int id, const AddressOf& a
 /// Returns the setting `which` with its value from the registers. Pre: the setting exists.
 protocol::StoredSetting get_stored(const Registers& registers, const protocol::StoredSetting& which,
                                    const ServoConfig& config, const protocol::WireFormat& format);
-/// Writes a setting to the registers. Pre: its value is in range, or equals that of get_stored.
+/// Writes a setting to the registers. Pre: its value is in range, or is what get_stored returns.
 void set_stored(Registers& registers, const protocol::StoredSetting& setting,
                 const ServoConfig& config, const protocol::WireFormat& format);
 RomParameter rom_parameter_of(protocol::StoredSettingId id, Series series);
