@@ -158,9 +158,10 @@ struct ServoConfig {
 struct SerialConfig {
   SimTime reply_time = std::chrono::microseconds(150);  // for drives without a reply time
   SimTime reply_spread = std::chrono::microseconds(50);
-  SimTime gap = std::chrono::milliseconds(5);  // a longer pause inside a packet drops it
+  SimTime gap = std::chrono::milliseconds(5);  // drives drop a packet with a longer pause
   bool scan = true;  // a drive searches a bad header for the next start; false: it waits for `gap`
-  // A drive accepts a packet that ends before its pending reply begins, and answers it later.
+  // A drive with a pending reply accepts a packet that ends before this reply begins, and answers
+  // it later.
   bool receives_while_replying = true;
   std::uint8_t max_len = protocol::kMaxLen;
   int broadcast_gap_bits = 20;

@@ -45,7 +45,7 @@ class CanWire {
   /// Queues a host's frame, ready at `at`. Pre: the queue is not full; `frame` is kData or kRemote.
   /// `sender` becomes WireDelivery::owner.
   void send_from_host(SimTime at, const protocol::Frame& frame, std::uint32_t sender = 0);
-  // `owner` identifies a drive: 0x140 + its configured ID, even if a frame has another identifier.
+  // `owner` identifies the sending drive (DriveLink::owner), whatever identifier its frames have.
 
   /// The drive has kDriveQueue frames pending, counting `elsewhere` frames that it holds outside of
   /// this queue. It then accepts no query.

@@ -21,7 +21,7 @@ struct Outgoing {
 /// Link controller of a drive, between firmware and wire. Copies are independent; the bus owns the
 /// wire.
 struct DriveLink {
-  std::uint32_t owner;                      // key of its frames: 0x140 + the configured ID
+  std::uint32_t owner;                      // 0x140 + configured ID; of a duplicate: see Duplicates
   int errors = 0;                           // transmit error counter
   bool bus_off = false;                     // neither sends nor receives
   bool blocked = false;                     // the send queue is stopped

@@ -17,7 +17,7 @@ class Battery {
  public:
   /// Returns true if a bus of the robot has drives on a battery.
   static bool needed(std::span<const BusConfig> robot);
-  /// Pre: `buses` were just made of `robot`.
+  /// Pre: `buses` were just constructed from `robot`.
   Battery(std::span<const BusConfig> robot, std::span<Bus* const> buses);
 
   /// Updates the voltage drop from the current since construction or the last call, `passed` ago.

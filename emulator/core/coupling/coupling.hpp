@@ -34,9 +34,10 @@ class Coupling {
  public:
   /// Returns true if the robot has a body that drives turn, or a battery.
   static bool needed(std::span<const BusConfig> robot);
-  /// Pre: `buses` were just made of `robot`. Puts their drives on the joints of its body.
+  /// Pre: `buses` were just constructed from `robot`. Connects the drives to the joints of the
+  /// body.
   Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses);
-  /// Call `begin` when the buses have reached `start`: it puts the drives on their joints.
+  /// The caller calls `begin` when the buses have reached `start`: it connects drives and joints.
   Coupling(std::unique_ptr<Mechanism> mechanism, std::span<const CoupledDrive> drives,
            SimTime start);
   Coupling(const Coupling& other);
