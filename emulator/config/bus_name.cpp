@@ -35,7 +35,8 @@ constexpr std::array kSchemes{
               "rs485-tcp:29485", R"(pyserial: serial.serial_for_url("socket://127.0.0.1:29485"))"},
 };
 
-/// With the prefix: the lock of an ID uses a socket address of 108 bytes.
+/// Limit of a name in bytes, prefix included. The lock of a drive ID puts the name into a Unix
+/// socket address, which has 108 bytes.
 constexpr std::size_t kLongest = 90;
 constexpr std::size_t kLongestInterface = 15;  // Linux: IFNAMSIZ without its zero
 // Defaults of python-can.
@@ -47,7 +48,7 @@ bool is_printable(const std::string& name) {
   return std::ranges::all_of(name, [](char c) { return c > ' ' && c < '\x7f'; });
 }
 
-/// Message for a name that ends after its scheme.
+/// Returns the message for a name that has nothing after the prefix of its scheme.
 std::string what_is_missing(const BusScheme& scheme) {
   const char* const what = scheme.place == BusPlace::kPath    ? "path"
                            : scheme.place == BusPlace::kGroup ? "group"
@@ -73,7 +74,8 @@ std::string interface_problem(const std::string& name) {
   return "";
 }
 
-/// Parses "[ADDR:]PORT" into `out`; keeps its address by default. Returns the problem or "".
+/// Parses "[ADDR:]PORT" into `out`; without ADDR, `out.address` stays as it is. Returns the problem
+/// or "".
 std::string read_port(const std::string& name, std::string_view rest, BusName& out) {
   const std::string form(out.scheme->form);
   if (out.scheme->transport == kSlcanTcp && rest.ends_with(kNoAcks)) {

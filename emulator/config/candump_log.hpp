@@ -14,10 +14,10 @@
 
 namespace lk::emulator {
 
-/// One line. Newer candumps append whether the frame was received or sent.
+/// One line of a log. Newer versions of candump append the direction: R (received) or T (sent).
 struct CandumpLine {
   enum class Direction : std::uint8_t { kUnknown, kReceived, kSent };
-  SimTime at{0};  // as written: mostly since 1970
+  SimTime at{0};  // time as written, mostly since 1970
   std::string interface;
   protocol::Frame frame;
   Direction direction = Direction::kUnknown;
@@ -29,13 +29,14 @@ struct CandumpLine {
 /// Parses the time in "(1700000000.123456)", with one to nine decimals.
 std::optional<SimTime> parse_candump_stamp(std::string_view word);
 
-/// Parses a line without its end. Returns the line, or the problem as text for the user.
+/// Parses a line without its newline. Returns the line, or the problem as text for the user.
 std::variant<CandumpLine, std::string> parse_candump_line(std::string_view line);
 
 /// Parses a log and skips empty lines. Throws ConfigError with the number of a bad line.
 std::vector<CandumpLine> parse_candump_log(std::string_view text, const std::string& file);
 
-/// Returns a line without its end. Times are cut to microseconds, which keeps their order.
+/// Returns a line without its newline. Truncates the time to microseconds, which keeps the order of
+/// lines.
 std::string candump_line(SimTime at, std::string_view interface, const protocol::Frame& frame,
                          CandumpLine::Direction direction = CandumpLine::Direction::kUnknown);
 

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Keys of a robot file for its body: [body], the joints of its drives, and [battery].
+/// @file Readers for keys of a robot file: [body], `joint` of a drive, and [battery].
 
 #include <memory>
 #include <optional>
@@ -22,8 +22,8 @@ double read_battery(TableReader& reader);
 std::optional<JointLink> read_joint(TableReader& reader, const ServoConfig& servo,
                                     const Mechanism* body);
 
-/// Rejects a joint that another drive already turns. `reader` is that of `servo`; `taken` marks the
-/// joints of drives read before.
+/// Rejects the joint of `servo` if another drive already turns it, else marks it in `taken`.
+/// `reader` is that of the drive; `taken` is indexed as Mechanism::joints().
 void check_joint(const TableReader& reader, const ServoConfig& servo, std::vector<bool>& taken);
 
 }  // namespace lk::emulator

@@ -9,18 +9,18 @@
 
 namespace lk::emulator {
 
-/// Options of the command line for the drives of one bus.
+/// Command-line options for the drives of one bus, and properties of that bus.
 struct BusOptions {
-  std::string interface;                 // as named there
-  std::optional<std::vector<int>> ids;   // of the drives that run; absent: all of the file
+  std::string interface;  // bus name: as on the command line, otherwise as in the file
+  std::optional<std::vector<int>> ids;   // IDs of the drives that run; absent: all in the file
   FirmwareRequest firmware{};            // of these drives
-  const SerialConfig* serial = nullptr;  // null unless RS-485
+  const SerialConfig* serial = nullptr;  // parameters of an RS-485 bus; null: CAN
   std::int64_t bitrate = 0;              // of the bus
-  const Mechanism* body = nullptr;       // of the robot
+  const Mechanism* body = nullptr;       // body of the robot; null: none
   std::optional<double> boot_angle_deg = std::nullopt;
 };
 
-/// Makes a drive that is in no file. Throws std::invalid_argument, ConfigError.
+/// Makes a drive that no configuration file contains. Throws std::invalid_argument, ConfigError.
 ServoConfig make_servo(int id, const Profile& profile, const BusOptions& bus_options);
 
 /// Reads the servos of one [[bus.drive]].

@@ -8,7 +8,8 @@
 namespace lk::emulator {
 
 /// An error in a configuration file. `what()` is the line for the user: `file:line: key: reason`.
-/// The key is missing if the file is no TOML; the line is missing if there are none.
+/// The key is left out if the file is not valid TOML; the line is left out if the source has no
+/// lines, e.g. JSON.
 struct ConfigError : std::runtime_error {
   ConfigError(const std::string& file_name, int line_number, const std::string& key_path,
               const std::string& why)
@@ -20,7 +21,7 @@ struct ConfigError : std::runtime_error {
         reason(sanitized_line(why)) {}
 
   std::string file;
-  int line;         // from 1; 0: not from a text
+  int line;         // from 1; 0: the source has no lines
   std::string key;  // dotted path
   std::string reason;
 

@@ -14,10 +14,10 @@ namespace lk::emulator {
 /// file: "pid_commands = true".
 std::vector<std::string> differing_switches(Generation generation, const Quirks& quirks);
 
-/// Words for a generation in files and options: the names, and "seen".
+/// Returns the words that files and options accept for a generation: the names, and "seen".
 std::vector<std::string> generation_words();
 
-/// "seen" was requested, but no firmware of this motor was seen.
+/// Thrown for the generation "seen" if the generation of real drives of this motor is unknown.
 struct NeverSeen : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
@@ -27,10 +27,10 @@ struct NeverSeen : std::invalid_argument {
 Generation chosen_generation(const std::string& word, const Profile& profile);
 
 /// Reads `generation` and [quirks] of a drive: the preset, then each switch that differs. `asked`
-/// overrides single keys. `drive`, e.g. "vcan0 drive 1", is for messages. Pre: the profile is set:
-/// it has the seen generation, the series, and the default of `encoder_span`. Throws ConfigError.
-/// An error in `asked` throws std::invalid_argument, or a ConfigError with the option instead of
-/// the file.
+/// holds the options of the command line, which override the file key by key. `drive`, e.g. "vcan0
+/// drive 1", is for messages. Pre: `servo.profile` is set; it gives the seen generation, the
+/// series, and the default of `encoder_span`. Throws ConfigError. An error in `asked` throws
+/// std::invalid_argument, or a ConfigError that names the option instead of the file.
 void read_generation(TableReader& reader, const FirmwareRequest& asked, const std::string& drive,
                      ServoConfig& servo);
 

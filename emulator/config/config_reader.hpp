@@ -20,8 +20,8 @@ namespace lk::emulator {
 /// Limit for the parts of a key "a.b.c"; no file here needs more.
 inline constexpr int kMaxKeyParts = 32;
 
-/// Returns the line (from 1) of the first key with more parts. The parser nests one table per part,
-/// and their destruction would overflow the stack.
+/// Returns the line (from 1) of the first key with more than kMaxKeyParts parts. The parser nests
+/// one table per part; the destructors of very deep tables would overflow the stack.
 std::optional<int> line_of_deep_key(std::string_view toml);
 
 /// Parses `text` as TOML. Throws ConfigError with the line of the error.
@@ -31,8 +31,8 @@ toml::table parse_toml(const std::string& text, const std::string& file);
 /// were not read. All methods throw ConfigError.
 class TableReader {
  public:
-  /// `path` is the dotted key of the table, empty at the top. The table must outlive the reader.
-  /// Errors in another file (`extends`) are reported there.
+  /// `path` is the dotted key of the table, empty at the top. The table must outlive the reader. An
+  /// error in a value that was inherited from another file (`extends`) names that file.
   TableReader(const toml::table& table, std::string file, std::string path);
 
   // Absent keys return nullopt; a wrong type or a value outside [min, max] is an error.
@@ -44,7 +44,7 @@ class TableReader {
   std::vector<std::string> texts(const std::string& key);
   /// Reads an array of `count` numbers; empty if absent.
   std::vector<double> numbers(const std::string& key, std::size_t count, double min, double max);
-  /// Returns the index among `words`.
+  /// Reads a string that must be one of `words`; returns its index.
   std::optional<std::size_t> choice(const std::string& key, const std::vector<std::string>& words);
   std::optional<TableReader> table(const std::string& key);
   /// Reads `[[key]]`, an array of tables; empty if absent.
@@ -58,7 +58,8 @@ class TableReader {
   bool is_integer(const std::string& key) const;
   /// Returns the table as JSON on one line, without the keys `without`.
   std::string as_json(const std::vector<std::string>& without) const;
-  /// Makes `finish()` fail with "missing". Not at once, so that a misspelt key is reported as such.
+  /// Makes `finish()` fail with "missing". Does not fail at once, so that `finish()` can first
+  /// report a misspelt key as such.
   void note_missing(const std::string& key) { missing_.push_back(key); }
   /// Returns the `value` read at `key`; if it is absent, notes it as missing and returns a default.
   template <typename Value>
@@ -108,7 +109,7 @@ struct Field {
   double max = 0;
 };
 
-/// Reads `fields` into `section`. With `kOptional`, absent keys keep the present value.
+/// Reads `fields` into `section`. The member of an absent key keeps its value.
 template <typename Section>
 void read_fields(TableReader& reader, std::span<const Field<Section>> fields, Presence presence,
                  Section& section) {

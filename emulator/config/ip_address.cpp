@@ -15,12 +15,12 @@
 namespace lk::emulator {
 namespace {
 
-/// In network byte order. An IPv4 address uses the first four.
+/// Address in network byte order. An IPv4 address uses the first four bytes.
 using AddressBytes = std::array<std::uint8_t, 16>;
 
 bool has_colon(const std::string& address) { return address.find(':') != std::string::npos; }
 
-/// Ignores the zone of "fe80::1%eth0" (RFC 4007).
+/// Returns the bytes of `address`, without its zone ("%eth0", RFC 4007); nullopt if invalid.
 std::optional<AddressBytes> bytes_of(const std::string& address) {
   AddressBytes bytes{};
   const int family = has_colon(address) ? AF_INET6 : AF_INET;

@@ -14,7 +14,7 @@ inline constexpr const char* kLoopback = "127.0.0.1";
 /// without brackets, localhost as 127.0.0.1; nullopt if invalid.
 std::optional<std::string> address_in(std::string_view text);
 
-/// Pre: no brackets. Multicast: 224.0.0.0/4 (RFC 5771), ff00::/8 (RFC 4291).
+/// Returns true for 224.0.0.0/4 (RFC 5771) and ff00::/8 (RFC 4291). Pre: no brackets.
 bool is_multicast(const std::string& address);
 /// Returns true for 127.0.0.0/8 and ::1, which other machines cannot reach.
 bool is_loopback(const std::string& address);

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Motor files by name or path; profile.cpp has their inheritance.
+/// @file Motor files, found by name or path; profile.cpp implements `extends`.
 
 #include <cstddef>
 #include <functional>
@@ -11,8 +11,8 @@
 
 namespace lk::emulator {
 
-/// Figures that follow from a profile, in closed form (docs/internals/model.md §3, §11). At 25 °C,
-/// nominal supply and factory registers; speeds and torques at the output shaft.
+/// Figures of a motor, computed in closed form from its profile (docs/internals/model.md §3, §11).
+/// At 25 °C, nominal supply and factory registers; speeds and torques at the output shaft.
 struct MotorFigures {
   double k_t_Nm_A = 0;           // rotor side, 3/2·p·ψ_f
   double no_load_speed_rpm = 0;  // back-EMF, friction current and dead time use up the voltage
@@ -30,7 +30,7 @@ MotorFigures motor_figures(const Profile& profile);
 /// The text of a motor file.
 struct MotorFile {
   std::string name;  // name in listings and replies: "mf7015", "my.toml"
-  std::string file;  // its path, for messages and for relative paths in it
+  std::string file;  // path, for messages; relative paths in `text` start at its directory
   std::string text;
 };
 
@@ -40,7 +40,7 @@ using FindMotorFile = std::function<MotorFile(const std::string& motor)>;
 /// Longest chain of motor files that extend each other.
 inline constexpr std::size_t kMaxMotorFiles = 8;
 
-/// "./a/./b" becomes "a/b". A ".." stays, as it may follow a symbolic link.
+/// Removes parts ".": "./a/./b" becomes "a/b". Keeps "..", as it may follow a symbolic link.
 std::string plain_path(const std::string& path);
 
 /// Returns true for a path such as "./my.toml" or "motors/my", false for a name.

@@ -69,7 +69,7 @@ inline const Field<Me> kMechanics[] = {
     {"cogging_per_turn", &Me::cogging_per_turn, 1, 1, 10000},
 };
 
-/// Shares of the friction above; by default all friction heats the housing.
+/// Shares of the friction in kMechanics that heat the winding; the rest heats the housing.
 inline const Field<Me> kIron[] = {
     {"hysteresis_share", &Me::hysteresis_share, 1, 0, 1},
     {"eddy_share", &Me::eddy_share, 1, 0, 1},
@@ -90,7 +90,7 @@ inline const Field<S> kSupply[] = {
     {"R_source_ohm", &S::R_source, 1, 0, 10},
     {"C_link_uF", &S::C_link, 1e-6, 1, 1e5},
     {"i_regen_max_A", &S::i_regen_max, 1, 0, 1000},
-    {"i_logic_mA", &S::i_logic, 1e-3, 1, 2000},  // otherwise a drive would outlive its supply
+    {"i_logic_mA", &S::i_logic, 1e-3, 1, 2000},  // above 0, so that a drive without supply dies
 };
 
 using Lo = model::LogicParams;

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file As profile_fields.hpp, for values that hosts can set: registers, gains, protections.
+/// @file Maps keys to the values that hosts can set: registers, gains, protections. Rows are as in
+/// profile_fields.hpp.
 
 #include "emulator/config/config_reader.hpp"
 #include "emulator/core/parameter_memory.hpp"
@@ -45,7 +46,8 @@ inline const Field<R> kRegisters[] = {
     {"broadcast_mode", &R::broadcast_mode},
 };
 
-/// Written by hosts with 0x42 (docs/reference/protocol.md §10.9). The wiring is not writable.
+/// Address settings, which hosts write with 0x42 (docs/reference/protocol.md §10.9). The ranges
+/// exclude kAsWired.
 inline const Field<R> kPlace[] = {
     {"driver_id", &R::driver_id, 1, 0, 32},
     {"bus_type", &R::bus_type, 1, 0, 2},
@@ -56,14 +58,14 @@ inline const Field<R> kAlignment[] = {
     {"align_value", &R::align_value, 1, 0, 2147483647.0},
 };
 
-/// Limit of the loops: for MS, and for the other series.
+/// Output limit of the loops: Max Power on MS drives, Max Torque Current on other series.
 inline constexpr Field<R> max_power() { return {"max_power_permille", &R::max_power_permille, 1, 0, 850}; }
 inline constexpr Field<R> max_torque_current(double limit_lsb) {
   return {"max_torque_current_lsb", &R::max_torque_current_lsb, 1, 0, limit_lsb};
 }
 // clang-format on
 
-/// Protections in the order of model::Error, with the unit of their thresholds.
+/// Name and keys of a protection. kProtections has them in the order of model::Error.
 struct ProtectionKeys {
   const char* name;
   Field<model::Protection> fields[5];

@@ -19,12 +19,13 @@ struct RomOwner {
 /// Returns the key of a parameter in a ROM file.
 const char* rom_key(RomParameter parameter);
 
-/// Returns a ROM file (docs/reference/configuration.md): parameters that were written, and how
-/// often. Others come from the configuration.
+/// Returns the text of a ROM file (docs/reference/configuration.md): the parameters that were
+/// written, and how often. Others are left out; their values come from the configuration.
 std::string print_rom(const RomOwner& owner, const Registers& rom, const RomWear& wear);
 
-/// Overrides `servo.rom` and `servo.wear` with the ROM file `text`. Throws ConfigError if the file
-/// is damaged or belongs to another drive than this one on `bus`.
+/// Overrides `servo.rom` and `servo.wear` with the ROM file `text`, and sets `servo.boot_offset` to
+/// the configured offset. Throws ConfigError if the file is damaged or belongs to another drive
+/// than `servo` on `bus`.
 void read_rom(const std::string& text, const std::string& file, const std::string& bus,
               ServoConfig& servo);
 
