@@ -16,8 +16,8 @@
 namespace lk::emulator {
 namespace {
 
-/// Returns true if the command line means the file's bus on `interface`. If both name only one bus,
-/// it always does.
+/// Returns true if `request` refers to the file's bus on `interface`: the names are equal, or the
+/// command line and the file have one bus each (`one_in_each`).
 bool means(const BusRequest& request, const std::string& interface, bool one_in_each) {
   return request.interface == interface || one_in_each;
 }
@@ -34,7 +34,7 @@ BusOptions options_by(const BusRequest& request, const Overrides& overrides) {
           .firmware = merge(overrides.firmware, request.firmware),
           .boot_angle_deg = overrides.boot_angle_deg};
 }
-/// Adds the properties of the bus.
+/// Adds the properties of `bus` to the options.
 BusOptions on_bus(BusOptions options, const BusConfig& bus) {
   options.serial = bus.serial ? &*bus.serial : nullptr;
   options.bitrate = bus.bitrate;
@@ -54,7 +54,7 @@ BusOptions options_of_bus(const Overrides& overrides, const std::string& interfa
   return {.interface = interface, .ids = std::vector<int>{}};  // this bus does not run
 }
 
-/// The body of a robot, and its joints that already have a drive.
+/// The body of a robot. `taken` marks the joints that already have a drive.
 struct Body {
   std::shared_ptr<const Mechanism> mechanism;
   std::shared_ptr<const BodySignals> signals;
@@ -106,7 +106,7 @@ BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t b
 
 std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& overrides,
                                   const FindProfile& find, const LoadBody& load_body) {
-  // Users confuse the two; a complaint about an unknown key would not help them.
+  // Users confuse robots and scenarios; an error about an unknown key would not help them.
   if (!reader.has("bus") && (reader.has("expect") || reader.has("robot"))) {
     reader.fail("", "this is a scenario, not a robot; lk-emu run FILE plays it");
   }
@@ -139,7 +139,7 @@ std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& override
   if (reader.has("bitrate") && std::ranges::all_of(buses, is_serial)) {
     reader.fail("bitrate", "has no effect: no bus is CAN, and those of RS-485 have their own");
   }
-  // The command line may leave out the drives of its joints.
+  // A command line that selects buses may leave out the drives that turn joints.
   const bool whole = overrides.buses.empty();
   if (body.mechanism && whole && std::ranges::none_of(body.taken, std::identity())) {
     reader.fail("body",
@@ -150,7 +150,7 @@ std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& override
 
 // --- command line
 
-/// Returns the place in the file of the bus that `request` means.
+/// Returns the index in `of_file` of the bus to which `request` refers; nullopt if none.
 std::optional<std::size_t> place_of(const BusRequest& request,
                                     const std::vector<BusConfig>& of_file, bool one_in_each) {
   const auto found = std::ranges::find_if(

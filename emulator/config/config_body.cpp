@@ -11,9 +11,9 @@ namespace lk::emulator {
 namespace {
 
 constexpr double kShortest_ms = 0.05;  // assumed
-constexpr double kLongest_ms = 10;     // assumed: slower than every drive's position loop
+constexpr double kLongest_ms = 10;     // assumed: no position loop of a drive is as slow
 
-constexpr double kLeast_ohm = 1e-4;  // assumed: a smaller one is not visible at a robot's currents
+constexpr double kLeast_ohm = 1e-4;  // assumed: less has no visible effect at a robot's currents
 constexpr double kMax_ohm = 10;      // assumed: with more, no drive of a robot starts
 
 /// Checks that a body step is a whole number of the drive's PWM periods.

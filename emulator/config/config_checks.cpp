@@ -17,7 +17,8 @@ const model::Protection& protection(const Registers& registers, model::Error kin
   return registers.protections[static_cast<std::size_t>(kind)];
 }
 
-/// Returns the table with the dotted `key`, and the last part of the key; nullopt if absent.
+/// Returns a reader of the table that contains the dotted `key`, and the last part of the key;
+/// nullopt if the key is absent.
 std::optional<std::pair<TableReader, std::string>> find(const TableReader& drive,
                                                         const std::string& key) {
   TableReader table = drive;
@@ -33,7 +34,7 @@ std::optional<std::pair<TableReader, std::string>> find(const TableReader& drive
   return std::pair(table, last);
 }
 
-/// Fails at the first of `keys` that the drive states, or at its motor.
+/// Fails at the first of `keys` that the table of the drive contains; at its `motor` if none.
 [[noreturn]] void fail_at_first(const TableReader& drive, const std::vector<std::string>& keys,
                                 const std::string& reason) {
   for (const std::string& key : keys) {
@@ -65,7 +66,7 @@ void check_brake(const TableReader& drive, const ServoConfig& servo) {
   }
 }
 
-/// Checks that the shaft starts between its end stops, for every random start.
+/// Checks that the shaft starts between its end stops, at any random boot angle.
 void check_end_stops(TableReader& reader, const ServoConfig& servo) {
   const model::DriveParams& drive = servo.profile.drive;
   const auto start_deg = [&](double boot_deg) {
@@ -84,7 +85,8 @@ void check_end_stops(TableReader& reader, const ServoConfig& servo) {
   load->fail(stop, "the shaft starts beyond this end stop, at " + number(first) + " deg");
 }
 
-/// A value that is never below 0 cannot fall below its threshold by more than the threshold.
+/// Rejects a hysteresis above its threshold for quantities that are never negative: they cannot
+/// fall to threshold − hysteresis, so the error could never be cleared.
 void check_hystereses(const TableReader& drive, const Registers& registers) {
   using enum model::Error;
   for (const model::Error kind : {kOverVoltage, kOverCurrent, kShort, kStall}) {
@@ -128,8 +130,9 @@ void check_voltages(const TableReader& drive, const model::LogicParams& logic,
   }
 }
 
-/// The exponential of the windings is a series, good to R·T/L = 0.25 at 25 °C. With half as much
-/// again, at hot windings, its error is still below 1e-6.
+/// The model computes the matrix exponential of the windings as a series, which is accurate up to
+/// R·T/L = 0.25 at 25 °C (T: PWM period). Hot windings raise R by up to a half; the error of the
+/// series is then still below 1e-6.
 std::optional<ModelProblem> winding_problem(const model::DriveParams& d) {
   const double R = d.motor.R_s + d.inverter.R_on;
   const double L = std::min(d.motor.L_d, d.motor.L_q);
@@ -142,9 +145,9 @@ std::optional<ModelProblem> winding_problem(const model::DriveParams& d) {
           number(4 * R / d.inverter.f_pwm * 1e3) + " mH, and one is " + number(L * 1e3)};
 }
 
-/// An elastic gear makes the output a second body. One explicit step per period is stable while
-/// ω²T² + 2·c·T/J < 4; at a quarter of that, its frequency is right to 5 %. This must hold for the
-/// flange alone, as a load may be removed.
+/// With an elastic gear, the output is a second body. One explicit step per PWM period T is stable
+/// while ω²T² + 2·c·T/J < 4. At a quarter of that limit, the error of the resonance frequency is 5
+/// %. Checks the flange alone, as its load may be removed.
 std::optional<ModelProblem> gear_problem(const model::DriveParams& d) {
   const model::MechanicsParams& m = d.mechanics;
   if (m.gear_stiffness_out == 0) return std::nullopt;

@@ -89,7 +89,7 @@ std::optional<int> first_running(const std::vector<int>& ids, const BusOptions& 
   return found == ids.end() ? std::nullopt : std::optional(*found);
 }
 
-/// Returns the command line's requests for the drives, as options.
+/// Returns the command-line options for these drives as text: " --generation v235".
 std::string options_of(const BusOptions& bus_options) {
   std::string all;
   if (bus_options.firmware.generation) all += " --generation " + *bus_options.firmware.generation;
@@ -100,12 +100,12 @@ std::string options_of(const BusOptions& bus_options) {
   return all;
 }
 
-/// One turn of the output in each direction.
+/// Returns the largest boot angle of either sign, in degrees of the rotor: one turn of the output.
 double most_boot_angle_deg(const ServoConfig& servo) {
   return 360 * servo.profile.drive.mechanics.gear_ratio;
 }
 
-/// Throws std::invalid_argument.
+/// Sets the boot angle to that of the command line, if given. Throws std::invalid_argument.
 void apply_boot_angle(std::optional<double> asked_deg, const std::string& drive,
                       ServoConfig& servo) {
   if (!asked_deg) return;
@@ -145,7 +145,7 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
   const double most_deg = most_boot_angle_deg(servo);
   servo.boot_angle_deg = reader.number("boot_angle_deg", -most_deg, most_deg);
   servo.boot_temperature_C = reader.number("boot_temperature_C", -40, 125);
-  // Requests are not applied to drives that do not run: these may not support them.
+  // Drives that do not run may not support the requests of the command line: ignores the requests.
   const auto running = first_running(ids, bus_options);
   read_generation(reader, running ? bus_options.firmware : FirmwareRequest{},
                   name_of(bus_options, running.value_or(0)), servo);
@@ -166,7 +166,7 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
   return servos;
 }
 
-/// Returns true if the drive is valid without the requests of the command line.
+/// Returns true if the drive is valid without these options of the command line.
 bool is_good_as_it_stands(TableReader reader, const Overrides& overrides,
                           const BusOptions& bus_options, const FindProfile& find) {
   try {

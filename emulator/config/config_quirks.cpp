@@ -18,8 +18,8 @@ using protocol::Dialect;
 using Choices = std::vector<std::string>;
 constexpr const char* kSeen = "seen";
 
-/// A switch: its key, and its values as a file has them. A number is stored as such, except in a
-/// bool; everything else as its place among the choices. Without choices it is any byte.
+/// A switch of [quirks]: its key, and the values that a file may give (`choices`; empty: any byte).
+/// An integer member stores the value; a bool or enumeration stores the index of the choice.
 class Switch {
  public:
   enum class Wire : std::uint8_t { kAny, kSerial };
@@ -48,7 +48,7 @@ class Switch {
   bool is_word() const { return !is_number() && !is_flag(); }
   bool is_number() const { return choices.empty() || choices.front().front() <= '9'; }
   std::size_t count() const { return choices.empty() ? 256 : choices.size(); }
-  /// The choice `n` as a number. Pre: is_number().
+  /// Returns the choice `n` as a number. Pre: is_number().
   std::size_t number(std::size_t n) const {
     return choices.empty() ? n : std::stoul(choices[n], nullptr, 0);
   }
@@ -70,7 +70,7 @@ const Choices kBits{"16", "32"};
 const Choices kScales{"manual", "series"};
 constexpr auto kSerial = Switch::Wire::kSerial;
 
-/// In the order of listings. Words are in the order of their enumeration.
+/// Switches in the order of listings. The words of a switch are in the order of its enumeration.
 // clang-format off
 const std::vector<Switch> kSwitches = {
     {"state_1", &Dialect::state_1, {"decivolt", "centivolt", "centivolt_and_bus_current"}},
@@ -174,8 +174,8 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
       quirks.dialect.reply_id_base != protocol::kSingleDriveId) {
     reader.fail("reply_id_base", "belongs to CAN");
   }
-  // Presets set it for every series, though only MS uses it. An explicit request for another series
-  // is a mistake.
+  // Presets set open_loop_command for every series, though only MS drives use it. A file that sets
+  // it for another series is wrong.
   if (quirks.dialect.open_loop_command && servo.profile.series != Series::kMs &&
       reader.has("open_loop_command")) {
     reader.fail("open_loop_command", "MS drives only");
@@ -235,7 +235,7 @@ std::string letters_and_digits(std::string word) {
   return word.starts_with('v') ? word.substr(1) : word;
 }
 
-/// Suggests only other spellings: V237 is not a misspelt V235.
+/// Suggests a name only for another spelling of it: V237 is not a misspelt V235.
 std::string suggestion(const std::string& word) {
   for (const std::string& name : generation_words()) {
     if (letters_and_digits(name) == letters_and_digits(word)) return ", did you mean " + name + "?";

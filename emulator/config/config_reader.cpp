@@ -13,8 +13,9 @@
 namespace lk::emulator {
 namespace {
 
-/// Length of the quoted text at the start of `text`. Unclosed text, which the parser rejects, ends
-/// with its line or the input. Up to two extra quotes may precede the end of a long text.
+/// Returns the length of the TOML string at the start of `text`, quotes included. An unclosed
+/// string, which the parser rejects, ends with its line or the input. A multi-line string may end
+/// with up to two extra quotes.
 std::size_t length_of_quoted(std::string_view text) {
   const char quote = text.front();
   const bool long_one = text.size() >= 3 && text[1] == quote && text[2] == quote;
@@ -148,7 +149,7 @@ void TableReader::fail_together(const std::vector<std::string>& keys,
 
 void TableReader::fail_at(const toml::source_region& source, const std::string& key,
                           const std::string& reason) const {
-  // A table from no text has no lines.
+  // A table that was not parsed from TOML text has no lines.
   const int line = source.path ? std::max(1, static_cast<int>(source.begin.line)) : 0;
   const std::string dot = path_.empty() || key.empty() ? "" : ".";
   throw ConfigError(source.path ? *source.path : file_, line, path_ + dot + key, reason);
@@ -259,7 +260,7 @@ void TableReader::finish() const {
 
 namespace {
 
-/// Parses a decimal number; nothing may surround it.
+/// Parses an ID as a decimal number without other characters. Throws std::invalid_argument.
 int parse_id(const std::string& text) {
   int id = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id);

@@ -17,7 +17,7 @@ using protocol::bit_rate;
 using protocol::kCanRates;
 using protocol::kSerialRates;
 
-constexpr std::int64_t kOddRate = 921'600;  // the manuals have 1 Mbit/s instead
+constexpr std::int64_t kOddRate = 921'600;  // bit/s; manuals list 1 Mbit/s in its place
 
 const protocol::Value* row_of_rate(std::int64_t baud) {
   return std::ranges::find(kSerialRates, baud, bit_rate);

@@ -24,7 +24,7 @@ using std::numbers::pi;
 double no_load_speed_rad_s(const model::DriveParams& p, double k_t) {
   const model::MechanicsParams& m = p.mechanics;
   const double R = p.motor.R_s + p.inverter.R_on;
-  // The dead time subtracts a square wave of this height; its fundamental is 4/π of it.
+  // The dead time subtracts a square wave. Its fundamental, v_dead, is 4/π of its height.
   const double v_dead = 4 / pi * p.inverter.t_dead * p.inverter.f_pwm * p.supply.v_source;
   const double tau = m.tau_coulomb + m.tau_coulomb_out / m.gear_ratio;
   return (model::modulation(p.inverter) * p.supply.v_source - v_dead - R * tau / k_t) /

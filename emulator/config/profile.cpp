@@ -102,7 +102,7 @@ void read_version(TableReader& product, const char* key, std::uint16_t& version)
   }
 }
 
-/// Reads the answer to 0x12 on RS-485.
+/// Reads [product]: the data that the drive reports to 0x12 on RS-485.
 void read_product(TableReader& reader, Product& product) {
   auto table = reader.table("product");
   if (!table) return;
@@ -133,7 +133,7 @@ void read_product(TableReader& reader, Product& product) {
 
 // --- files that extend others
 
-/// Keys that are not inherited: trade names, and facts known only of the other motor.
+/// Keys that a motor file does not inherit: trade names, and facts known only of the base motor.
 constexpr const char* kNotInherited[] = {"extends", "aliases", "rating", "product",
                                          "seen_generation"};
 
@@ -163,7 +163,7 @@ std::optional<MotorFile> base_of(const toml::table& document, const std::string&
   return base;
 }
 
-/// Moves missing values from `base` to `table`; a moved value keeps its source line.
+/// Moves the values that `table` lacks from `base`; a moved value keeps its source line.
 void inherit(toml::table& table, toml::table& base) {
   for (auto&& [key, inherited] : base) {
     toml::node* const own = table.get(key);
@@ -175,7 +175,7 @@ void inherit(toml::table& table, toml::table& base) {
   }
 }
 
-/// Rejects inheritance between series, which differ too much.
+/// Rejects a base motor of another series: the series differ too much.
 void check_series(const toml::table& document, const std::string& file, const toml::table& base) {
   const auto own = document["series"].value<std::string>();
   const auto inherited = base["series"].value<std::string>();
@@ -191,7 +191,7 @@ struct MotorDocument {
 };
 
 MotorDocument read_motor_document(const MotorFile& motor, const FindMotorFile& find_base) {
-  std::vector<toml::table> tables;  // moved into, as a copy would lose the source lines
+  std::vector<toml::table> tables;  // tables are moved: a copy would lose the source lines
   tables.push_back(parse_toml(motor.text, motor.file));
   std::vector<std::string> files{motor.file};
   while (const auto base = base_of(tables.back(), files.back(), files, find_base)) {

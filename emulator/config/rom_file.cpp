@@ -21,7 +21,7 @@ namespace fields = profile_fields;
 
 constexpr int kFormat = 1;
 
-/// By RomParameter: key in [settings], [writes] and directives.
+/// Key of each RomParameter in [settings], [writes] and directives, indexed by RomParameter.
 constexpr const char* kKeys[] = {
     "gains",
     "acceleration_dps_s",
@@ -62,7 +62,7 @@ std::span<const Field<Registers>> row_of(std::size_t parameter) {
   return {};
 }
 
-/// Returns true for an address parameter that was never written; files do not have it.
+/// Returns true for an address parameter that was never written: ROM files leave it out.
 bool is_as_wired(std::size_t parameter, const Registers& rom) {
   const std::string_view key = kKeys[parameter];
   const auto* row = std::ranges::find(fields::kPlace, key, &Field<Registers>::key);
@@ -191,7 +191,7 @@ void read_settings(TableReader& settings, const RomWear& wear, ServoConfig& serv
       read_fields<Registers>(settings, row_of(p), Presence::kRequired, servo.rom);
     }
   }
-  // Values of the configuration were checked there.
+  // Checks the offset of the ROM file; that of the configuration was checked when it was read.
   const std::string problem = offset_problem(servo.rom.encoder_offset, servo.profile.drive.encoder);
   if (!problem.empty()) settings.fail("encoder_offset", problem);
   settings.finish();

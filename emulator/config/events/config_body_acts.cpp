@@ -10,7 +10,7 @@
 namespace lk::emulator {
 namespace {
 
-constexpr double kStrongest = 1e6;       // N, Nm; assumed
+constexpr double kStrongest = 1e6;       // limit of a force in N and a torque in Nm; assumed
 constexpr double kHeaviest_kg = 1e4;     // assumed
 constexpr double kLeastFriction = 1e-5;  // MuJoCo's minimum
 constexpr double kMaxFriction = 10;      // assumed

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Directives that act on a robot's body. Each function reads the key of its name from an
-/// event that has it. They throw ConfigError.
+/// @file Readers for the directives that act on a robot's body: `read_push` reads the key `push`,
+/// and so on. Pre: the event has the key. All throw ConfigError.
 
 #include "emulator/config/config_reader.hpp"
 #include "emulator/core/coupling/mechanism.hpp"

@@ -39,7 +39,7 @@ const Signal* read_signal(TableReader& reader, const std::string& key, const Bus
   const bool of_body = name->starts_with(kBodyPrefix);
   if (of_body && bus.body_signals == nullptr) reader.fail(key, "the robot has no [body]");
   std::vector<const Signal*> all = signals_with(bus.body_signals.get());
-  // Suggests only names of the same kind.
+  // Keeps only signals of the same kind, body or drive, to suggest.
   std::erase_if(all, [&](const Signal* one) { return one->is_of_body() != of_body; });
   std::vector<std::string> names;
   for (const Signal* const signal : all) names.emplace_back(signal->name);
@@ -77,7 +77,7 @@ std::optional<Condition> read_condition(TableReader& reader, const BusConfig& bu
   const Signal* const signal = read_signal(*when, "signal", bus);
   if (signal != nullptr && signal->is_of_body()) {
     if (id_of_condition) when->fail("id", "a body signal belongs to no drive; remove this key");
-    id = bus.servos.front().id;  // any
+    id = bus.servos.front().id;  // any drive: the signal belongs to none
   }
   const auto error = read_error(*when, "error");
   const auto command = read_command(*when, "command");
@@ -121,7 +121,7 @@ void check_room(const TableReader& event, const std::vector<TimedDirective>& dir
 
 void check_clear(const TableReader& reader, const std::string& which,
                  const std::vector<TimedDirective>& directives) {
-  std::vector<std::string> names;  // as they will be on the bus
+  std::vector<std::string> names;  // names that the faults get on the bus
   std::vector<std::string> known = {"all", std::string(kPlanned)};
   for (const TimedDirective& directive : directives) {
     const auto* const set = std::get_if<SetFault>(&directive.directive.what);

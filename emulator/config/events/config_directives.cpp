@@ -148,8 +148,8 @@ Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<in
 using Action = decltype(Directive::what);
 using Actions = std::vector<Action>;
 
-/// The bus of an event, and its drives. `servo` is one of these, or the first one for an action on
-/// the whole bus.
+/// The bus of an event, and the IDs of its drives. `servo` is the drive of the directive; for an
+/// action on the whole bus, the first drive of the bus.
 struct Reading {
   const BusConfig& bus;
   const std::vector<int>& ids;
@@ -230,12 +230,12 @@ void read_body_act(TableReader& reader, const Reading& on, Actions& out) {
   out.emplace_back(kRead(reader, *on.bus.body));
 }
 
-/// An action, and what it acts on.
+/// An action: its key, its target and its reader.
 struct ActionRow {
   enum class Target : std::uint8_t {
     kDrives,
-    kFreeDrives,  // not those that turn a joint: the body is their load
-    kFault,       // drives or the whole bus
+    kFreeDrives,  // drives without a joint; of others, the body is the load
+    kFault,       // drives or the whole bus, by the kind of fault
     kBus,         // takes no drives
     kBody         // takes no drives
   };
@@ -282,7 +282,7 @@ const ActionRow* find_action(TableReader& reader) {
   const ActionRow* found = nullptr;
   for (const ActionRow& row : kActions) {
     if (!reader.has(row.key)) {
-      reader.table(row.key);  // so that it can be suggested
+      reader.table(row.key);  // makes the key known, so that `finish` can suggest it
     } else if (found != nullptr) {
       reader.fail(row.key, std::string("only one action per event; this event has ") + found->key +
                                " already");
@@ -293,8 +293,8 @@ const ActionRow* find_action(TableReader& reader) {
   return found;
 }
 
-/// Rejects unknown keys first, then keys of other actions: a misspelt action is then reported as
-/// such.
+/// Rejects unknown keys first, so that a misspelt action is reported as such; then keys that belong
+/// to another action.
 void finish_event(TableReader& reader) {
   for (const auto& companion : kCompanions) {
     if (reader.has(companion.key)) read_duration(reader, companion.key);
@@ -307,7 +307,7 @@ void finish_event(TableReader& reader) {
   }
 }
 
-/// "power, supply_V … or mark"
+/// Returns "power, supply_V … or mark".
 std::string action_list() {
   std::vector<std::string> words;
   for (const ActionRow& row : kActions) words.emplace_back(row.key);

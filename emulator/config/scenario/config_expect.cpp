@@ -125,7 +125,8 @@ void check_subjects(TableReader& reader) {
   }
 }
 
-/// Reports a misspelt subject before keys that depend on it.
+/// Rejects unknown keys first, so that a misspelt subject is reported as such; then keys that
+/// belong to another subject.
 void finish_expectation(TableReader& reader) {
   const bool odd_range = !reader.has("signal") && (reader.has("min") || reader.has("max"));
   const bool odd_set = !reader.has("error") && reader.has("set");
@@ -175,7 +176,8 @@ Expectation read_expectation(TableReader& reader, const Scenario& scenario) {
   }
   if (of_body) {
     if (reader.has("bus")) reader.fail("bus", "a body signal belongs to no bus; remove this key");
-    expectation.id = scenario.robot.front().servos.front().id;  // any
+    expectation.id =
+        scenario.robot.front().servos.front().id;  // any drive: the signal belongs to none
   } else {
     expectation.bus = read_bus_of(reader, scenario.robot, expectation.id);
   }

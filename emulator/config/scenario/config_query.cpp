@@ -1,4 +1,4 @@
-// Reads a host's query given by names, in units and layout of the drive.
+// Reads a host's query from named values, in the units and payload layout of the drive.
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +25,8 @@ std::optional<std::int64_t> read_value(TableReader& reader, const WireField& fie
   return place ? std::optional<std::int64_t>(field.values[*place].number) : std::nullopt;
 }
 
-/// Reads a value in the field's unit; a current also as `iq_lsb`, the number on the wire.
+/// Reads a value in the field's unit. A current may instead be given as `iq_lsb`, the number on the
+/// wire.
 std::optional<std::int64_t> read_number(TableReader& reader, const WireField& field,
                                         const WireFormat& format) {
   const std::string key(field.input_key());
@@ -47,12 +48,13 @@ void read_field(TableReader& reader, const WireField& field, const WireFormat& f
   const auto raw =
       field.values.empty() ? read_number(reader, field, format) : read_value(reader, field);
   if (!raw && !field.is_optional_in_scenarios) reader.note_missing(std::string(field.input_key()));
-  // A field with only one value has that by default.
+  // A field with only one allowed value has it by default.
   const std::int64_t default_value = field.values.size() == 1 ? field.values.front().number : 0;
   protocol::put(field, protocol::taken(field, raw.value_or(default_value), format), data);
 }
 
-/// Reports a field that exists only in other drives, instead of a misspelt key.
+/// Rejects a field that the query has only for other drives or parameters. Without this check,
+/// `finish` would report a misspelt key.
 void refuse_what_it_lacks(TableReader& reader, std::span<const WireField> fields,
                           const protocol::Payload& data, const WireFormat& format) {
   for (const WireField& field : fields) {
@@ -68,7 +70,7 @@ void refuse_what_it_lacks(TableReader& reader, std::span<const WireField> fields
   }
 }
 
-/// Returns the size of an RS-485 packet for the command with this data.
+/// Returns the size of `command` in an RS-485 packet: command byte and data.
 std::uint8_t size_of(const protocol::CommandInfo& command, const protocol::Payload& data,
                      const protocol::WireFormat& format) {
   if (command.query_len != nullptr) return static_cast<std::uint8_t>(1 + command.query_len(format));
@@ -109,7 +111,7 @@ protocol::Frame read_query(TableReader& reader, const ServoConfig& servo) {
     frame.dlc = 1;
   }
   const auto* const command = protocol::command_of(frame);
-  if (command == nullptr) return frame;  // its data is unknown
+  if (command == nullptr) return frame;  // an unknown command: the layout of its data is unknown
   for (const WireField& field : command->query) {
     if (protocol::present(field, frame.data, format)) {
       read_field(reader, field, format, frame.data);

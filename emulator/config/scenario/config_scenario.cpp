@@ -16,7 +16,7 @@ std::string names_of(const std::vector<BusConfig>& robot) {
   return all;
 }
 
-/// Reads one [[event]]; without `bus`, its drives determine the bus.
+/// Reads one [[event]]. Without the key `bus`, the drives of the event determine the bus.
 void read_event(TableReader& reader, Scenario& scenario) {
   std::optional<int> id;
   if (const auto ids = read_ids(reader); !ids.empty()) id = ids.front();
@@ -28,8 +28,8 @@ void read_event(TableReader& reader, Scenario& scenario) {
   check_room(reader, bus.events);
 }
 
-/// Checks that a clear refers to a fault of the robot or scenario on its bus. `running`: buses of a
-/// robot that already runs.
+/// Checks that each `clear` names a fault on its bus, from the robot's file or the scenario.
+/// `running`: the robot's buses if they already run, otherwise empty.
 void check_clears(std::vector<TableReader>& events, const Scenario& scenario,
                   const std::vector<BusConfig>& running) {
   for (TableReader& event : events) {
@@ -68,7 +68,8 @@ void read_robot(TableReader& reader, std::optional<std::uint64_t> seed, const Sc
   }
 }
 
-/// Reads everything but the robot. `running`: its buses, if they already run.
+/// Reads everything but the robot. `running`: the robot's buses if they already run, otherwise
+/// empty.
 void read_course(TableReader& reader, const ScenarioFiles& files,
                  const std::vector<BusConfig>& running, Scenario& scenario) {
   for (BusConfig& bus : scenario.robot) {
@@ -94,7 +95,8 @@ void read_course(TableReader& reader, const ScenarioFiles& files,
   }
 }
 
-/// Users confuse the two; a complaint about an unknown key would not help them.
+/// Rejects a robot file. Users confuse robots and scenarios; an error about an unknown key would
+/// not help them.
 void refuse_robot(const TableReader& reader) {
   if (!reader.has("bus") || reader.has("expect") || reader.has("robot")) return;
   reader.fail("", "this is a robot, not a scenario; lk-emu --config FILE runs it");
@@ -117,7 +119,8 @@ void check_head(TableReader& reader) {
   reader.finish();
 }
 
-/// Returns drives that differ from the robot. `known`: `running` with the file's bus names.
+/// Returns the drives of `robot` that are missing in `running` or have another motor there. `known`
+/// has the buses of `running` in the same order, with the bus names of the scenario.
 std::vector<DriveMismatch> drive_mismatches(const std::vector<BusConfig>& robot,
                                             const std::vector<BusConfig>& known,
                                             const std::vector<BusConfig>& running) {
@@ -138,8 +141,8 @@ std::vector<DriveMismatch> drive_mismatches(const std::vector<BusConfig>& robot,
   return mismatches;
 }
 
-/// Gives the running buses the names of the robot's file, in its order, if the robot runs on other
-/// interfaces.
+/// If no running bus has a name from the robot's file, gives the buses of `scenario` the names of
+/// the file, in the order of the file. Sets Scenario::mismatches.
 void take_names_of_robot(TableReader& reader, const ScenarioFiles& files,
                          const std::vector<BusConfig>& running, Scenario& scenario) {
   const auto name = reader.text("robot");
@@ -149,7 +152,7 @@ void take_names_of_robot(TableReader& reader, const ScenarioFiles& files,
   try {
     of_file = files.robot(*name, {});
   } catch (const std::exception&) {
-    return;  // not needed, as the buses already run
+    return;  // the robot's file is not needed: the buses already run
   }
   const bool known = std::ranges::any_of(of_file, [&](const BusConfig& bus) {
     return std::ranges::find(scenario.robot, bus.interface, &BusConfig::interface) !=

@@ -13,8 +13,8 @@
 
 namespace lk::emulator {
 
-/// As the other one (scenario_file.hpp), from a document that has been parsed; `file` is its name
-/// in messages.
+/// As `parse_scenario` in scenario_file.hpp, but from parsed TOML; `file` is the name of the
+/// document in messages.
 Scenario parse_scenario(const toml::table& document, const std::string& file,
                         std::optional<std::uint64_t> seed, const ScenarioFiles& files);
 
@@ -24,7 +24,8 @@ std::vector<HostSend> read_send(TableReader& reader, const Scenario& scenario,
 /// Reads an [[expect]].
 Expectation read_expectation(TableReader& reader, const Scenario& scenario);
 
-/// Returns the bus named by `bus`, the one with drive `id`, or the only one.
+/// Returns the index in `robot` of the bus that the key `bus` names; without the key, of the only
+/// bus, or of the only bus with drive `id`.
 std::size_t read_bus_of(TableReader& reader, const std::vector<BusConfig>& robot,
                         std::optional<int> id);
 /// Reads a time, which must not be after the scenario's end.

@@ -57,14 +57,14 @@ std::vector<HostSend> read_play(TableReader& reader, const Scenario& scenario,
     first = first.value_or(line.at);
     if (line.direction == CandumpLine::Direction::kReceived) continue;
     if (line.at < *first) reader.fail("play", "the times of " + name + " go back");
-    const SimTime since = line.at - *first;  // may be centuries
+    const SimTime since = line.at - *first;  // may be centuries: `from + since` could overflow
     if (since <= scenario.duration - from) sends.push_back({bus, from + since, line.frame});
   }
   if (sends.empty()) reader.fail("play", name + " has no frame of a host to play");
   return sends;
 }
 
-/// Returns nullopt if the frame is given by names.
+/// Reads the key `frame`; nullopt if absent, as the frame is then given by `command`.
 std::optional<protocol::Frame> read_raw(TableReader& reader) {
   const auto text = reader.text("frame");
   if (!text) return std::nullopt;
@@ -76,7 +76,7 @@ std::optional<protocol::Frame> read_raw(TableReader& reader) {
   return std::get<protocol::Frame>(parsed);
 }
 
-/// Returns one frame for each listed drive; for all of the bus if none is listed.
+/// Returns one frame for each drive in `id` or `ids`; for each drive of the bus if both are absent.
 std::vector<protocol::Frame> read_words(TableReader& reader, const BusConfig& bus) {
   std::vector<protocol::Frame> frames;
   for (const int id : read_targets(reader, bus)) {
@@ -85,7 +85,8 @@ std::vector<protocol::Frame> read_words(TableReader& reader, const BusConfig& bu
   return frames;
 }
 
-/// Returns the drive that determines the bus; nullopt if there is none.
+/// Returns the ID that determines the bus: that of the raw frame, or the first of `id` or `ids`;
+/// nullopt if there is none.
 std::optional<int> drive_meant(TableReader& reader, const Scenario& scenario) {
   const auto frame = read_raw(reader);
   if (!frame) {

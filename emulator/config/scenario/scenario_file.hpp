@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Scenario files (docs/guides/scenarios.md): text to Scenario.
+/// @file Parsers of scenario files (docs/guides/scenarios.md).
 
 #include <cstdint>
 #include <functional>
@@ -13,8 +13,8 @@
 
 namespace lk::emulator {
 
-/// Loads the other files of a scenario. std::invalid_argument becomes an error of the key that
-/// names the file; ConfigError is passed on.
+/// Functions that load the other files of a scenario. A ConfigError that they throw passes through;
+/// the parser reports other exceptions at the key that names the file.
 struct ScenarioFiles {
   /// Loads a robot by name or path.
   std::function<std::vector<BusConfig>(const std::string& name, const Overrides& overrides)> robot;
@@ -26,9 +26,10 @@ struct ScenarioFiles {
 Scenario parse_scenario(const std::string& text, const std::string& file,
                         std::optional<std::uint64_t> seed, const ScenarioFiles& files);
 
-/// Parses a scenario for running buses: ignores the seed, and the robot except for bus names. If
-/// the buses run on other interfaces, they are matched by order. The result has only the scenario's
-/// events. Throws ConfigError.
+/// Parses a scenario for buses that already run. Ignores the keys `seed`, `bitrate` and
+/// `generation`. Uses the robot of the scenario only for the names of the buses and for
+/// Scenario::mismatches; if no running bus has such a name, matches the buses by order. The result
+/// has only the scenario's events. Throws ConfigError.
 Scenario parse_live_scenario(const std::string& text, const std::string& file,
                              const std::vector<BusConfig>& running, const ScenarioFiles& files);
 
