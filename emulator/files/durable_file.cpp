@@ -27,7 +27,7 @@ extern "C" void remove_unfinished_and_end(int signal) {
   ::raise(signal);
 }
 
-/// Only signals with the default action.
+/// Installs the handler for signals that have the default action.
 void watch_signals() {
   for (const int signal : {SIGHUP, SIGINT, SIGTERM}) {
     struct sigaction present {};
@@ -62,7 +62,8 @@ int sync_directory(const std::filesystem::path& path) {
   return directory ? sync(directory.get()) : errno;
 }
 
-/// Creates a new file; a file or link of that name is removed, not written.
+/// Creates a file with `text`. First removes a file or link of that name: a link would redirect the
+/// write.
 int write_file(int directory_fd, const std::string& name, const std::string& text) {
   ::unlinkat(directory_fd, name.c_str(), 0);
   const Descriptor file(::openat(directory_fd, name.c_str(),
@@ -72,10 +73,10 @@ int write_file(int directory_fd, const std::string& name, const std::string& tex
   return error != 0 ? error : sync(file.get());
 }
 
-/// State of the file that was replaced.
+/// State of the old file: kept under the temporary name, overwritten, or there was none.
 enum class Replaced { kKept, kLost, kNone };
 
-/// Renames `fresh` to `name`; if the file system can, `fresh` gets the old file in exchange.
+/// Renames `fresh` to `name`. If the file system can exchange names, `fresh` then is the old file.
 int rename_over(int directory_fd, const std::string& fresh, const std::string& name,
                 Replaced& replaced) {
   const auto rename = [&](unsigned how) {
@@ -95,7 +96,7 @@ void restore_old(int directory_fd, const std::string& fresh, const std::string& 
   } else if (replaced == Replaced::kNone) {
     ::unlinkat(directory_fd, name.c_str(), 0);
   }
-  sync(directory_fd);  // may succeed now
+  sync(directory_fd);  // may succeed now, after the sync that failed
 }
 
 }  // namespace
@@ -139,23 +140,23 @@ int write_durably(int directory_fd, const std::string& name, const std::string& 
 int sync_entry(int directory_fd) {
   const Descriptor above(::openat(directory_fd, "..", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!above) {
-    // The parent may be closed to this user; the file system as a whole is not.
+    // Without permission to open the parent, syncs the whole file system instead.
     return errno == EACCES ? (::syncfs(directory_fd) == 0 ? 0 : errno) : errno;
   }
   const int error = sync(above.get());
-  // A read-only parent, or one not on a disk, cannot lose anything.
+  // EROFS, EINVAL: the parent is read-only or not on a disk, so it has no changes to lose.
   return error == EROFS || error == EINVAL ? 0 : error;
 }
 
 int make_directories(const std::filesystem::path& path) {
   if (::mkdir(path.c_str(), 0700) != 0) {
-    if (errno == EEXIST) return 0;  // opening it shows whether it is a directory
+    if (errno == EEXIST) return 0;  // the caller's open() shows whether it is a directory
     if (errno != ENOENT || !path.has_relative_path()) return errno;
     const int error = make_directories(path.parent_path());
     if (error != 0) return error;
     if (::mkdir(path.c_str(), 0700) != 0) return errno == EEXIST ? 0 : errno;
   }
-  // If a power cut removes the directory, it removes its files too.
+  // Syncs the parent: a power cut that removes the new directory would remove its files too.
   return sync_directory(path.has_parent_path() ? path.parent_path() : ".");
 }
 

@@ -7,8 +7,8 @@
 
 namespace lk::emulator {
 
-/// Blocks signals while a thread is created: threads inherit the mask, and only the loop's thread
-/// handles signals. The destructor restores the mask.
+/// Blocks all signals while a thread is created. The new thread inherits the mask, so that only the
+/// thread of the event loop handles signals. The destructor restores the mask.
 class SignalsBlocked {
  public:
   SignalsBlocked() {
@@ -24,9 +24,9 @@ class SignalsBlocked {
   sigset_t before_{};
 };
 
-/// Makes SIGHUP, SIGINT and SIGTERM remove the file before they end the program, unless they have
-/// another handler. `path` must stay valid until `unregister_unfinished`. At most eight files;
-/// others are not removed.
+/// Makes SIGHUP, SIGINT and SIGTERM remove the file `path` before they end the program. Does not
+/// change a signal that has a handler or is ignored. `path` must stay valid until
+/// `unregister_unfinished`. At most eight files; others are not removed.
 void register_unfinished(const char* path);
 void unregister_unfinished(const char* path);
 
@@ -52,17 +52,18 @@ int write_all(int fd, std::string_view text);
 
 /// Replaces the file `name` in `directory_fd` by `text` atomically: it holds the old or the new
 /// text at any time. Returns 0 when the new text is durable. Otherwise returns errno and restores
-/// the old file, except after a power cut, or on file systems without exchange of names.
+/// the old file, except after a power cut or on file systems without RENAME_EXCHANGE.
 int write_durably(int directory_fd, const std::string& name, const std::string& text);
 
-/// Makes the entry of the directory itself durable, whoever created it. Returns 0 or errno.
+/// Makes the entry of this directory in its parent durable, whoever created it. Returns 0 or errno.
 int sync_entry(int directory_fd);
 
-/// Returns the name that an interrupted write leaves behind; such a file is never read.
+/// Returns the name of the temporary file for a write of `name`. An interrupted write leaves this
+/// file behind; it is never read.
 std::string unfinished(const std::string& name);
 
-/// Creates `path` and its missing parents, for this user only, durably. Returns 0 or errno.
-/// Existing directories may not be synced: see `sync_entry`.
+/// Creates `path` and its missing parents, for this user only, durably. Returns 0 or errno. Does
+/// not sync existing directories: see `sync_entry`.
 int make_directories(const std::filesystem::path& path);
 
 }  // namespace lk::emulator

@@ -11,7 +11,7 @@
 namespace lk::emulator {
 namespace {
 
-/// Keys of one object: a Json searches for each among those before it.
+/// Limit for the keys of one object: Json compares each new key with all earlier ones.
 constexpr std::size_t kMaxJsonKeys = 1000;
 
 /// Shortens "[json.exception.parse_error.101] parse error at line 1, column 13: …" of the library
@@ -21,8 +21,9 @@ std::string short_reason(const std::string& text) {
   return colon == std::string::npos ? text : text.substr(colon + 2);
 }
 
-/// Refuses depth, keys that are given twice and objects with many keys. The library's own callback
-/// makes it search a whole list after each element of it.
+/// Rejects text that is nested too deeply, repeats a key, or has too many keys in an object. The
+/// library's parser callback is no alternative: with it, the library searches the whole list again
+/// after each element.
 class Shape : public nlohmann::json_sax<Json> {
  public:
   bool null() override { return true; }
@@ -63,10 +64,10 @@ class Shape : public nlohmann::json_sax<Json> {
     return true;
   }
 
-  std::vector<std::set<std::string>> keys_;  // of the objects and lists that are open
+  std::vector<std::set<std::string>> keys_;  // one set for each open object or list
 };
 
-/// Makes the tree of TableReader from the text.
+/// Builds the table for a TableReader while the library parses the text.
 class TableBuilder : public Shape {
  public:
   toml::table take() {
@@ -100,7 +101,7 @@ class TableBuilder : public Shape {
  private:
   struct Level {
     std::variant<toml::table, toml::array> node;
-    std::string key;  // of an object: the last one
+    std::string key;  // last key that was read, if `node` is an object
   };
 
   bool close() {
@@ -119,7 +120,7 @@ class TableBuilder : public Shape {
     }
     return true;
   }
-  /// Names the present value: "load.list[2]".
+  /// Throws JsonError with the path of the present value: "load.list[2]".
   [[noreturn]] bool refuse(const std::string& reason) const {
     std::string path;
     for (const Level& level : open_) {
@@ -139,7 +140,7 @@ class TableBuilder : public Shape {
 }  // namespace
 
 Json parse_json(std::string_view text) {
-  // The library parses without recursion.
+  // The library parses without recursion, so deep text cannot overflow the stack before the check.
   Shape shape;
   Json::sax_parse(text, &shape);
   return Json::parse(text);

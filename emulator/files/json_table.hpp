@@ -10,24 +10,24 @@
 
 namespace lk::emulator {
 
-/// Ordered, so that answers keep the order of their documentation.
+/// JSON that keeps the order of keys, so that answers have the order of their documentation.
 using Json = nlohmann::ordered_json;
 
-/// Text that is invalid or too large as JSON; `where` is a key or a position.
+/// Thrown for text that is not valid JSON or exceeds a limit; `where` is a key or a position.
 struct JsonError : std::runtime_error {
   JsonError(std::string at, const std::string& why)
       : std::runtime_error(why), where(std::move(at)) {}
   std::string where;
 };
 
-/// Limit for nested objects and lists.
+/// Limit for the nesting depth of objects and lists.
 inline constexpr int kDeepestJson = 16;
 
 /// Throws JsonError.
 Json parse_json(std::string_view text);
 
-/// Parses an object into the tree that a TableReader reads; its values have no lines. Rejects null,
-/// which TOML does not have. Throws JsonError.
+/// Parses a JSON object into a table for a TableReader; the values have no line numbers. Rejects
+/// null, which TOML does not have. Throws JsonError.
 toml::table parse_json_table(std::string_view text);
 
 }  // namespace lk::emulator

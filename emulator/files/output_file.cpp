@@ -39,8 +39,8 @@ void check(const fs::path& file, const struct stat& found) {
 }  // namespace
 
 Descriptor open_regular_file(const fs::path& file) {
-  // Checks the name first, as opening a device may have an effect. Then checks the open file, as
-  // the name may have changed.
+  // Checks the file before opening it, as opening a device may have an effect. Checks the open file
+  // again, as the name may refer to another file by then.
   struct stat found {};
   if (::stat(file.c_str(), &found) != 0) fail_to_read(file);
   check(file, found);
@@ -52,7 +52,7 @@ Descriptor open_regular_file(const fs::path& file) {
 
 std::string read_regular_file(const fs::path& file, std::uintmax_t longest) {
   const Descriptor open = open_regular_file(file);
-  // The size is unreliable for kernel files and for files that grow.
+  // Reads until the end: the reported size is wrong for kernel files and for files that grow.
   std::string text;
   std::array<char, 8192> piece{};
   while (text.size() <= longest) {
@@ -71,14 +71,14 @@ bool is_link(const fs::path& path) {
   return fs::is_symlink(fs::symlink_status(path, ignored));
 }
 
-/// Links in /proc refer to an open file, not to its name.
+/// Returns true for a link in /proc: it refers to an open file, not to a file name.
 bool is_in_proc(const fs::path& link) {
   struct statfs system {};
   const fs::path directory = link.has_parent_path() ? link.parent_path() : ".";
   return ::statfs(directory.c_str(), &system) == 0 && system.f_type == PROC_SUPER_MAGIC;
 }
 
-/// Limit of the kernel.
+/// Largest number of links that the kernel follows in one path.
 constexpr int kMaxLinks = 40;
 
 /// Follows links, except those in /proc.
@@ -123,13 +123,13 @@ OutputFile::OutputFile(const fs::path& path, const std::string& option)
   }
 }
 
-/// A file that is already open continues at its position. Reopening would start at its beginning,
-/// and is impossible for a socket.
+/// If the file is already open in this process, duplicates its descriptor, so that output continues
+/// at the present position. Reopening would start at the beginning, and fails for a socket.
 std::FILE* OutputFile::open() {
   const auto own = own_descriptor(unfinished_);
   if (!own && unfinished_ == place_) return std::fopen(place_.c_str(), "w");
   if (!own) {
-    ::unlink(unfinished_.c_str());  // from a killed program with the same PID
+    ::unlink(unfinished_.c_str());  // left by a killed program that had the same PID
     return std::fopen(unfinished_.c_str(), "wx");
   }
   const int copy = ::fcntl(*own, F_DUPFD_CLOEXEC, 0);

@@ -18,7 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Names of the files there with this extension, sorted.
+/// Returns the names of the files with `extension` in the shipped `folder`, sorted, without
+/// extension.
 std::vector<std::string> names_in(const char* folder, const char* extension = ".toml") {
   std::vector<std::string> names;
   std::error_code none_there;
@@ -72,7 +73,7 @@ std::string without_version(const std::string& label) {
   return std::regex_replace(std::regex_replace(label, encoder, "$1"), version, "");
 }
 
-/// Finds a shipped motor by name or label, or the only one that differs just in version.
+/// Finds a shipped motor by name or label; if none, the only motor that differs just in version.
 std::optional<std::string> shipped_name(const std::string& motor) {
   const std::string wanted = small_letters(motor);
   const auto motors = called_motors();
@@ -85,8 +86,8 @@ std::optional<std::string> shipped_name(const std::string& motor) {
   return found.size() == 1 ? std::optional(found.front()) : std::nullopt;
 }
 
-/// Returns series and size, "mg4005", with sorted digits: 4050 is a typing error, 4010 another
-/// motor. Empty if `word` starts differently.
+/// Returns series and size of a motor with sorted digits: "mg0045" for "mg4005e-i10". So 4050
+/// matches 4005 as a typing error, and 4010 does not. Empty if `word` has no series and size.
 std::string size_of(const std::string& word) {
   static const std::regex size("^[a-z]+[0-9]{4}");
   std::smatch found;
@@ -96,7 +97,7 @@ std::string size_of(const std::string& word) {
   return text;
 }
 
-/// Returns motors with a similar name.
+/// Returns the names of motors that have a word similar to `given`.
 std::vector<std::string> motors_meant(const std::string& given) {
   constexpr std::size_t kShortest = 3;
   const std::string wanted = small_letters(given);
@@ -115,7 +116,7 @@ std::vector<std::string> motors_meant(const std::string& given) {
   return names_with(motors, [&](const std::string& word) { return word == meant; });
 }
 
-/// "mg6012-i36 or mg6012-i8"
+/// Returns a list for messages: "mg6012-i36 or mg6012-i8".
 std::string either(const std::vector<std::string>& words) {
   std::string all;
   for (const auto& word : words) all += (all.empty() ? "" : " or ") + word;
@@ -158,8 +159,8 @@ std::string read_motor_file(const std::string& path) {
 }  // namespace
 
 fs::path config_directory() {
-  // LKEMU_CONFIG_DIR is relative to the program's directory; the build tree has the same layout. It
-  // works even if an upgrade has replaced the program.
+  // LKEMU_CONFIG_DIR is relative to the program's directory; the build tree has the same layout.
+  // /proc/self/exe gives the right directory even after an upgrade has replaced the program.
   return (fs::read_symlink("/proc/self/exe").parent_path() / LKEMU_CONFIG_DIR).lexically_normal();
 }
 
@@ -235,7 +236,7 @@ BodyMaker body_maker = nullptr;
 }  // namespace
 
 fs::path body_file(const std::string& robot_file, const std::string& model) {
-  // A bare name has no suffix.
+  // The name of a shipped body has no slash and no extension.
   const bool is_path = model.find('/') != std::string::npos || fs::path(model).has_extension();
   if (is_path) {
     const fs::path file = fs::path(robot_file).parent_path() / model;

@@ -22,7 +22,8 @@
 
 namespace lk::emulator {
 
-/// The first write also syncs the directory, as a file is only as durable as its directory.
+/// Returns a function that writes a file durably. Its first write in a directory also makes the
+/// entry of that directory durable: without the entry, a power cut loses the file too.
 RomWriter::WriteFile RomWriter::write_to_disk() {
   return [durable = std::set<int>()](int directory_fd, const std::string& name,
                                      const std::string& text) mutable {
@@ -91,7 +92,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns "lk-emu (pid 1234)"; a process that has just locked may not have written it yet.
+/// Returns the holder of the lock, "lk-emu (pid 1234)"; "another process" if the holder has not yet
+/// written its text.
 std::string holder(int lock_fd) {
   std::array<char, 64> text{};
   const ssize_t size = ::pread(lock_fd, text.data(), text.size(), 0);
@@ -100,7 +102,8 @@ std::string holder(int lock_fd) {
   return line.empty() ? "another process" : line;
 }
 
-/// Throws StartError if another user controls it. Root may use files of others.
+/// Throws StartError if another user controls the opened file or directory. Root may use files of
+/// others.
 void check(const Descriptor& opened, const fs::path& path) {
   const std::string name = path.string();
   struct stat found {};
@@ -131,7 +134,7 @@ void remove(const RomFile& place, const fs::path& file) {
 }  // namespace
 
 fs::path state_directory(const char* xdg_state_home, const char* home) {
-  // The specification ignores relative paths.
+  // The specification demands to ignore relative paths.
   if (xdg_state_home != nullptr && *xdg_state_home == '/') {
     return fs::path(xdg_state_home) / "lk-emu";
   }
@@ -155,7 +158,7 @@ RomDirectory::RomDirectory(const fs::path& path, const std::string& advice) : pa
       throw StartError((path / "lock").string() + " is a link: remove it");
     if (!lock_) error = errno;
   }
-  // The lock file may exist from a time when the directory was writable.
+  // Opening the lock file succeeds in a directory that is no longer writable if the file exists.
   if (error == 0 && ::faccessat(descriptor(), ".", W_OK | X_OK, AT_EACCESS) != 0) error = errno;
   if (error != 0) {
     throw StartError("cannot keep ROM in " + path.string() + ": " + errno_text(error) + advice);
@@ -172,7 +175,7 @@ void RomDirectory::lock() {
     }
     throw StartError("cannot lock " + path_.string() + ": " + errno_text(errno));
   }
-  // Text for the message above only: a full disk does no harm here.
+  // Only the message above uses this text, so a failed write, as on a full disk, does no harm.
   const std::string self = "lk-emu (pid " + std::to_string(::getpid()) + ")\n";
   if (::ftruncate(lock_.get(), 0) != 0 || ::pwrite(lock_.get(), self.data(), self.size(), 0) < 0) {
     spdlog::debug("{}: lock: {}", path_.string(), errno_text(errno));
@@ -183,7 +186,8 @@ void RomDirectory::lock() {
 
 namespace {
 
-/// Directory for the ROM of a bus: the given one, or the user's; empty: none.
+/// Returns the directory for the ROM of a bus: the given one, or the user's; empty if neither
+/// exists.
 fs::path directory_for(const RomOptions& options, const std::string& bus) {
   if (options.directory) return *options.directory;
   const fs::path base = state_directory(std::getenv("XDG_STATE_HOME"), std::getenv("HOME"));
@@ -270,7 +274,7 @@ RomGate::RomGate(const BusConfig& bus) {
 
 void RomGate::pass(const TimedFrame& reply, std::vector<protocol::Frame>& out) {
   if (reply.frame.kind == protocol::FrameKind::kError || reply.echo) {
-    out.push_back(reply.frame);  // not a reply
+    out.push_back(reply.frame);  // error frames and echoes acknowledge nothing
     return;
   }
   Drive& drive = drives_.at(drive_of(reply));
@@ -289,7 +293,8 @@ const RomGate::Kept* RomGate::settle(const RomWrite& write, bool durable,
   if (durable) {
     drive.kept = {write.rom, write.wear};
   } else {
-    // Merges consecutive failures: settings, which no reply acknowledges, may fail without limit.
+    // Merges consecutive failures to bound `failed`: no reply acknowledges the directive Setting,
+    // so any number of such writes may fail.
     if (!drive.failed.empty() && drive.failed.back().last == drive.settled) {
       drive.failed.back().last = write.number;
     } else {
@@ -302,7 +307,7 @@ const RomGate::Kept* RomGate::settle(const RomWrite& write, bool durable,
     release(drive, drive.held.front(), out);
     drive.held.pop_front();
   }
-  // A later pending write includes the values of this one.
+  // If a later write is pending, nothing is restored yet: it includes the values of this one.
   return !durable && drive.begun == write.number ? &drive.kept : nullptr;
 }
 

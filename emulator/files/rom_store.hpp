@@ -22,40 +22,42 @@
 
 namespace lk::emulator {
 
-/// Storage of ROM.
+/// Where and how the ROM of all drives is stored.
 struct RomOptions {
-  std::optional<std::filesystem::path> directory;  // absent: the user's state directory, by bus
-  bool in_memory = false;                          // do not save
-  bool wipe = false;                               // start from factory state
+  // Absent: one directory per bus in the user's state directory.
+  std::optional<std::filesystem::path> directory;
+  bool in_memory = false;  // do not save
+  bool wipe = false;       // start from factory state
 };
 
 /// ROM file of one drive.
 struct RomFile {
   int directory_fd = -1;
   std::string name;
-  std::size_t bus = 0;  // its index
+  std::size_t bus = 0;  // index of the bus
   RomOwner owner;
 };
 
-/// Writes ROM files on its own thread, so that no caller waits for the disk. Pending writes of one
-/// drive are merged: the last one counts. The first write starts the thread, as most runs have
-/// none. If that fails, it counts as a disk error.
+/// Writes ROM files on its own thread, so that no caller waits for the disk. Of several pending
+/// writes of one drive, it executes only the last. The first write starts the thread, as most runs
+/// have no writes. If the thread cannot start, the write fails as if the disk had failed.
 class RomWriter {
  public:
-  /// Returns 0 or errno. Default: write_durably; tests replace it.
+  /// Writes a file; returns 0 or errno. Default: `write_to_disk`; tests replace it.
   using WriteFile =
       std::function<int(int directory_fd, const std::string& name, const std::string& text)>;
   /// Called on the writer's thread when `write` and earlier ones of that drive are durable or have
-  /// failed with `error`. Without a thread, called from `write`.
+  /// failed with `error`. If the thread cannot start, called from `RomWriter::write`.
   using OnWritten = std::function<void(const RomFile& place, const RomWrite& write, int error)>;
 
   explicit RomWriter(OnWritten on_written, WriteFile write_file = write_to_disk());
   RomWriter(const RomWriter&) = delete;
   RomWriter& operator=(const RomWriter&) = delete;
-  /// Waits for the write in progress; drops pending ones.
+  /// Waits for the write in progress; drops pending writes.
   ~RomWriter();
 
-  /// `place` identifies the drive and must outlive the writer.
+  /// Queues a write of the drive's ROM file. `place` identifies the drive and must outlive the
+  /// writer.
   void write(const RomFile& place, const RomWrite& write);
 
  private:
@@ -69,7 +71,7 @@ class RomWriter {
   std::mutex mutex_;  // protects all members below
   std::condition_variable changed_;
   std::map<const RomFile*, RomWrite> waiting_;
-  std::deque<const RomFile*> order_;  // pending drives, in order
+  std::deque<const RomFile*> order_;  // drives with a pending write, oldest first
   bool stop_ = false;
   std::thread thread_;
 };
@@ -89,13 +91,13 @@ class RomDirectory {
 
   std::filesystem::path path_;
   Descriptor directory_;
-  Descriptor lock_;  // the kernel releases it whenever the process ends
+  Descriptor lock_;  // the kernel releases the lock when the process ends, however it ends
 };
 
 /// ROM files of all drives of this run.
 class RomStore {
  public:
-  /// Locks the directories and loads the files into `buses`, unless they will be wiped. Throws
+  /// Locks the directories. Loads the files into `buses`, except with RomOptions::wipe. Throws
   /// StartError.
   RomStore(const RomOptions& options, std::vector<BusConfig>& buses);
   /// Removes the ROM files of all drives of this run. Throws StartError.
@@ -118,24 +120,27 @@ class RomStore {
 /// StartError.
 void load_rom_read_only(const RomOptions& options, std::vector<BusConfig>& buses);
 
-/// Returns the user's ROM directory without the bus; empty if none. Follows the XDG Base Directory
-/// Specification.
+/// Returns the directory that has the user's ROM directories of each bus; empty if there is none.
+/// Follows the XDG Base Directory Specification.
 std::filesystem::path state_directory(const char* xdg_state_home, const char* home);
 
-/// Identifiers of drives' replies are a multiple of 64 plus the ID.
+/// Returns the ID of the drive that sent `reply`: if `drive_id` is 0, from the identifier, which is
+/// a multiple of 64 plus the ID.
 inline int drive_of(const TimedFrame& reply) {
   return reply.drive_id != 0 ? reply.drive_id : static_cast<int>(reply.frame.id & 0x3FU);
 }
 
-/// Holds replies of a bus for the disk. A reply that acknowledges a ROM write leaves when the write
-/// is durable. Later replies of the same drive wait behind it; other drives do not wait. Content
-/// and time of a reply are decided before.
+/// Holds replies of a bus until the disk has stored the ROM. A reply that acknowledges a ROM write
+/// is released when the write is durable. Later replies of the same drive wait behind it; replies
+/// of other drives do not. The core has fixed the contents and the simulated time of a reply
+/// before.
 class RomGate {
  public:
-  /// Limit of held replies per drive; later ones are useless to a host.
+  /// Limit of held replies per drive; further ones are dropped, as they would reach the host too
+  /// late.
   static constexpr std::size_t kMaxHeld = 1024;
 
-  /// Known ROM content of a drive.
+  /// ROM contents of a drive that are known to be durable.
   struct Kept {
     Registers rom;
     RomWear wear{};
@@ -143,12 +148,13 @@ class RomGate {
 
   explicit RomGate(const BusConfig& bus);
 
-  /// Notes that a write is pending.
+  /// Notes that `write` is pending.
   void begin(const RomWrite& write) { drives_.at(write.id).begun = write.number; }
-  /// Passes a reply that is due: appends it to `out` unless it must wait.
+  /// Takes a reply that is due: appends it to `out`, or holds it if it must wait.
   void pass(const TimedFrame& reply, std::vector<protocol::Frame>& out);
-  /// Notes that `write` and earlier writes of that drive are durable, or lost. Appends released
-  /// replies. Returns the content that the ROM must be restored to, or null.
+  /// Notes that `write` and earlier writes of its drive are durable, or have failed. Appends the
+  /// replies that this releases to `out`. If the write failed and no later one is pending, returns
+  /// the contents to which the drive's ROM must be restored; else null.
   const Kept* settle(const RomWrite& write, bool durable, std::vector<protocol::Frame>& out);
 
   /// Number of drives with a pending write.
@@ -168,7 +174,7 @@ class RomGate {
     Kept kept;
     std::uint64_t begun = 0;
     std::uint64_t settled = 0;
-    std::deque<Range> failed;  // until a reply acknowledges a later write
+    std::deque<Range> failed;  // failed writes; removed when a reply acknowledges a later write
     std::deque<TimedFrame> held;
   };
 

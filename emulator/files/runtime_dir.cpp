@@ -18,8 +18,9 @@
 namespace lk::emulator {
 namespace {
 
-/// Owner of files that this process creates there. Mostly its own user. Under user-mode Linux every
-/// user is root, and files belong to the user who started it.
+/// Returns the owner of files that this process creates in `directory`: mostly its own user. Under
+/// user-mode Linux every process runs as root, but its files belong to the user who started
+/// user-mode Linux.
 uid_t owner_of_new_files(const std::filesystem::path& directory) {
   const std::string probe = (directory / (".lk-emu-" + std::to_string(::getpid()))).string();
   const int fd = ::open(probe.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_WRONLY | O_CLOEXEC, 0600);
@@ -75,10 +76,11 @@ bool is_live_socket(const std::filesystem::path& path) {
   if (name.size() >= sizeof address.sun_path) return false;
   std::copy(name.begin(), name.end(), std::begin(address.sun_path));
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  // Unknown is not dead: never remove a socket that may be in use.
+  // Throws, as the socket may be in use: the caller removes it if this returns false.
   if (fd < 0) throw StartError("cannot see whether " + name + " is in use: " + errno_text(errno));
   const int result = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address);
-  // Only a refused connection shows a dead socket: a full queue or another socket type is alive.
+  // Only ECONNREFUSED shows that no process listens. Other errors, as of a full queue or another
+  // socket type, come from a process that does.
   const bool live = result == 0 || errno != ECONNREFUSED;
   ::close(fd);
   return live;
@@ -105,7 +107,7 @@ void remove_dead_sockets() {
     pid_t pid = 0;
     if (dash == std::string::npos || entry.path().extension() != ".sock") continue;
     std::from_chars(name.data() + dash + 1, name.data() + name.size(), pid);
-    // Its process may be about to listen, so also check that the process has ended.
+    // Also checks that the process has ended: a running one may be about to listen.
     const bool gone = pid > 0 && ::kill(pid, 0) != 0 && errno == ESRCH;
     if (gone && entry.is_socket(none) && !is_live_socket(entry.path())) {
       ::unlink(entry.path().c_str());

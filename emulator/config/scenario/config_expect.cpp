@@ -176,8 +176,7 @@ Expectation read_expectation(TableReader& reader, const Scenario& scenario) {
   }
   if (of_body) {
     if (reader.has("bus")) reader.fail("bus", "a body signal belongs to no bus; remove this key");
-    expectation.id =
-        scenario.robot.front().servos.front().id;  // any drive: the signal belongs to none
+    expectation.id = scenario.robot.front().servos.front().id;  // any drive
   } else {
     expectation.bus = read_bus_of(reader, scenario.robot, expectation.id);
   }
