@@ -13,7 +13,8 @@ namespace {
 
 double seconds(SimTime time) { return static_cast<double>(time.count()) * 1e-9; }
 
-/// Inertia of a joint of a frozen body: no drive turns it by one count in a day.
+/// Inertia reported for a joint of a frozen body: so large that no drive turns the joint by one
+/// encoder count in a day.
 constexpr double kImmovable_kg_m2 = 1e12;
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
@@ -23,7 +24,7 @@ std::string name_of(const mjModel& model, mjtObj kind, int index) {
   return name != nullptr ? sanitized_line(name) : "";
 }
 
-/// Returns the joint or body that the degree of freedom `dof` moves.
+/// Returns "joint NAME" or "body NAME" for the degree of freedom `dof`; empty without a name.
 std::string mover(const mjModel& model, int dof) {
   if (dof < 0 || dof >= model.nv) return "";
   const std::string joint = name_of(model, mjOBJ_JOINT, model.dof_jntid[dof]);
@@ -32,15 +33,15 @@ std::string mover(const mjModel& model, int dof) {
   return body.empty() ? "" : "body " + body;
 }
 
-/// Returns the joint of the coordinate `place` in qpos; for several coordinates, by its first.
+/// Returns the `mover` of the joint to which the coordinate `place` of qpos belongs.
 std::string mover_of_coordinate(const mjModel& model, int place) {
   const int* const places = model.jnt_qposadr;
   const auto joint = std::upper_bound(places, places + model.njnt, place) - places - 1;
   return joint < 0 ? "" : mover(model, model.jnt_dofadr[joint]);
 }
 
-/// Diagonal entry of A⁻¹ = L⁻ᵀ·L⁻¹: the squared norm of column `dof` of L⁻¹, zero above that row.
-/// `factor` is L.
+/// Returns the diagonal entry `dof` of A⁻¹ = L⁻ᵀ·L⁻¹: the squared norm of column `dof` of L⁻¹,
+/// which is zero above row `dof`. `factor` is L; `work` is scratch of size nv.
 double own_response(const std::vector<double>& factor, std::size_t dof, std::vector<double>& work) {
   const std::size_t nv = work.size();
   double sum = 0;
@@ -54,12 +55,13 @@ double own_response(const std::vector<double>& factor, std::size_t dof, std::vec
   return sum;
 }
 
-/// MuJoCo resets the state when it finds an invalid number, and counts that.
+/// Returns the first problem that MuJoCo has counted as a warning; nullopt if none. MuJoCo resets
+/// the state when it finds an invalid number.
 std::optional<std::string> trouble_of(const mjModel& model, const mjData& data) {
   struct Trouble {
     mjtWarning kind;
     const char* words;
-    std::string (*where)(const mjModel&, int info);  // null: no place
+    std::string (*where)(const mjModel&, int info);  // where it is; null: unknown
   };
   static constexpr std::array<Trouble, 5> kTroubles{{
       {mjWARN_BADQPOS, "a position is out of bounds", mover_of_coordinate},
@@ -129,7 +131,7 @@ void MujocoBody::find_joints() {
   }
   inertia_.resize(names_.size());
   for (int body = 0; body < model_->nbody; ++body) {
-    parts_.push_back(body > 0 ? name_of(*model_, mjOBJ_BODY, body) : "");  // 0 is the world
+    parts_.push_back(body > 0 ? name_of(*model_, mjOBJ_BODY, body) : "");  // body 0 is the world
     own_kg_.push_back(model_->body_mass[body]);
   }
 }
@@ -158,8 +160,8 @@ void MujocoBody::update() {
   if (failure_) return;
   try {
     if (constants_changed_) {
-      // Derived constants, which scale the softness of constraints. They belong to the zero pose,
-      // so mj_setConst gets data of its own.
+      // Recomputes derived constants, which scale the softness of constraints. mj_setConst puts its
+      // data into the zero pose, so it gets separate data.
       const std::unique_ptr<mjData, FreeMujoco> scratch(mj_makeData(model_.get()));
       mj_setConst(model_.get(), scratch.get());
       constants_changed_ = false;
@@ -232,14 +234,14 @@ void MujocoBody::advance(std::span<const JointTorque> torques) {
   } catch (const MujocoError& problem) {
     failure_ = mujoco_message(problem.what());
   }
-  // Torques assumed for the next step until `advance` gets new ones.
+  // `update` assumes these torques until the next `advance` has new ones.
   for (std::size_t joint = 0; joint < torques.size(); ++joint) {
     data_->qfrc_applied[model_->jnt_dofadr[hinges_[joint]]] = torques[joint].mean_Nm;
   }
 }
 
-/// Steps with constant torques. Then moves each joint by the effect of linearly changing torques
-/// about the middle of the step: −slope·dt³/12 over its inertia.
+/// Steps with constant torques, those at the middle of the substep. Then corrects the positions for
+/// torques that change linearly about this middle: by −slope·dt³/12 over the inertia.
 void MujocoBody::substep(std::span<const JointTorque> torques, double from_middle_s) {
   mjData* const d = data_.get();
   const double dt = model_->opt.timestep;
@@ -254,7 +256,7 @@ void MujocoBody::substep(std::span<const JointTorque> torques, double from_middl
   if (model_->opt.integrator == mjINT_RK4) {
     mj_step(model_.get(), d);
   } else {
-    mj_step2(model_.get(), d);  // positions and speeds are already computed
+    mj_step2(model_.get(), d);  // mj_forward has computed the first half of the step
   }
   if (changes) {
     mju_cholSolve(slopes_.data(), response_.data(), slopes_.data(), model_->nv);

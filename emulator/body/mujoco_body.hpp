@@ -16,12 +16,13 @@
 
 namespace lk::emulator {
 
-/// A body simulated by MuJoCo. Drives can turn its hinges. Actuators of the model are disabled, and
-/// the drive's armature replaces the model's.
+/// A body simulated by MuJoCo. Drives can turn its named hinge joints. The actuators of the model
+/// are disabled. On a joint with a drive, the drive's armature replaces the model's.
 class MujocoBody : public Mechanism, public DrawableBody {
  public:
-  /// Loads an MJCF or URDF file and starts in its first keyframe, if any. Divides `step` if the
-  /// model needs shorter ones. Throws std::invalid_argument with MuJoCo's message.
+  /// Loads an MJCF or URDF file and starts in its first keyframe, if any. Divides `step` into equal
+  /// substeps if it exceeds the model's timestep. Throws std::invalid_argument with MuJoCo's
+  /// message.
   MujocoBody(const std::string& file, SimTime step);
   MujocoBody(const MujocoBody& other);
   MujocoBody(MujocoBody&&) = delete;
@@ -49,8 +50,8 @@ class MujocoBody : public Mechanism, public DrawableBody {
   void pose(const Pose& pose) override;
   void read_state(BodyState& state) const override;
   std::optional<std::string> failure() const override { return failure_; }
-  /// Shows groups 0 to 2, as MuJoCo's viewer does. Meshes are shown as bounding boxes, height
-  /// fields not at all.
+  /// Returns geoms of groups 0 to 2, which MuJoCo's viewer shows, too. Meshes become bounding
+  /// boxes; height fields are left out.
   BodyShape shape() const override;
   unsigned shape_changes() const override { return shape_changes_; }
   std::vector<BodyPose> poses() const override;
@@ -62,7 +63,8 @@ class MujocoBody : public Mechanism, public DrawableBody {
  private:
   void find_joints();
   void find_scene();
-  /// Computes and factors A, with A·acceleration = torque + …, including active constraints.
+  /// Computes A and factors it. A is the inertia matrix with all active constraints: A·acceleration
+  /// = torque + …
   void find_response();
   void substep(std::span<const JointTorque> torques, double from_s);
 
@@ -73,20 +75,19 @@ class MujocoBody : public Mechanism, public DrawableBody {
   std::vector<std::string> names_;
   std::vector<int> hinges_;         // indices of the model's joints
   std::vector<std::string> parts_;  // names of the model's bodies
-  std::vector<double> own_kg_;      // masses of these bodies
+  std::vector<double> own_kg_;      // masses of these bodies in the model, kg
   std::vector<std::string> keyframes_;
   std::vector<std::size_t> free_parts_;
-  std::vector<bool>
-      counts_as_fall_;       // by parts_: contact of this part with the world counts as a fall
-  std::vector<int> planes_;  // floor: fixed geoms
-  int step_geom_ = -1;       // -1: the model has none
+  std::vector<bool> counts_as_fall_;  // by parts_: a contact of this part with the world is a fall
+  std::vector<int> planes_;           // geoms of the floor
+  int step_geom_ = -1;                // geom kStepGeom; -1: the model has none
   unsigned shape_changes_ = 0;
-  Triple level_gravity_{};  // gravity of the model
+  Triple level_gravity_{};  // gravity in the model file, m/s²
   bool frozen_ = false;
   bool constants_changed_ = true;  // derived constants must be recomputed
-  std::vector<double> response_;   // nv x nv: its Cholesky factor
-  std::vector<double> inertia_;    // by names_
-  std::vector<double> slopes_;     // nv; this and the next are kept to reuse memory
+  std::vector<double> response_;   // nv x nv: Cholesky factor of A, see find_response()
+  std::vector<double> inertia_;    // of each joint in names_
+  std::vector<double> slopes_;     // nv; scratch, a member to reuse its memory, as is work_
   std::vector<double> work_;
   std::optional<std::string> failure_;
 };

@@ -1,4 +1,4 @@
-// Floor of a MujocoBody.
+// Functions of MujocoBody that change its floor.
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 namespace lk::emulator {
 namespace {
 
-constexpr double kStepReach_m = 10;  // half of its length and width; assumed
+constexpr double kStepReach_m = 10;  // half of the length and width of a step; assumed
 
 /// Copies all contact and colour properties of a geom.
 void copy_material(mjModel& m, int from, int to) {
@@ -30,8 +30,8 @@ void copy_material(mjModel& m, int from, int to) {
   copy(m.geom_gap, 1);
 }
 
-/// MuJoCo uses the larger friction of two geoms, unless one has a higher priority: then only that
-/// one's contact parameters count.
+/// MuJoCo uses the larger friction of two geoms in contact. If one geom has a higher priority, only
+/// its contact parameters count: gives the floor a higher priority than all moving geoms.
 void set_friction(mjModel& model, std::span<const int> floor, double friction) {
   int priority = 0;
   int condim = 3;
@@ -46,7 +46,7 @@ void set_friction(mjModel& model, std::span<const int> floor, double friction) {
   }
 }
 
-/// Puts the box `geom` on the plane, with the same material.
+/// Puts the box `geom` as a step on the geom `plane`, with the same material; height 0 hides it.
 void place_step(mjModel& m, int plane, int geom, const FloorStep& step) {
   const bool there = step.height_m > 0;
   copy_material(m, plane, geom);
@@ -55,7 +55,7 @@ void place_step(mjModel& m, int plane, int geom, const FloorStep& step) {
   const Triple halves = {kStepReach_m, kStepReach_m, std::max(step.height_m, mjMINVAL)};
   std::ranges::copy(halves, m.geom_size + 3 * geom);
   m.geom_rbound[geom] = mju_norm3(halves.data());
-  // Axes: the world's x projected on the plane, the direction across, and the plane's normal.
+  // Axes of the box: the world's x projected on the plane, the direction across, and the normal.
   mjtNum turned[9];
   mju_quat2Mat(turned, m.geom_quat + 4 * plane);
   const Triple normal = {turned[2], turned[5], turned[8]};
@@ -66,17 +66,18 @@ void place_step(mjModel& m, int plane, int geom, const FloorStep& step) {
   const mjtNum axes[9] = {along[0],  across[0], normal[0], along[1], across[1],
                           normal[1], along[2],  across[2], normal[2]};
   mju_mat2Quat(m.geom_quat + 4 * geom, axes);
-  // Centre, half in the ground, measured from the point of the plane closest to the origin.
+  // Centre of the box: on the plane, so that its lower half is in the ground. Measured from the
+  // point of the plane closest to the origin.
   const double above = mju_dot3(m.geom_pos + 3 * plane, normal.data());
   const double ahead = (step.from_x_m - above * normal[0]) / along[0] + kStepReach_m;
   mjtNum* const place = m.geom_pos + 3 * geom;
   for (std::size_t n = 0; n < 3; ++n) place[n] = above * normal[n] + ahead * along[n];
-  m.geom_sameframe[geom] = 0;  // its frame was that of the world
+  m.geom_sameframe[geom] = 0;  // the frame of the box no longer equals that of the world
 }
 
 }  // namespace
 
-/// Tilts gravity instead of the planes, which would penetrate objects on them.
+/// Makes a slope by tilting gravity: tilted planes would penetrate the objects on them.
 void MujocoBody::set_floor(const Floor& floor) {
   if (floor.friction) {
     std::vector<int> geoms = planes_;

@@ -23,7 +23,7 @@
 namespace lk::emulator {
 
 void redirect_mujoco_errors() {
-  // MuJoCo does not expect the handler to return.
+  // Throws, as MuJoCo does not expect the handler to return.
   mju_user_error = [](const char* text) { throw MujocoError(text); };
   mju_user_warning = [](const char* /*text*/) {};
 }
@@ -44,7 +44,7 @@ struct Attribute {
 
 constexpr auto npos = std::string_view::npos;
 
-/// Returns all attributes of well-formed XML; MuJoCo reports errors in other text.
+/// Returns all attributes of the XML `text`. Stops at malformed text, which MuJoCo reports later.
 std::vector<Attribute> attributes_of(std::string_view text) {
   std::vector<Attribute> all;
   std::string_view element;
@@ -69,7 +69,7 @@ std::vector<Attribute> attributes_of(std::string_view text) {
   return all;
 }
 
-/// Returns true if all words are numbers, unlike a name, and one is not finite.
+/// Returns true if all words are numbers, so that `value` is no name, and one is not finite.
 bool has_odd_number(std::string_view value) {
   std::istringstream words{std::string(value)};
   bool odd = false;
@@ -134,11 +134,12 @@ void check_model_numbers(const mjModel& model, const std::string& file) {
 
 namespace {
 
-constexpr double kFloorCosine = 0.5;  // 60 degrees; assumed: a steeper plane is a wall
+constexpr double kFloorCosine = 0.5;  // of 60°; assumed: a steeper plane is a wall
 
 using Model = std::unique_ptr<mjModel, FreeMujoco>;
 
-/// Parses the model at `path`; `files` are searched before the disk. `file` is for messages.
+/// Parses the model at `path`. MuJoCo looks for it in `files` before the disk; null: only on the
+/// disk. `file` is the name for messages.
 Model parse(const std::string& path, const mjVFS* files, const std::string& file) {
   std::array<char, 1000> text{};
   try {
@@ -155,7 +156,7 @@ void check(const std::string& file) {
   check_model_numbers(*parse(file, nullptr, file), file);
 }
 
-/// Escapes a file name; keeps all other bytes, unlike xml_escaped, which replaces invalid text.
+/// Escapes a file name for XML. Unlike xml_escaped, keeps bytes that are not valid UTF-8.
 std::string xml_text(const std::string& plain) {
   std::string text;
   for (const char one : plain) {
@@ -167,8 +168,9 @@ std::string xml_text(const std::string& plain) {
   return text;
 }
 
-/// Parses in the directory of `file`, so that meshes are found. Contacts are removed afterwards, as
-/// the compiler may drop a geom without contacts.
+/// Parses a model that includes `file` and adds the box kStepGeom, in the directory of `file`, so
+/// that MuJoCo finds meshes. Removes the contacts of the box only afterwards, as MuJoCo's compiler
+/// may drop a geom without contacts.
 Model parse_with_step(const std::string& file) {
   const std::filesystem::path path(file);
   const std::string name = "lk-emu with step.xml";

@@ -10,23 +10,23 @@
 
 namespace lk::emulator {
 
-/// An error for which MuJoCo would end the process.
+/// Thrown instead of an error for which MuJoCo would end the process.
 struct MujocoError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Stops MuJoCo from ending the process or printing: errors become MujocoError, warnings stay in
-/// the data.
+/// Stops MuJoCo from ending the process or printing: throws errors as MujocoError; warnings are
+/// only counted in mjData.
 void redirect_mujoco_errors();
 
 /// Returns MuJoCo's message on one line.
 std::string mujoco_message(std::string_view text);
 
-/// Checks attributes in `file` and its includes: MuJoCo treats "nan" as an attribute that is not
-/// given. Throws std::invalid_argument.
+/// Checks that attributes in `file` and its includes are finite: MuJoCo would ignore one that is
+/// "nan". Throws std::invalid_argument.
 void check_written_numbers(const std::string& file);
 
-/// Checks the numbers in the compiled model. Throws std::invalid_argument.
+/// Checks that all numbers in the compiled model are finite. Throws std::invalid_argument.
 void check_model_numbers(const mjModel& model, const std::string& file);
 
 struct FreeMujoco {
@@ -34,17 +34,17 @@ struct FreeMujoco {
   void operator()(mjData* data) const { mj_deleteData(data); }
 };
 
-/// Name of the box for a floor step; at first it has no contacts and is hidden.
+/// Name of the box that becomes a floor step; hidden and without contacts until it is placed.
 inline constexpr const char* kStepGeom = "lk-emu step";
 
-/// Loads an MJCF or URDF file. Adds a kStepGeom to a model with a floor, as geoms cannot be added
-/// later. Throws std::invalid_argument with MuJoCo's message.
+/// Loads an MJCF or URDF file. Adds the box kStepGeom to a model with a floor, as MuJoCo cannot add
+/// geoms to a loaded model. Throws std::invalid_argument with MuJoCo's message.
 std::unique_ptr<mjModel, FreeMujoco> load_mujoco_model(const std::string& file);
 
 /// Returns whether the geom can move in the world.
 bool geom_moves(const mjModel& model, int geom);
 
-/// Returns the planes of the world body that are not steeper than 60°.
+/// Returns the plane geoms of the world body that are not steeper than 60°.
 std::vector<int> floor_planes(const mjModel& model);
 
 }  // namespace lk::emulator

@@ -1,5 +1,4 @@
-// Visible shape of a MujocoBody.
-// Poses and observed state of a MujocoBody.
+// Functions of MujocoBody for its visible shape, poses and observed state.
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +18,7 @@ Quaternion quaternion(const mjtNum* numbers) {
   return {numbers[0], numbers[1], numbers[2], numbers[3]};
 }
 
-/// Index in shape().bodies, which omits the world.
+/// Returns the index of MuJoCo's `body` in shape().bodies, which omits the world.
 std::size_t place_of(int body) { return static_cast<std::size_t>(body - 1); }
 
 std::optional<GeomKind> kind_of(int type) {
@@ -105,7 +104,7 @@ std::vector<BodyContact> MujocoBody::contacts() const {
     mj_contactForce(model_.get(), data_.get(), n, along_frame);
     mjtNum force[3];
     mju_rotVecMatT(force, along_frame, contact.frame);
-    // MuJoCo's force acts on the second geom.
+    // MuJoCo's force acts on the second geom. If that is fixed, returns the force on the first.
     const int second = model_->geom_bodyid[contact.geom2];
     if (model_->body_weldid[second] == 0) mju_scl3(force, force, -1.0);
     contacts.push_back({triple(contact.pos), triple(force)});
@@ -138,7 +137,7 @@ Quaternion quaternion_of(const Triple& rpy_rad) {
           c[0] * s[1] * c[2] + s[0] * c[1] * s[2], c[0] * c[1] * s[2] - s[0] * s[1] * c[2]};
 }
 
-/// Converts a quaternion back to these angles.
+/// Converts a quaternion to rotations about x, then y, then z of the world.
 Triple rpy_rad_of(const mjtNum* quaternion) {
   const double w = quaternion[0], x = quaternion[1], y = quaternion[2], z = quaternion[3];
   return {std::atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
@@ -146,7 +145,8 @@ Triple rpy_rad_of(const mjtNum* quaternion) {
           std::atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))};
 }
 
-/// Adds the forces of all contacts, and falls. `counts_as_fall`: by body, see MujocoBody.
+/// Adds the forces of all contacts to `state`. Sets `state.fallen` if a part in `counts_as_fall`,
+/// indexed by body, touches the world.
 void add_contacts(const mjModel& model, const mjData& data, const std::vector<bool>& counts_as_fall,
                   BodyState& state) {
   for (int n = 0; n < data.ncon; ++n) {
@@ -212,7 +212,7 @@ void MujocoBody::pose(const Pose& pose) {
     data_->qpos[m.jnt_qposadr[hinges_[one.joint]]] = one.angle_rad;
   }
   std::fill_n(data_->qvel, m.nv, 0.0);
-  std::fill_n(data_->qfrc_applied, m.nv, 0.0);  // from the old pose
+  std::fill_n(data_->qfrc_applied, m.nv, 0.0);  // torques of the old pose
   std::fill_n(data_->qacc_warmstart, m.nv, 0.0);
 }
 
@@ -232,7 +232,7 @@ void MujocoBody::read_state(BodyState& state) const {
   state.fallen = false;
   if (!free_parts_.empty()) {
     const mjtNum* const q = data_->xquat + 4 * free_parts_.front();
-    const double upright = 1 - 2 * (q[1] * q[1] + q[2] * q[2]);  // z axis along the world's
+    const double upright = 1 - 2 * (q[1] * q[1] + q[2] * q[2]);  // cosine of the tilt
     state.fallen = upright < std::cos(kFallen_deg * kRadPerDeg);
   }
   add_contacts(m, *data_, counts_as_fall_, state);

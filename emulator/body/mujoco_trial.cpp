@@ -20,20 +20,21 @@
 namespace lk::emulator {
 namespace {
 
-// Assumed: models of real robots need a hundredth of both.
+// Limits of the child process; assumed: models of real robots need a hundredth of each.
 constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 30U;
 constexpr int kMax_s = 60;
 constexpr int kTooLong = 2;  // exit status
 
 volatile std::sig_atomic_t seconds_left = kMax_s;
 
-/// Without SA_RESTART a blocking system call, e.g. on a pipe without writer, fails.
+/// Ends the process when its time is used up. Installed without SA_RESTART: the signal also makes a
+/// blocking system call fail, e.g. on a pipe without a writer.
 void on_second(int /*signal*/) {
   seconds_left = seconds_left - 1;
   if (seconds_left <= 0) ::_exit(kTooLong);
 }
 
-/// Limits the address space to that in use now plus kMaxBytes.
+/// Limits the address space of this process to its present size plus kMaxBytes.
 void bound_memory() {
   std::uint64_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;
@@ -67,7 +68,7 @@ std::string problem_of(const std::string& file, void (*load)(const std::string&)
   bound_memory();
   bound_time();
   const std::string problem = problem_of(file, load);
-  // One line fits into a pipe without blocking; the parent reads only that.
+  // A message of one line fits into the pipe, so `write` does not block.
   if (!problem.empty() && ::write(report, problem.data(), problem.size()) < 0) ::_exit(kTooLong);
   ::_exit(problem.empty() ? 0 : 1);
 }
