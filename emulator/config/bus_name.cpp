@@ -39,7 +39,7 @@ constexpr std::array kSchemes{
 /// socket address, which has 108 bytes.
 constexpr std::size_t kLongest = 90;
 constexpr std::size_t kLongestInterface = 15;  // Linux: IFNAMSIZ without its zero
-// Defaults of python-can.
+// Defaults of python-can's udp_multicast.
 constexpr const char* kGroup = "ff15:7079:7468:6f6e:6465:6d6f:6d63:6173";
 constexpr std::uint16_t kGroupPort = 43113;
 constexpr std::string_view kNoAcks = "?acks=no";

@@ -21,7 +21,7 @@ struct CandumpLine {
   std::string interface;
   protocol::Frame frame;
   Direction direction = Direction::kUnknown;
-  int number = 0;  // line number in the log, from 1; 0: none
+  int number = 0;  // line number in the log, from 1; 0: not from a log
 
   friend bool operator==(const CandumpLine&, const CandumpLine&) = default;
 };

@@ -10,7 +10,7 @@
 namespace lk::emulator {
 namespace {
 
-constexpr double kShortest_ms = 0.05;  // assumed
+constexpr double kShortest_ms = 0.05;  // of a body step; assumed
 constexpr double kLongest_ms = 10;     // assumed: no position loop of a drive is as slow
 
 constexpr double kLeast_ohm = 1e-4;  // assumed: less has no visible effect at a robot's currents

@@ -18,7 +18,7 @@ std::shared_ptr<const Mechanism> read_body(TableReader& reader, const LoadBody& 
 /// Reads [battery] and returns its internal resistance in ohm; 0 if absent. Throws ConfigError.
 double read_battery(TableReader& reader);
 
-/// Reads the `joint` of a drive; nullopt if absent. Pre: the drive's other keys have been read.
+/// Reads the `joint` of a drive; nullopt if absent. Pre: `servo.profile` is that of the drive.
 std::optional<JointLink> read_joint(TableReader& reader, const ServoConfig& servo,
                                     const Mechanism* body);
 

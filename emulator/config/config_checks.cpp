@@ -106,7 +106,8 @@ void check_hystereses(const TableReader& drive, const Registers& registers) {
   }
 }
 
-/// Rejects an under-voltage threshold at which the drive is already in reset.
+/// Rejects an under-voltage threshold up to the voltage at which the controller starts, and
+/// over-voltage at or below under-voltage.
 void check_voltages(const TableReader& drive, const model::LogicParams& logic,
                     const Registers& registers) {
   const auto& under = protection(registers, model::Error::kUnderVoltage);
@@ -146,8 +147,8 @@ std::optional<ModelProblem> winding_problem(const model::DriveParams& d) {
 }
 
 /// With an elastic gear, the output is a second body. One explicit step per PWM period T is stable
-/// while ω²T² + 2·c·T/J < 4. At a quarter of that limit, the error of the resonance frequency is 5
-/// %. Checks the flange alone, as its load may be removed.
+/// while ω²T² + 2·c·T/J < 4. At a quarter of that, the error of the resonance frequency is 5 %.
+/// Checks the flange alone, as its load may be removed.
 std::optional<ModelProblem> gear_problem(const model::DriveParams& d) {
   const model::MechanicsParams& m = d.mechanics;
   if (m.gear_stiffness_out == 0) return std::nullopt;

@@ -9,7 +9,7 @@
 
 namespace lk::emulator {
 
-/// Returns why an offset does not fit the encoder; empty if it does.
+/// Returns why an encoder offset does not fit the encoder; empty if it does.
 std::string offset_problem(std::uint16_t offset, const model::EncoderParams& encoder);
 /// Returns why drives of this series cannot have these control parameters; empty if they can.
 std::string control_problem(Series series, const model::ControlParams& control);

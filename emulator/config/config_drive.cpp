@@ -166,7 +166,7 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
   return servos;
 }
 
-/// Returns true if the drive is valid without these options of the command line.
+/// Returns true if the drive is valid without the options that `options_of` returns.
 bool is_good_as_it_stands(TableReader reader, const Overrides& overrides,
                           const BusOptions& bus_options, const FindProfile& find) {
   try {

@@ -184,7 +184,7 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
 
 // --- command line
 
-/// Converts an option to TOML; words need no quotes, and case is ignored.
+/// Inserts an option into `table` as a TOML value. Words need no quotes; case is ignored.
 void insert_value(toml::table& table, const std::string& key, const std::string& given) {
   const std::string value = small_letters(given);
   const bool hexadecimal = value.starts_with("0x");

@@ -75,7 +75,8 @@ std::string outside(const std::string& value, const std::string& min, const std:
   return value + " is out of range (" + min + " to " + max + ")";
 }
 
-/// Names the allowed words, or a similar one if the list is long.
+/// Returns the message for a word that is not allowed. It lists the allowed words; if they are
+/// many, it only suggests a similar one.
 std::string none_of(const std::string& word, const std::vector<std::string>& words) {
   constexpr std::size_t kShortList = 16;
   const std::string quoted = "\"" + word + "\"";

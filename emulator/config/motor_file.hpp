@@ -37,7 +37,7 @@ struct MotorFile {
 /// Returns a motor file by name or path. Throws UnknownMotor.
 using FindMotorFile = std::function<MotorFile(const std::string& motor)>;
 
-/// Longest chain of motor files that extend each other.
+/// Largest number of motor files in a chain where each extends the next.
 inline constexpr std::size_t kMaxMotorFiles = 8;
 
 /// Removes parts ".": "./a/./b" becomes "a/b". Keeps "..", as it may follow a symbolic link.

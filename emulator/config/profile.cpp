@@ -61,7 +61,7 @@ void read_gains(TableReader& reader, Presence presence, const RegisterRules& rul
   read_section(reader, "gains", fields::kGains, presence, gains);
 }
 
-/// Rejects an under-voltage threshold at which the drive is already in reset.
+/// Rejects an under-voltage threshold up to the voltage at which the controller starts.
 void check_reset(const TableReader& reader, const Profile& profile) {
   constexpr auto kUnderVoltage = static_cast<std::size_t>(model::Error::kUnderVoltage);
   const model::LogicParams& logic = profile.drive.logic;

@@ -236,8 +236,8 @@ struct ActionRow {
     kDrives,
     kFreeDrives,  // drives without a joint; of others, the body is the load
     kFault,       // drives or the whole bus, by the kind of fault
-    kBus,         // takes no drives
-    kBody         // takes no drives
+    kBus,         // the whole bus; `id` and `ids` are rejected
+    kBody         // the body; `id` and `ids` are rejected
   };
   const char* key;
   Target target;

@@ -67,8 +67,8 @@ std::string text_problem(const std::string& text, std::size_t longest);
 /// Reads seconds, up to kLongestTime.
 std::optional<SimTime> read_duration(TableReader& reader, const std::string& key);
 
-/// Reads every [[bus.event]] into `bus.events`: one directive per drive, ordered by time. Pre: the
-/// drives of `bus` have been read.
+/// Reads every [[bus.event]] into `bus.events`, ordered by time. Pre: the drives of `bus` have been
+/// read.
 void read_events(TableReader& reader, BusConfig& bus);
 
 }  // namespace lk::emulator

@@ -1,4 +1,4 @@
-// Reads [[expect]]: expectations of a scenario, and when they hold.
+// Reads [[expect]]: expectations of a scenario, and when they must hold.
 
 #include <algorithm>
 

@@ -18,7 +18,7 @@ namespace lk::emulator {
 Scenario parse_scenario(const toml::table& document, const std::string& file,
                         std::optional<std::uint64_t> seed, const ScenarioFiles& files);
 
-/// Reads a [[send]]: one HostSend for each drive, or for each frame of a log.
+/// Reads a [[send]]: one HostSend for a raw frame, for each drive, or for each frame of a log.
 std::vector<HostSend> read_send(TableReader& reader, const Scenario& scenario,
                                 const ScenarioFiles& files);
 /// Reads an [[expect]].

@@ -22,7 +22,8 @@ struct ScenarioFiles {
   std::function<std::string(const std::string& name)> text;
 };
 
-/// Parses a scenario that runs its own robot. `seed` overrides the file's. Throws ConfigError.
+/// Parses a scenario that runs its own robot. `seed` overrides the seed in the file. Throws
+/// ConfigError.
 Scenario parse_scenario(const std::string& text, const std::string& file,
                         std::optional<std::uint64_t> seed, const ScenarioFiles& files);
 
