@@ -50,7 +50,7 @@ class Descriptor {
 /// Appends all of `text`, in as many writes as needed. Returns 0 or errno.
 int write_all(int fd, std::string_view text);
 
-/// Replaces the file `name` in `directory_fd` by `text` atomically: it holds the old or the new
+/// Replaces the file `name` in `directory_fd` by `text` atomically: the file has the old or the new
 /// text at any time. Returns 0 when the new text is durable. Otherwise returns errno and restores
 /// the old file, except after a power cut or on file systems without RENAME_EXCHANGE.
 int write_durably(int directory_fd, const std::string& name, const std::string& text);

@@ -131,7 +131,7 @@ std::string unknown(const char* what, const std::string& where, const std::strin
          " there are: " + comma_list(known) + "; or give a path to a .toml file)";
 }
 
-/// Message for a missing `file`; names the shipped one if there is one.
+/// Returns the message for a missing `file`; names `shipped`, a shipped file that may be meant.
 std::string not_there(const fs::path& file, const std::optional<std::string>& shipped) {
   return "cannot read " + file.string() + ": " + std::strerror(ENOENT) +
          (shipped ? "; the shipped one is called " + *shipped : "");

@@ -47,7 +47,8 @@ std::vector<std::string> known_motors();
 /// Returns all words that find a shipped motor: names, then trade names.
 std::vector<std::string> motor_words();
 
-/// Finds a motor by name or label, ignoring case, or by path. Throws UnknownMotor.
+/// Reads the file of a motor, found by name or label, ignoring case, or by path. Throws
+/// UnknownMotor.
 MotorFile find_motor_file(const std::string& motor);
 
 /// Motor files that were read, by requested name.

@@ -62,13 +62,13 @@ class RomWriter {
 
  private:
   static WriteFile write_to_disk();
-  /// Returns 0 or errno.
+  /// Starts the thread unless it runs. Returns 0 or errno.
   int start();
   void run();
 
   OnWritten on_written_;
   WriteFile write_file_;
-  std::mutex mutex_;  // protects all members below
+  std::mutex mutex_;  // protects waiting_, order_ and stop_
   std::condition_variable changed_;
   std::map<const RomFile*, RomWrite> waiting_;
   std::deque<const RomFile*> order_;  // drives with a pending write, oldest first
@@ -120,8 +120,8 @@ class RomStore {
 /// StartError.
 void load_rom_read_only(const RomOptions& options, std::vector<BusConfig>& buses);
 
-/// Returns the directory that has the user's ROM directories of each bus; empty if there is none.
-/// Follows the XDG Base Directory Specification.
+/// Returns the directory in which the user has one ROM directory per bus; empty if neither argument
+/// is an absolute path. Follows the XDG Base Directory Specification.
 std::filesystem::path state_directory(const char* xdg_state_home, const char* home);
 
 /// Returns the ID of the drive that sent `reply`: if `drive_id` is 0, from the identifier, which is

@@ -79,8 +79,8 @@ bool is_live_socket(const std::filesystem::path& path) {
   // Throws, as the socket may be in use: the caller removes it if this returns false.
   if (fd < 0) throw StartError("cannot see whether " + name + " is in use: " + errno_text(errno));
   const int result = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address);
-  // Only ECONNREFUSED shows that no process listens. Other errors, as of a full queue or another
-  // socket type, come from a process that does.
+  // Only ECONNREFUSED shows that no process listens. Other errors, e.g. of a full queue or another
+  // socket type, mean that a process listens.
   const bool live = result == 0 || errno != ECONNREFUSED;
   ::close(fd);
   return live;

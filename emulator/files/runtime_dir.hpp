@@ -25,8 +25,8 @@ std::vector<std::filesystem::path> live_sockets();
 /// Removes sockets of ended processes (BUS-PID.sock) from the runtime directory.
 void remove_dead_sockets();
 
-/// Removes a socket at `path` that a dead program left. Throws StartError if it is in use, or no
-/// socket.
+/// Removes a socket at `path` that a dead program left. Throws StartError if it is in use, belongs
+/// to another user, or is no socket.
 void clear_stale_socket(const std::filesystem::path& path);
 
 }  // namespace lk::emulator
