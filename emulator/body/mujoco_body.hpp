@@ -73,7 +73,7 @@ class MujocoBody : public Mechanism, public DrawableBody {
   SimTime step_;
   int substeps_ = 1;
   std::vector<std::string> names_;
-  std::vector<int> hinges_;         // indices of the model's joints
+  std::vector<int> hinges_;         // indices of these joints in the model
   std::vector<std::string> parts_;  // names of the model's bodies
   std::vector<double> own_kg_;      // masses of these bodies in the model, kg
   std::vector<std::string> keyframes_;
@@ -87,7 +87,7 @@ class MujocoBody : public Mechanism, public DrawableBody {
   bool constants_changed_ = true;  // derived constants must be recomputed
   std::vector<double> response_;   // nv x nv: Cholesky factor of A, see find_response()
   std::vector<double> inertia_;    // of each joint in names_
-  std::vector<double> slopes_;     // nv; scratch, a member to reuse its memory, as is work_
+  std::vector<double> slopes_;     // nv; slopes_ and work_ are members to reuse their memory
   std::vector<double> work_;
   std::optional<std::string> failure_;
 };
