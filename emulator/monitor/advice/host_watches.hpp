@@ -18,9 +18,10 @@ namespace lk::emulator {
 /// comes in between and leaves the rhythm unchanged.
 class HostsWatch {
  public:
-  static constexpr SimTime kThereAndBack = std::chrono::milliseconds(100);  // assumed
-  static constexpr SimTime kAgain = std::chrono::seconds(1);                // assumed
-  static constexpr int kTimes = 8;                                          // assumed
+  /// Longest gap in a rhythm of similar commands (assumed).
+  static constexpr SimTime kThereAndBack = std::chrono::milliseconds(100);
+  static constexpr SimTime kAgain = std::chrono::seconds(1);  // longest gap of signs (assumed)
+  static constexpr int kTimes = 8;                            // signs until advice (assumed)
 
   std::optional<Finding> on_query(const DecodedQuery& query);
 
@@ -33,7 +34,7 @@ class HostsWatch {
   static constexpr std::size_t kRhythm = 7;  // frames needed for a rhythm (assumed)
   const TimedMotion& recent(std::size_t n) const {
     return commands_[(count_ - 1 - n) % kKept];
-  }  // 0: the last
+  }  // `n` 0: the last command
   bool apart() const;
   bool alike(const MotionCommand& one, const MotionCommand& other) const;
   enum class Sign : std::uint8_t { kNone, kOneHost, kSeveral };
@@ -45,7 +46,8 @@ class HostsWatch {
   SimTime last_time_{0};
 };
 
-/// Frames that a host may have received last, and may send again in bytes that it does not clear.
+/// Last frames that a host may have received. A host that does not clear its buffer may send bytes
+/// of them again.
 class RecentFrames {
  public:
   /// Assumed: a host may query several drives, then read all replies into one buffer.
@@ -60,16 +62,17 @@ class RecentFrames {
   std::size_t next_ = 0;
 };
 
-/// Detects another drive with this drive's ID. Its replies have the identifier of queries, but a
-/// temperature where a query has 0 or a direction. Replies to reads have values where a query has
-/// zeros. Such frames do not stop, as each drive takes the other's replies for queries. A host that
-/// does not clear unused bytes always sends values there, or bytes that it received before.
+/// Detects a second drive with this drive's ID, outside this emulator. Its replies have the
+/// identifier of queries, but a temperature where a query has 0 or a direction, or the value read
+/// where a query has zeros. They go on, as each drive takes the other's replies for queries. A host
+/// that does not clear unused bytes differs: it sends values in all queries, or bytes it received.
 class DuplicateWatch {
  public:
   static constexpr int kTimes = 8;  // assumed
-  /// Longest gap of replies: twice through a USB adapter, and two drives (assumed).
+  /// Longest gap between two replies of the other drive: two passes through a USB adapter and the
+  /// reply times of both drives (assumed).
   static constexpr SimTime kApart = std::chrono::milliseconds(4);
-  static constexpr int kSteady_C = 2;  // stray bytes vary more (assumed)
+  static constexpr int kSteady_C = 2;  // largest change; uncleared bytes vary more (assumed)
 
   /// Pre: `in` has 8 bytes and is for this drive.
   std::optional<Finding> on_query(const TimedFrame& in, const RecentFrames& recent);
@@ -85,22 +88,23 @@ class DuplicateWatch {
     protocol::Payload data{};
   };
 
-  std::uint32_t asked_ = 0;  // commands also seen as proper queries; one bit per row
-  Streak warm_;              // with a temperature
-  Streak reads_;             // with a value that was read
+  std::uint32_t asked_ = 0;  // commands seen in cleared queries; one bit per row of kRows
+  Streak warm_;              // replies with a temperature
+  Streak reads_;             // replies with a value that was read
 };
 
-/// Finding for a command or parameter that this drive does not have. Given at the first time: a
-/// host may ask once, then give up or wait for ever.
+/// Returns a finding for a command or parameter that this drive does not have. One such frame is
+/// enough, as the host may then give up, or wait for ever.
 Finding unknown_command(const protocol::Frame& frame, const KnownDrive& drive);
 
-/// Returns true for a 32-bit target to a drive that reads only 16 bits.
+/// Returns true for a 32-bit single-turn target to a drive that reads only 16 bits of it.
 bool has_wide_target(const DecodedQuery& query, const KnownDrive& drive);
 
 /// Detects fields that have a meaning only for drives of another generation.
 class GenerationWatch {
  public:
-  /// Unused bytes may hold anything; one plausible limit, repeated so often, is meant (assumed).
+  /// Unused bytes may hold anything, but the same plausible iq limit in this many frames in a row
+  /// is intended (assumed).
   static constexpr int kSameLimit = 10;
 
   std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
@@ -125,9 +129,10 @@ class ClearWatch {
   int times_ = 0;
 };
 
-/// Detects a first target after a start that relies on the turn count of before.
+/// Detects a first target after a restart that relies on the turn count from before the restart.
 class FirstTargetWatch {
  public:
+  /// Of the rotor if the target fits the old turn count, otherwise of the output.
   static constexpr double kFar_deg = 180;
 
   std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
@@ -135,7 +140,7 @@ class FirstTargetWatch {
   void observe(const KnownDrive& drive);
 
  private:
-  std::uint32_t known_start_ = 0;  // start since which the host knows the position or has moved
+  std::uint32_t known_start_ = 0;  // start in which the host last read, set or commanded the angle
   std::uint32_t start_ = 0;        // start count at the last observation
   double angle_deg_ = 0;           // at the last observation
   std::optional<double> angle_before_deg_;  // last angle before this start
