@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Output of candump with any option: a log (-L, -l) or terminal output. The latter has time
-/// stamps (-t), directions (-x), characters (-a) or colours (-c).
+/// @file Parses output of candump with any option: a log (-L, -l), or terminal output, which may
+/// have time stamps (-t), directions (-x), characters (-a) and colours (-c).
 
 #include <cstdint>
 #include <map>
@@ -14,37 +14,40 @@
 
 namespace lk::emulator {
 
-/// A frame as shown by candump. `line.at` is its stamp; 0 without one.
+/// A frame as printed by candump. `line.at` is its time stamp; 0 without a stamp.
 struct PrintedFrame {
   CandumpLine line;
   bool has_stamp = false;
-  bool may_be_step = false;  // stamp in the form of -t d and -t z
+  bool may_be_step = false;  // the stamp has the form that -t d (differences) and -t z share
 };
 
-/// An empty line, or one that continues the previous error frame (-e).
+/// An empty line, or a line that continues the previous error frame (-e).
 struct NoFrame {};
 
-/// Parses a line without its end. An error text is safe to print, in ASCII.
+/// Parses a line, given without its newline. The string is an error text of printable ASCII.
 std::variant<PrintedFrame, NoFrame, std::string> parse_candump_text(std::string_view line);
 
-/// The logging machine counts as the host; nullopt if the log has no directions.
+/// Returns true if the logging machine, which counts as the host, sent the frame; nullopt if the
+/// direction is unknown.
 std::optional<bool> from_host(CandumpLine::Direction direction);
 
-/// Converts stamps to times. `-t d` prints differences. It looks like `-t z` until a stamp is below
-/// the previous one of its interface.
+/// Converts stamps to times. `-t d` prints the time since the previous frame, in the same form as
+/// the times of `-t z`. A stamp below the previous one of its interface shows that it is `-t d`.
 class StampReader {
  public:
   /// Returns nullopt if the frame has no stamp.
   std::optional<SimTime> time_of(const PrintedFrame& frame);
+  /// Returns true once the stamps are known to be differences (-t d).
   bool steps() const { return steps_; }
 
  private:
-  std::map<std::string, SimTime> last_;  // by interface, while their kind is unknown
-  SimTime sum_{0};
+  std::map<std::string, SimTime> last_;  // last stamp by interface, until `steps_`
+  SimTime sum_{0};                       // of the stamps so far
   bool steps_ = false;
 };
 
-/// A longer line is not from candump: 64 bytes of CAN FD with all options take less than 400.
+/// In characters. A longer line is not from candump: a CAN FD frame of 64 bytes with all options
+/// takes less than 400.
 inline constexpr std::size_t kLongestCandumpLine = 1024;
 
 }  // namespace lk::emulator

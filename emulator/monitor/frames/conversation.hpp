@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Tells queries from replies on a bus, frame by frame: on a live bus later frames are
-/// unknown.
+/// @file Tells queries from replies on a bus. Decides frame by frame, without later frames, so that
+/// it works on a live bus.
 
 #include <array>
 #include <cstdint>
@@ -16,14 +16,14 @@
 
 namespace lk::emulator {
 
-/// A frame of a bus; `at` and `from_host` if the log has them.
+/// A frame of a bus. `at` and `from_host` are absent if the log lacks them.
 struct BusFrame {
   protocol::Frame frame;
   std::optional<SimTime> at;
   std::optional<bool> from_host;
 };
 
-/// kUnclear: query or reply, undecidable. kOther: neither, or of no drive.
+/// kUnclear: query or reply, but it cannot be decided which. kOther: neither, or no drive's frame.
 enum class Role : std::uint8_t { kQuery, kReply, kUnclear, kOther };
 
 /// Interpretation of a frame.
@@ -32,17 +32,17 @@ struct FrameInfo {
   bool sure = true;                  // false: the other role is possible but unlikely
   int drive = 0;                     // 0: several or none
   std::uint32_t query_code = 0;      // command byte, or identifier of a command for several drives
-  protocol::Frame frame;             // with the identifier of a query
+  protocol::Frame frame;             // the frame, with the identifier of a query
   std::size_t match_count = 0;       // for a reply: number of matching queries
   std::optional<SimTime> latency{};  // for a reply with one match
 };
 
-/// Outcome of a query, reported as soon as it is known.
+/// What became of a query. Reported as soon as it is known.
 struct QueryOutcome {
   enum class How : std::uint8_t {
     kAnswered,
     kUnanswered,
-    kOpen,  // the log ended, or a frame may have been the reply
+    kOpen,  // unknown: the log ended, time ran backwards, or an unclear frame may be the reply
   };
   How how = How::kAnswered;
   int drive = 0;
@@ -56,13 +56,13 @@ struct QueryOutcome {
 /// Tells queries from replies on one bus (rules: docs/reference/formats.md).
 class Conversation {
  public:
-  /// Each reader knows all drives, 1 to 32, in one wire format. The first reader that can parse a
-  /// frame is used. Pre: `readers` is not empty and outlives this object.
+  /// Each element of `readers` knows drives 1 to 32 in one wire format. The first one that can
+  /// parse a frame is used for it. Pre: `readers` is not empty and outlives this object.
   explicit Conversation(std::span<const FrameReader> readers) : readers_(readers) {}
   FrameInfo classify(const BusFrame& observed);
-  /// Removes the times of pending frames, as they turned out to be wrong.
+  /// Removes the times of pending frames. Call if their times turn out to be wrong.
   void forget_times();
-  /// Ends the bus: no more frames come.
+  /// Settles all pending queries. Call after the last frame.
   void end();
   /// Returns outcomes since the last call.
   std::vector<QueryOutcome> take_outcomes();
@@ -70,22 +70,22 @@ class Conversation {
  private:
   struct Pending {
     protocol::Frame query;
-    std::uint8_t command = 0;  // of its reply
+    std::uint8_t command = 0;  // DATA[0] of its reply
     std::uint32_t query_code = 0;
     std::optional<SimTime> at;
-    bool unclear = false;         // may have been a reply itself
-    bool required = true;         // false: a query to several drives, which this one may not answer
+    bool unclear = false;         // the frame may have been a reply itself
+    bool required = true;         // false: this drive may ignore it, a query to several drives
     bool maybe_answered = false;  // a frame came that may have been the reply
   };
   struct Drive {
     std::deque<Pending> pending;  // in the order of the replies
-    // Replies to one of several equal queries; resolved by the next frame.
+    // Times of a run of replies that each match several pending queries. A later frame shows which.
     std::vector<std::optional<SimTime>> equal_replies;
-    protocol::Frame run_frame;  // first of these replies
+    protocol::Frame run_frame;  // first reply of that run
     std::uint32_t reply_base = protocol::kSingleDriveId;
     bool seen = false;         // on the bus
-    bool is_complete = false;  // first query seen, so the pending list is complete
-    bool alive = false;        // a reply is certain, and none was missed since
+    bool is_complete = false;  // `pending` has all queries that can still get a reply
+    bool alive = false;        // it has certainly replied, and no reply was missing since
     SimTime slowest{0};        // longest certain latency; 0: none yet
   };
 
@@ -118,8 +118,8 @@ class Conversation {
   std::array<Drive, protocol::kMaxDrivesPerBus> drives_;
   std::vector<QueryOutcome> settled_;
   std::optional<SimTime> first_;  // first stamp
-  bool sent_ = false;             // directions seen for frames of drives
-  bool received_ = false;
+  bool sent_ = false;             // a single-drive frame was logged as sent
+  bool received_ = false;         // a single-drive frame was logged as received
 };
 
 }  // namespace lk::emulator

@@ -11,11 +11,11 @@
 
 namespace lk::emulator {
 
-/// Returns a name, reason or error in the language; `english` itself if it has no translation.
+/// Translates a name, reason or error; returns `english` itself if it has no translation.
 std::string_view in_language(std::string_view english, Language language);
 
-/// Returns the values of a frame: "temperature 25 °C, iq 0.03 A". `asked` determines the slots of a
-/// command for several drives.
+/// Returns the values of a frame: "temperature 25 °C, iq 0.03 A". `asked`: code of the query; it
+/// determines the unit of the slots of a command for several drives.
 std::string quantities_text(const std::vector<ReplyValue>& quantities, std::uint32_t asked,
                             Language language);
 
@@ -30,7 +30,7 @@ std::string three_decimals(double value);
 
 /// Returns the number of terminal columns; Chinese characters take two.
 std::size_t display_width(std::string_view text);
-/// Return the text with spaces appended or prepended, up to a width.
+/// Return the text filled up with spaces to `width` columns: `padded` after it, `right` before it.
 std::string padded(std::string_view text, std::size_t width);
 std::string right(std::string_view text, std::size_t width);
 

@@ -26,13 +26,13 @@ struct FrameWords {
 /// Returns the name of a command byte, or of an identifier for several drives: "read state 2";
 /// empty if unknown.
 std::string_view command_name(std::uint32_t asked, protocol::Framing framing);
-/// "9C", "280".
+/// Returns a command byte or identifier in hexadecimal: "9C", "280".
 std::string command_text(std::uint32_t asked);
 
 /// Returns the bits set in errorState, from bit 0 on: "under_voltage".
 std::vector<std::string_view> error_words(unsigned errors);
 
-/// Decodes frames of one bus as its drives and hosts do.
+/// Decodes frames of one bus: queries as its drives do, replies as hosts do.
 class FrameReader {
  public:
   explicit FrameReader(const BusConfig& bus);
@@ -41,11 +41,12 @@ class FrameReader {
 
   /// Updates the addresses of the drives. Pre: `bus` is the bus of the constructor.
   void update_addresses(const Bus& bus);
-  /// Returns the reader of the drive at this ID; null if there is none.
+  /// Returns the reader of the drive at this ID; null without such a drive.
   const ReplyReader* reader_of(int id) const;
 
  private:
-  /// Returns a reader that supports the identifier for several drives, or any; null if none.
+  /// Returns the reader of a drive that knows this identifier for several drives. Without such a
+  /// drive, returns any reader; null if the bus has no drives.
   const ReplyReader* reader_of_several(std::uint32_t frame_id) const;
 
   std::vector<int> drives_;  // configured IDs

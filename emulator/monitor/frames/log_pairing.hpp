@@ -18,7 +18,7 @@ namespace lk::emulator {
 struct ReplyValue {
   std::string_view name;  // "speed_dps"
   double value = 0;
-  double period = 0;  // wraps around after this value; 0: never
+  double period = 0;  // the value wraps around at this number; 0: never
 
   friend bool operator==(const ReplyValue&, const ReplyValue&) = default;
 };
@@ -26,9 +26,10 @@ struct ReplyValue {
 /// Decodes the replies of a servo.
 struct ReplyReader {
   explicit ReplyReader(const ServoConfig& servo);
-  /// Returns the values in a frame of the servo; empty if it is none of its replies.
+  /// Returns the values in a reply of the servo; empty if the frame is not such a reply.
   std::vector<ReplyValue> values(const protocol::Frame& frame) const;
-  /// Returns the values of `fields` in DATA, by key; a host's values as the drive accepts them.
+  /// Returns the values of `fields` in `data`, named by key. `by`: sender of the data. A host's
+  /// values are returned as the drive uses them, for example clamped.
   enum class By : std::uint8_t { kHost, kDrive };
   std::vector<ReplyValue> values(std::span<const protocol::Field> fields,
                                  const protocol::Payload& data, By by) const;
@@ -37,9 +38,9 @@ struct ReplyReader {
 
   int id;  // ID at which it answers
   protocol::WireFormat format;
-  double encoder_counts;    // of the encoder field
-  double circle_deg;        // of the single-turn angle
-  bool manual_reply_bytes;  // Quirks
+  double encoder_counts;    // period of encoder fields
+  double circle_deg;        // period of the single-turn angle
+  bool manual_reply_bytes;  // as Quirks::manual_reply_bytes
 };
 
 /// Returns `b` − `a`, the short way around for a periodic value.
@@ -48,21 +49,24 @@ double value_difference(const ReplyValue& a, const ReplyValue& b);
 /// Formats for display: "temperature_C 25, iq_A -0.5".
 std::string values_text(const std::vector<ReplyValue>& values);
 
-/// Whether a frame can be the reply to a query; kEither: it can also be a query.
+/// Whether a frame can be the reply to a query. kEither: it can, but it can also be a query.
 enum class Fit : std::uint8_t { kNo, kEither, kYes };
 
-/// `command`: DATA[0] of the reply to `query`. The identifier of `reply` is ignored.
+/// Returns whether `reply` can be the reply to `query`, ignoring the identifier of `reply`.
+/// `command`: command byte of replies to `query`.
 Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::Frame& query,
               const protocol::Frame& reply);
 
-/// Returns true for frames in the format of drives: 11-bit identifier, 8 bytes.
+/// Returns true for frames in the format of drives: on CAN, an 11-bit identifier and 8 bytes; on
+/// RS-485, any packet.
 bool is_data(const protocol::Frame& frame);
 
-/// Returns false for a block of the tool (docs/reference/rs485.md) with a length that only queries
-/// have.
+/// Returns false for a block command of LK-TECH's tool (docs/reference/rs485.md) with a length that
+/// only queries have.
 bool has_length_of_reply(const protocol::Frame& frame);
 
-/// Returns true for a state with a temperature in DATA[1], which hosts rarely send.
+/// Returns true for the reply to a command that replies with a state. On CAN, DATA[1] above 1 (a
+/// temperature) shows this, as hosts rarely send that; on RS-485, the length of 8 does.
 bool looks_like_a_state(const protocol::Frame& frame);
 
 /// A frame of a log, with its direction if the log has it.
@@ -83,10 +87,10 @@ struct Exchange {
 
 /// A log with queries and replies separated.
 struct PairedLog {
-  std::vector<TimedFrame> sent;            // from hosts and other devices
-  std::vector<Exchange> exchanges;         // in the order of their queries
-  std::uint64_t ambiguous = 0;             // frames that may have the other role
-  std::uint64_t orphans = 0;               // replies without a query in the log
+  std::vector<TimedFrame> sent;     // frames of hosts and other devices, not of drives
+  std::vector<Exchange> exchanges;  // in the order of their queries
+  std::uint64_t ambiguous = 0;      // replies that may be queries, or that match several queries
+  std::uint64_t orphans = 0;        // replies without a query in the log
   std::uint64_t unknown_drive_frames = 0;  // frames of drives that are not in the robot; ignored
 };
 
