@@ -10,7 +10,7 @@
 
 namespace lk::emulator {
 
-/// Latencies of a drive's replies, from query to reply.
+/// Times from query to reply.
 struct Latency {
   SimTime median{0};
   SimTime most{0};
@@ -24,7 +24,7 @@ struct ComparedCommand {
   std::uint64_t emulated = 0;     // replies
   std::uint64_t missing = 0;      // replies in the log but not from the emulator
   std::uint64_t extra = 0;        // replies from the emulator but not in the log
-  std::uint64_t undecodable = 0;  // replies of the log that such a drive never sends
+  std::uint64_t undecodable = 0;  // replies in the log that do not decode as the emulator's do
   Latency latency_in_log;
   Latency latency_emulated;
 };
@@ -37,8 +37,8 @@ struct ComparedValue {
   std::uint64_t equal = 0;
   double sum = 0;  // of absolute differences
   double most = 0;
-  SimTime most_at{0};  // in the time of the log
-  int most_id = 0;
+  SimTime most_at{0};  // time in the log of that reply
+  int most_id = 0;     // its drive
 
   double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0; }
 };
@@ -56,8 +56,8 @@ struct LogComparison {
 /// Simulated time before the first frame of a log, so that filters settle (assumed).
 inline constexpr SimTime kBeforeLog = std::chrono::milliseconds(100);
 
-/// Sends the hosts' frames of the log to a bus of this configuration, at the log's times, and
-/// compares the replies quantity by quantity.
+/// Sends the hosts' frames of the log to an emulated bus with configuration `bus`, at the times of
+/// the log. Compares its replies with those in the log, quantity by quantity.
 LogComparison compare_log(const std::vector<LoggedFrame>& log, const BusConfig& bus);
 
 /// Formats the result as Markdown.

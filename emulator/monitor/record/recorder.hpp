@@ -21,14 +21,14 @@
 
 namespace lk::emulator {
 
-/// Writes the lines of two logs on a thread of its own, so that nobody waits for the disk. What a
-/// kill leaves of the second log never runs ahead of the first.
+/// Writes the lines of two logs on its own thread, so that callers never wait for the disk. Lines
+/// of the first log are written before later lines of the second, also if the process is killed.
 class LogWriter {
  public:
   /// Limit of unwritten bytes: about 300 000 frames, half a minute of a full bus.
   static constexpr std::size_t kMaxWaiting = std::size_t{16} << 20U;
 
-  /// Called once, on any thread, with the reason why nothing more is written.
+  /// Called at most once, on any thread, with the reason why nothing more is written.
   using OnEnd = std::function<void(const std::string& reason)>;
 
   static constexpr std::size_t kFiles = 2;
@@ -40,25 +40,26 @@ class LogWriter {
   /// Waits until everything is written or has failed.
   ~LogWriter();
 
-  /// Ends the logs without waiting: after the remaining lines, `last_lines` go to the first log.
+  /// Ends the logs without waiting for the disk. Appends `last_lines` to the first log, after the
+  /// lines added before.
   void finish(std::string last_lines);
-  /// Finished, and everything is written.
+  /// Returns true after finish(), once everything is written or has failed.
   bool done() const { return done_; }
 
-  /// Adds a line and its end; never waits.
+  /// Adds a line, given without its newline. Never waits for the disk.
   void add(std::size_t log, std::string_view line);
-  /// Returns true after an error.
+  /// Returns true after a write error, or if more than the limit was unwritten.
   bool failed() const { return failed_; }
 
  private:
-  using Batch = std::array<std::string, kFiles>;  // lines of each log, with their ends
+  using Batch = std::array<std::string, kFiles>;  // lines of each log, with newlines
 
   void run();
 
   std::array<Descriptor, kFiles> files_;
   OnEnd on_end_;
   std::size_t most_waiting_;
-  std::mutex mutex_;  // protects all members below; others may read the flags of the state
+  std::mutex mutex_;  // protects the members below; failed_ and done_ can be read without it
   std::condition_variable changed_;
   Batch waiting_;
   std::size_t waiting_bytes_ = 0;
@@ -85,27 +86,27 @@ RecordingInfo recording_info(const RecordRequest& request, SimTime start);
 /// emulator continues.
 class Recorder {
  public:
-  /// `buses` are as the drives start, or started. Throws StartError.
+  /// `buses`: configuration with which the drives start or have started. Throws StartError.
   Recorder(std::filesystem::path directory, const RecordingInfo& info, const ConfigTexts& texts,
            std::vector<BusConfig> buses);
 
   const std::filesystem::path& directory() const { return directory_; }
-  /// The disk has failed.
+  /// Returns true if the disk failed or was too slow, which ended the recording.
   bool failed() const { return writer_->failed(); }
 
   // `bus` is an index into the buses.
   /// Records a host's frame as given to the bus. Pre: `at` is in whole microseconds; the bus has
-  /// reached it; earlier replies are recorded.
+  /// reached `at`; all replies up to then are recorded.
   void host_frame(std::size_t bus, SimTime at, const protocol::Frame& frame);
-  /// Records a drive's frame that has left the wire.
+  /// Records a drive's frame whose transmission on the wire has ended.
   void reply(std::size_t bus, const TimedFrame& reply);
   /// Records a directive that was applied or planned; `json` is the request.
   void directive(std::size_t bus, SimTime at, std::string json);
-  /// Records that the disk refused a ROM write: the ROM holds these values again.
+  /// Records that a ROM write failed on the disk, so that the ROM holds `rom` and `wear` again.
   void restored_rom(std::size_t bus, SimTime at, int id, const Registers& rom, const RomWear& wear);
-  /// Ends the recording; the buses have reached `times`.
+  /// Ends the recording. `times`: time of each bus.
   void end(const std::vector<SimTime>& times);
-  /// The end is on the disk, or has failed.
+  /// Returns true once the end is written or has failed.
   bool done() const { return writer_->done(); }
 
  private:

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file The directory of a recording (docs/reference/formats.md): everything needed to run it
-/// again.
+/// @file Reads and writes the directory of a recording (docs/reference/formats.md), which has
+/// everything needed for a replay.
 
 #include <cstdint>
 #include <filesystem>
@@ -17,27 +17,28 @@
 namespace lk::emulator {
 
 inline constexpr int kRecordingFormat = 1;
-// Files in it, besides rom/BUS-ID.toml and motors/*.toml.
+// Files in the directory, besides config.toml, rom/BUS-ID.toml and motors/*.toml.
 inline constexpr const char* kRecordingFile = "recording.json";
 inline constexpr const char* kFramesFile = "frames.log";
 inline constexpr const char* kInputsFile = "directives.jsonl";
-/// Order of the logs in a batch: a frame is never written before the directives that precede it.
+/// Index of each log in LogWriter, which writes them in this order: a frame is never written before
+/// the directives that precede it.
 enum RecordedLog : std::size_t { kInputs, kFrames };
 
 /// Texts from which a configuration was read.
 struct ConfigTexts {
   std::optional<std::string> config;  // absent: command line only
-  std::string config_file;            // its original path; relative paths start there
+  std::string config_file;            // original path; relative paths in `config` refer to it
   MotorFiles motors;
 };
 
 /// Content of recording.json.
 struct RecordingInfo {
   std::string version;      // version of the program that recorded
-  bool replayable = true;   // started with the simulation; otherwise the earlier state is unknown
+  bool replayable = true;   // recorded from the start of the simulation; else its state is unknown
   Overrides overrides;      // options of the command line
   std::string clock;        // "realtime", for display
-  SimTime start{0};         // simulated time at its start
+  SimTime start{0};         // simulated time at the start of the recording
   std::string started_utc;  // for display
 };
 
@@ -47,7 +48,7 @@ struct RecordedInput {
   struct Request {
     std::string json;
   };
-  /// Values for Bus::restore_rom: the whole ROM, as a ROM file that counts every parameter.
+  /// Values for Bus::restore_rom. `rom`: text of a ROM file with all parameters.
   struct RestoredRom {
     int id = 1;
     std::string rom;
@@ -57,25 +58,26 @@ struct RecordedInput {
   struct End {};
 
   SimTime at{0};
-  std::uint64_t after_frames = 0;  // hosts' frames on all buses before it
+  std::uint64_t after_frames = 0;  // hosts' frames on all buses before this input
   std::string bus;
   std::variant<Request, RestoredRom, End> what;
 };
 
-/// Returns the line without its end.
+/// Returns the line without a newline.
 std::string print_input(const RecordedInput& input);
-/// Throws ConfigError.
+/// Parses line `number` of `file`. Throws ConfigError.
 RecordedInput parse_input(const std::string& line, const std::string& file, int number);
 
 RecordedInput::RestoredRom record_rom(const Registers& rom, const RomWear& wear,
                                       const std::string& bus, const ServoConfig& servo);
-/// Returns the registers of `restored`. `servo`: the drive's configuration. Throws ConfigError.
+/// Returns the ROM registers in `restored`. `servo`: the drive's configuration. Throws ConfigError.
 Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::string& bus,
                        const ServoConfig& servo);
 
-/// Writes all that is known at the beginning; `buses` are as the drives start. `go_on` then opens
-/// the logs. Throws StartError, so when there is something in `directory` already, and whatever
-/// `go_on` throws: nothing is left then.
+/// Writes all files of a recording, with empty logs, then calls `go_on`, which opens the logs.
+/// `buses`: configuration with which the drives start. Throws StartError, for example if
+/// `directory` is not empty, and what `go_on` throws. After an exception, no file of the recording
+/// is left.
 void begin_recording(
     const std::filesystem::path& directory, const RecordingInfo& info, const ConfigTexts& texts,
     const std::vector<BusConfig>& buses, const std::function<void()>& go_on = [] {});
@@ -83,11 +85,11 @@ void begin_recording(
 /// A recording that was read, without its frames.
 struct Recording {
   RecordingInfo info;
-  std::vector<BusConfig> buses;  // as the drives started
+  std::vector<BusConfig> buses;  // configuration with which the drives started
   std::vector<RecordedInput> inputs;
 };
 
-/// Throws StartError with the error in the recording.
+/// Throws StartError if the recording is incomplete or invalid.
 Recording read_recording(const std::filesystem::path& directory);
 
 }  // namespace lk::emulator

@@ -26,14 +26,15 @@ struct Difference {
   std::string bus;
   std::optional<TimedFrame> recorded;  // absent: not in the recording
   std::optional<TimedFrame> replayed;  // absent: not from the emulator
-  std::vector<ReplayedFrame> before;   // last frames of that bus without a difference
+  std::vector<ReplayedFrame> before;   // frames of that bus just before the difference
 };
 
-/// Replays the inputs of a recording, given in its order, and compares the replies: frame, order,
-/// and time in microseconds. Stops at the first difference. `n` is the index of a bus.
+/// Gives the inputs of a recording to emulated buses and compares the replies with the recorded
+/// ones: frame, order, and time in microseconds. Stops at the first difference. Pre: calls come in
+/// the order of the recording. `n` is the index of a bus.
 class Replay {
  public:
-  /// Number of earlier frames that a difference shows.
+  /// Maximum size of Difference::before.
   static constexpr std::size_t kContext = 8;
 
   explicit Replay(const std::vector<BusConfig>& buses);
@@ -44,23 +45,23 @@ class Replay {
   std::optional<std::size_t> find(std::string_view interface) const;
   Bus& bus(std::size_t n) { return lines_[n].bus; }
 
-  /// Advances a bus to a time; an observer may stop on the way.
+  /// Advances bus `n` to `until`. Replaceable, to sample the bus on the way (ReplayCsvFile).
   std::function<void(std::size_t n, SimTime until)> advance = [this](std::size_t n, SimTime t) {
     lines_[n].bus.advance_to(t);
   };
-  /// Called with every frame of the replay.
+  /// Called with every frame of hosts and of emulated drives, if set.
   std::function<void(std::size_t n, const ReplayedFrame& frame)> on_frame;
 
   void host_frame(std::size_t n, SimTime at, const protocol::Frame& frame);
   void recorded_reply(std::size_t n, const TimedFrame& reply);
-  /// Advances the bus to a time at which another input acts. Pre: all replies up to then were
-  /// passed. Returns false after a difference.
+  /// Advances the bus to the time of an input that is not a frame. Pre: all recorded replies up to
+  /// then were passed. Returns false after a difference.
   bool advance_to(std::size_t n, SimTime at);
-  /// Ends the recording of this bus at `at`.
+  /// Ends the recording of this bus at `at`. A reply without a match by then is a difference.
   void end(std::size_t n, SimTime at);
   /// Time of the last entry of this bus in the recording.
   SimTime last(std::size_t n) const { return lines_[n].last; }
-  /// Ends a truncated recording: replies after its last line are no difference.
+  /// Ends a truncated recording. Emulated replies after its last line are not differences.
   void break_off();
 
   const std::optional<Difference>& difference() const { return difference_; }
@@ -74,7 +75,7 @@ class Replay {
     std::deque<TimedFrame> recorded;  // not yet compared
     std::deque<TimedFrame> replayed;
     std::deque<ReplayedFrame> before;
-    SimTime last{0};  // in the recording
+    SimTime last{0};  // time of the last entry in the recording
   };
 
   void run(std::size_t n, SimTime until);
@@ -89,9 +90,9 @@ class Replay {
   std::uint64_t equal_replies_ = 0;
 };
 
-/// Describes a difference for the user: time, both frames decoded, and the frames before. First it
-/// warns if another version of lk-emu made the recording. `bus`: configuration of the bus. Has
-/// several lines.
+/// Returns several lines that describe a difference: its time, both frames decoded, and the frames
+/// before. A first line warns if another version of lk-emu made the recording. `bus`: configuration
+/// of the bus.
 std::string difference_text(const Difference& difference, const BusConfig& bus,
                             const RecordingInfo& recording);
 
@@ -119,8 +120,8 @@ class ReplayCsvFile {
 
 /// How a replay ended.
 struct ReplayEnd {
-  bool complete = false;  // the recording was ended properly, not cut off
-  bool cut_line = false;  // cut off inside a line, which is ignored
+  bool complete = false;  // the recording has its end, so it was not cut off
+  bool cut_line = false;  // the last line of the frames is cut off; it is ignored
   SimTime until{0};       // simulated time of the last entry
 };
 
