@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Captures for Wireshark: pcapng with frames in SocketCAN format (LINKTYPE 227).
+/// @file Captures for Wireshark: pcapng with CAN frames in SocketCAN format (LINKTYPE 227), and
+/// with the bytes of RS-485 packets (LINKTYPE_USER0, 147).
 /// https://www.ietf.org/archive/id/draft-ietf-opsawg-pcapng-03.html,
 /// https://www.tcpdump.org/linktypes/LINKTYPE_CAN_SOCKETCAN.html
 
@@ -14,7 +15,7 @@
 
 namespace lk::emulator {
 
-/// Interface in the file.
+/// A bus, which is an interface in the capture file.
 struct CapturedBus {
   explicit CapturedBus(const BusConfig& bus);
   std::string name;
@@ -23,7 +24,8 @@ struct CapturedBus {
 
 /// Returns the start of the file: one interface for each bus, times in nanoseconds.
 std::string pcapng_begin(std::span<const CapturedBus> buses);
-/// Returns a frame on one bus; hosts' frames are outbound, drives' frames inbound.
+/// Returns the packet block of a frame. `bus`: index of its interface. Hosts' frames are marked as
+/// outbound, drives' frames as inbound.
 std::string pcapng_frame(std::size_t bus, SimTime at, const protocol::Frame& frame, bool from_host);
 
 }  // namespace lk::emulator

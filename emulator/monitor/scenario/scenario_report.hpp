@@ -18,7 +18,7 @@ struct GivenAdvice {
   Advice advice;
 };
 
-/// Further results of one bus.
+/// Results of one bus, besides the verdict.
 struct BusAccount {
   std::string bus;                 // interface
   SimTime start{0};                // of the scenario, in bus time
@@ -39,7 +39,7 @@ struct RunReport {
   std::vector<GivenAdvice> advice = {};
   bool strict = false;                     // advice counts as a failure
   std::vector<std::string> warnings = {};  // about the scenario
-  std::vector<BusAccount> accounts = {};   // of a live scenario's buses
+  std::vector<BusAccount> accounts = {};   // one per bus; only for a live scenario
 
   /// Outcome of the verdict; with `strict`, advice makes it fail.
   Outcome outcome() const {
@@ -48,9 +48,9 @@ struct RunReport {
   }
 };
 
-/// JUnit XML for CI systems: one suite per run, one case per expectation and planned fault. Advice
-/// is a case if strict, otherwise in system-out. Without `hostname` and time stamps: two runs
-/// differ only in `time`.
+/// Returns JUnit XML for CI systems: one suite per run, one case per expectation and planned fault.
+/// Each advice is a case if strict, otherwise a line in system-out. There is no `hostname` and no
+/// time stamp, so that two runs differ only in `time`.
 std::string junit_xml(const std::vector<RunReport>& reports);
 
 /// A progress line on standard error, shown after one second.
@@ -73,16 +73,16 @@ class Progress {
   std::chrono::steady_clock::time_point next_;
 };
 
-/// "passed", "failed", "invalid".
+/// Returns "passed", "failed" or "invalid".
 const char* outcome_word(Outcome outcome);
-/// Exit status: 0 passed, 1 failed, 3 invalid.
+/// Returns the exit status of lk-emu: 0 passed, 1 failed, 3 invalid.
 int exit_status(Outcome outcome);
 
 /// Describes a planned fault: "jam of drive 1 began at 1 s, took effect at 1.001 s, …".
 std::string fault_sentence(const PlannedFault& fault);
 
-/// Returns the outcome, each expectation with its measurement, each fault with its effect, and
-/// advice in `language`.
+/// Returns a text for the terminal: the outcome, each expectation with its measurement, each fault
+/// with its effect, and the advice. Only the advice is in `language`.
 std::string report_text(const RunReport& report, bool in_colour,
                         Language language = Language::kEnglish);
 

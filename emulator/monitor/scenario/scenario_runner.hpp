@@ -24,27 +24,28 @@ namespace lk::emulator {
 struct FileLimits {
   std::uintmax_t each = kLongestLog;
   std::uintmax_t played = std::numeric_limits<std::uintmax_t>::max();  // of all logs together
-  bool no_logs = false;  // do not reveal which files exist
+  bool no_logs = false;  // refuse to play logs: this would reveal which files exist
 };
 
-/// Loads the files of one scenario, relative to `directory`, that of the scenario file. A robot is
-/// a path or the name of a shipped one. Counts the bytes read.
+/// Returns functions that load the files of one scenario. Paths are relative to `directory`, that
+/// of the scenario file. A robot is a path or the name of a shipped robot. The returned object
+/// counts the bytes of logs for FileLimits::played, so use one per scenario.
 ScenarioFiles scenario_files(const std::filesystem::path& directory, FileLimits limits = {});
 
 // `given` is a path or a shipped name (meant_file). Throw StartError.
 Scenario load_scenario(const std::string& given, std::optional<std::uint64_t> seed);
-/// For running buses.
+/// As load_scenario(), for buses that already run: the scenario's own robot is not used.
 Scenario load_live_scenario(const std::string& given, const std::vector<BusConfig>& running,
                             FileLimits limits = {});
 
 /// Files for the frames of a run.
 struct FrameOutputs {
   std::optional<std::filesystem::path> candump;
-  bool marks = false;  // append T or R to its lines; Wireshark does not read these
+  bool marks = false;  // end candump lines with T or R (direction); Wireshark cannot read these
   std::optional<std::filesystem::path> capture;  // pcapng
 };
 
-/// Writes every frame, of both directions, to files.
+/// Writes every frame of hosts and drives to files.
 class FrameFiles {
  public:
   /// Throws StartError if a file cannot be written.
