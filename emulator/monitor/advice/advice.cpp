@@ -228,7 +228,7 @@ std::string filled(std::string_view pattern, const Finding& found, protocol::Fra
                      fmt::arg("generations", generations_with(command, framing)));
 }
 
-/// Kind, what, count, plural (English only), frame, time, remedy.
+/// Placeholders: kind, problem, count, plural "s" (English only), frame, time, remedy.
 constexpr BilingualText kLine{": {}: {} ({} time{}, first {} at {} s): {}",
                               ": {}: {}（{} 次{:.0}，首次 {}，{} s）：{}"};
 

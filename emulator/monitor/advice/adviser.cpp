@@ -42,7 +42,7 @@ constexpr BilingualText kMoveOne{
     "--wipe-rom",
     "用 0x42 给其中一台换一个 ID，用 0x44 保存后重启，或者用 --wipe-rom 启动"};
 
-/// Returns true if the frame's slot for this drive is empty or missing.
+/// Returns true if the frame has no slot for drive `id`, or zeros in it.
 bool slot_is_empty(const protocol::Frame& frame, int id) {
   const auto slot = static_cast<std::size_t>(id - protocol::kMinId);
   if (slot >= protocol::kMultiDriveSlots) return true;
@@ -80,7 +80,7 @@ class Adviser::Impl {
       note(static_cast<int>(id), dead_.on_query(in, static_cast<int>(id)), in);
     }
     if (at_address_[id] < 0) {
-      recent_.keep(in.frame);  // perhaps the reply of a drive elsewhere
+      recent_.keep(in.frame);  // may be the reply of a drive outside this emulator
       return;
     }
     note(kWholeBus, two_at(id), in);
@@ -101,14 +101,14 @@ class Adviser::Impl {
     if (at_address_[id] < 0) return;
     Watched& watched = drives_[static_cast<std::size_t>(at_address_[id])];
     watched.timeout.on_reply();
-    // On RS-485 0x42 is in force at once, and is not an ID.
+    // CAN only: on RS-485, what 0x42 writes is in force at once, and is never an ID.
     if (reply.kind == protocol::FrameKind::kData) watched.setting.on_reply(reply.data);
   }
 
   void observe(const Bus& bus) {
     if (bus.time() < next_observation_) return;
     next_observation_ = bus.time() + kObservePeriod;
-    // Reads one drive in turn: not only hosts may switch a drive on or off.
+    // Also observes one drive in turn, as not only hosts' frames may switch a drive on or off.
     if (!drives_.empty()) {
       Watched& one = drives_[next_drive_++ % drives_.size()];
       one.observations_left = std::max(one.observations_left, 1);
@@ -151,12 +151,12 @@ class Adviser::Impl {
     Suspect last;                     // last frame for the drive
     std::uint64_t sent = 0;           // since the last observation
     int unanswerable = 0;             // single-drive frames while in multi-drive mode
-    SimTime last_unanswerable_at{0};  // time of the last of them
+    SimTime last_unanswerable_at{0};  // time of the last such frame
     RomWatch rom;
     GenerationWatch generation;
     std::optional<SimTime> last_query_at;
-    int not_waited = 0;  // queries in a row
-    int pauses = 0;      // near the time-out of the lost-input protection
+    int not_waited = 0;  // queries in a row that did not wait for the reply
+    int pauses = 0;      // pauses near or above the time-out of the lost-input protection
     HostsWatch hosts;
     DuplicateWatch duplicate;
     JumpWatch jump;
@@ -170,15 +170,16 @@ class Adviser::Impl {
     CalibrationWatch calibration;
   };
 
-  /// Observes a drive after a frame for it, which takes some time to arrive and act.
+  /// Number of observations after a frame for the drive, which takes time to arrive and act.
   static constexpr int kObservations = 3;
-  /// A host may test which frames are answered.
+  /// Number of frames until advice: fewer may test which frames are answered. After a longer gap
+  /// than kTryAgain, counting starts again.
   static constexpr int kUnanswerableLimit = 10;                  // assumed
   static constexpr SimTime kTryAgain = std::chrono::seconds(1);  // assumed
-  /// A host may test for a generation, and other devices may use these identifiers.
+  /// Number of frames until advice: fewer may test for a generation, or be for another device.
   static constexpr int kForeign = 3;  // assumed
 
-  /// Watches the first of several drives with one ID.
+  /// Updates at_address_. Of several drives with one ID, it has the first.
   void find_addresses() {
     at_address_.fill(-1);
     for (std::size_t n = drives_.size(); n-- > 0;) {
@@ -218,13 +219,13 @@ class Adviser::Impl {
     if (!drive.alive) return;
     if (const auto found = serial ? std::nullopt : watched.duplicate.on_query(in, recent_)) {
       note(drive.id, *found, in);
-      return;  // not from a host
+      return;  // the frame is a reply, not a query of a host
     }
     if (drive.multi_drive) return count_unanswerable(watched, in);
     const auto payload = serial ? wrong_payload(in.frame, drive) : std::nullopt;
     note(drive.id, payload, in);
     if (query == nullptr && std::get<protocol::Reject>(decoded) == protocol::Reject::kWrongLength) {
-      // The finding on the payload says more.
+      // A finding on the payload is more specific.
       if (!payload) note_length(drive.id, kLen, in.frame.dlc - 1, in);
       return;
     }
@@ -233,7 +234,7 @@ class Adviser::Impl {
     on_decoded_query(watched, in, *query);
   }
 
-  /// Handles a single-drive frame, which a drive in multi-drive mode does not answer.
+  /// Counts a single-drive frame to a drive in multi-drive mode, which does not answer it.
   void count_unanswerable(Watched& watched, const TimedFrame& in) {
     if (in.at - watched.last_unanswerable_at > kTryAgain) watched.unanswerable = 0;
     watched.last_unanswerable_at = in.at;
@@ -252,7 +253,7 @@ class Adviser::Impl {
     const bool anybody = std::ranges::any_of(
         drives_, [](const Watched& watched) { return watched.drive.multi_drive; });
     if (in.frame.dlc != 8) {
-      // Without a listening drive it may be for another device, for example CANopen.
+      // Without a drive in multi-drive mode, the frame may be for another device, e.g. CANopen.
       if (anybody) note_length(kWholeBus, kLength, in.frame.dlc, in);
       return;
     }
@@ -296,7 +297,7 @@ class Adviser::Impl {
       if (watched.sent > 0 && (most == nullptr || watched.sent > most->sent)) most = &watched;
     }
     if (most != nullptr) busiest_drive_ = static_cast<std::size_t>(most - drives_.data());
-    // On RS-485 a drive does not receive while it replies: TalkWatch handles that.
+    // CAN only: on RS-485 a drive is busy because it replies, and TalkWatch detects that.
     const std::uint64_t busy = stats.count(Reject::kDriveBusy);
     const std::uint64_t rejected = busy - std::exchange(busy_, busy);
     if (rejected > 0 && busiest_drive_ && !serial_ && !disturbed) {
@@ -347,12 +348,12 @@ class Adviser::Impl {
   DeadWatch dead_;
   Disturbances disturbances_;
   WireWatch wire_;
-  std::uint64_t busy_ = 0;  // queries so far that a drive rejected
+  std::uint64_t busy_ = 0;  // queries so far that a drive rejected as busy
   TalkWatch talk_;
   WrongSums wrong_sums_{};
-  bool echoes_ = false;  // hosts read what they send
+  bool echoes_ = false;  // a fault lets hosts read back what they send
   std::optional<std::size_t>
-      busiest_drive_;  // drive with most frames at the last observation that had any
+      busiest_drive_;  // drive that got most frames before the last observation with frames
   AdviceLog advice_;
 };
 

@@ -67,9 +67,10 @@ double ms(SimTime time) { return std::chrono::duration<double, std::milli>(time)
 
 std::optional<Finding> not_waited(const DecodedQuery& query, const KnownDrive& drive,
                                   int& in_a_row) {
-  // Fewer are allowed: drives queue 16 replies (docs/reference/protocol.md §5).
+  // Above the 16 replies that a drive queues, so that a burst is allowed
+  // (docs/reference/protocol.md §5).
   constexpr int kInARow = 20;
-  // Equal times: the clock stood still or slipped, and the real gap is unknown.
+  // Equal times: the simulated clock stood still or slipped, so the real gap is unknown.
   const SimTime gap = query.gap.value_or(SimTime{0});
   if (gap == SimTime{0}) return std::nullopt;
   if (gap >= drive.shortest_answer) in_a_row = 0;
@@ -80,8 +81,8 @@ std::optional<Finding> not_waited(const DecodedQuery& query, const KnownDrive& d
 
 std::optional<Finding> near_timeout(const DecodedQuery& query, const KnownDrive& drive,
                                     int& pauses) {
-  constexpr double kNear = 0.8;  // share of the trip time (assumed)
-  constexpr double kGone = 3;    // multiple of it: the host was absent (assumed)
+  constexpr double kNear = 0.8;  // share of the time-out, from which a pause counts (assumed)
+  constexpr double kGone = 3;    // multiple of the time-out: the host was absent (assumed)
   constexpr int kPauses = 3;     // fewer may be accidents (assumed)
   if (!query.gap || !drive.input_window) return std::nullopt;
   const double pause_ms = ms(*query.gap);
@@ -134,11 +135,11 @@ std::optional<Finding> JumpWatch::on_query(const DecodedQuery& query, const Know
     moving_ = 0;
     return std::nullopt;
   }
-  // Equal times: the clock stood still or slipped, and the real gap is unknown.
+  // Equal times: the simulated clock stood still or slipped, so the real gap is unknown.
   if (now.at == before->at) return std::nullopt;
   const double step_deg = std::abs(now.value_deg - before->value_deg);
   const bool streaming = moving_ == kMoving;
-  // Frames come early and late, so the mean gap counts too.
+  // Single gaps vary (jitter), so the speed is computed with the longer of gap and mean gap.
   const double pace_s = std::max(mean_gap_s_, gap_s);
   mean_gap_s_ = mean_gap_s_ == 0 ? gap_s : mean_gap_s_ + (gap_s - mean_gap_s_) / kMoving;
   moving_ = step_deg > 0 ? std::min(moving_ + 1, kMoving) : 0;
@@ -153,7 +154,7 @@ std::optional<Finding> WindUpWatch::on_query(const DecodedQuery& query, const Kn
   if (!query.motion) {
     if (query.is<protocol::Off>() || query.is<protocol::Stop>() ||
         query.is<protocol::ClearAngle>()) {
-      run_.reset();  // the angle may have another zero
+      run_.reset();  // the command changes the target or the zero of the angle
     }
     return std::nullopt;
   }
@@ -209,7 +210,7 @@ std::optional<Finding> TroubleWatch::on_query(const DecodedQuery& query, const S
   last_ = suspect;
   if (query.is<protocol::Off>() || query.is<protocol::Run>()) off_ = query.is<protocol::Off>();
   if (query.motion) motions_[motion_count_++ % kKept] = {suspect, off_};
-  // Another part of the host may not know this yet.
+  // Another part of the host may send motion commands until it knows that the drive is off.
   if (query.is<protocol::Off>()) quiet_until_ = std::max(quiet_until_, query.at + kReaction);
   const bool asks = query.is<protocol::ReadState1>() || query.is<protocol::ClearErrors>();
   if (asks) asked_ = query.at;
@@ -228,7 +229,7 @@ std::optional<TroubleWatch::Seen> TroubleWatch::observe(SimTime now, std::uint64
                                                         const KnownDrive& drive) {
   const std::uint64_t times = drive.refused_motion - std::exchange(refused_, drive.refused_motion);
   const std::uint64_t before = std::exchange(arrived_, arrived);
-  if (!drive.alive) {  // power-off clears its errors
+  if (!drive.alive) {  // a drive without power has no errors
     error_.reset();
     return std::nullopt;
   }
@@ -273,7 +274,8 @@ const Suspect& TroubleWatch::first_of(std::uint64_t times, std::uint64_t before,
   while (newest + 1 < kept && recent(newest).suspect.number > arrived) ++newest;
   std::size_t oldest = newest;
   while (oldest + 1 < kept && recent(oldest + 1).suspect.number > before) ++oldest;
-  // The first command while off, if that explains all; otherwise an error began among them.
+  // If the commands sent while off explain all refusals, the first of these was refused first.
+  // Otherwise an error began between the commands, and the last `times` were refused.
   std::uint64_t off = 0;
   std::size_t first_off = oldest;
   for (std::size_t n = newest; n <= oldest; ++n) {
@@ -288,7 +290,7 @@ const Suspect& TroubleWatch::first_of(std::uint64_t times, std::uint64_t before,
 namespace {
 
 // clang-format off
-/// By TerminalFlag.
+/// Index: TerminalFlag.
 constexpr BilingualText kNotRaw[] = {
     {"ICRNL is set: a 0x0D in a reply arrives as 0x0A, and its sum is wrong", "设着 ICRNL：回复里的 0x0D 到主机变成 0x0A，校验和就不对"},
     {"INLCR is set: a 0x0A in a reply arrives as 0x0D, and its sum is wrong", "设着 INLCR：回复里的 0x0A 到主机变成 0x0D，校验和就不对"},
@@ -302,7 +304,7 @@ constexpr BilingualText kNoPayload{"0x95 with LEN 0: the drive takes an angle th
 constexpr BilingualText kPadding{"{command} with LEN 7, which is CAN's", "{command} 的 LEN 为 7，那是 CAN 的长度"};
 constexpr BilingualText kOver{"{1} times a packet before the reply to the last was over: this one came {2} µs after it, and the reply ends {3} µs after it at the earliest", "有 {1} 次在上一条的回复结束之前就发：这一条在 {2} µs 之后就来了，而回复最早在 {3} µs 之后结束"};
 constexpr BilingualText kEcho{"{1} times a packet right after the host's own bytes came back: {2} µs after the last, whose reply ends {3} µs after it at the earliest", "有 {1} 次读回自己的字节后马上又发：在上一条 {2} µs 之后，而它的回复最早在 {3} µs 之后结束"};
-/// By rule.
+/// Index: rule, as in WrongSums.
 constexpr BilingualText kSums[] = {
     {"the header's sum is the remainder of a division by 255", "帧头的校验和取了对 255 的余数"},
     {"the sum of the data is the remainder of a division by 255", "数据的校验和取了对 255 的余数"},
@@ -312,7 +314,7 @@ constexpr BilingualText kSums[] = {
 
 constexpr std::uint8_t kPadded[] = {0x80, 0x81, 0x88, 0x8C, 0x92, 0x94, 0x9A,
                                     0x9B, 0x9C, 0x9D, 0xA5, 0xA6, 0xA7, 0xA8};
-constexpr std::uint8_t kCanDlc = 8;  // a command and LEN 7
+constexpr std::uint8_t kCanDlc = 8;  // command byte and 7 bytes of data, LEN 7
 
 double in_us(SimTime time) { return 1e6 * in_seconds(time); }
 
@@ -367,7 +369,7 @@ std::optional<Finding> TalkWatch::on_query(const TimedFrame& in, bool echoes) {
 void TalkWatch::expect_reply(const TimedFrame& in, const KnownDrive& drive) {
   const bool queued = is_queued(in);
   if (drive.byte_time == SimTime{0}) return;
-  if (in.at < reply_ends_ && !queued) return;  // no drive receives it then
+  if (in.at < reply_ends_ && !queued) return;  // lost: it overlaps with the reply
   const protocol::CommandInfo* const command = protocol::find_command(in.frame.data[0]);
   const std::size_t query = protocol::wire_bytes(in.frame).size;
   std::size_t reply = protocol::kHeaderBytes;

@@ -52,7 +52,7 @@ struct Against {
   double value, min, max;
 };
 
-/// For a field with fixed limits, in integers of the wire.
+/// Returns value and limits of a field with fixed limits, as integers on the wire.
 Against on_wire(const BilingualText& words, const protocol::Field& field, std::int64_t raw,
                 const KnownDrive& drive) {
   const auto range = protocol::raw_range(field, drive.format);
@@ -60,7 +60,7 @@ Against on_wire(const BilingualText& words, const protocol::Field& field, std::i
           static_cast<double>(range.max)};
 }
 
-/// Returns nullopt if every value of the field's bits is allowed.
+/// Returns value and limits of a field; nullopt if the drive accepts every value.
 std::optional<Against> against(const protocol::Field& field, std::int64_t raw,
                                const KnownDrive& drive) {
   using protocol::Range;
@@ -112,7 +112,7 @@ std::optional<Against> against(const protocol::Field& field, std::int64_t raw,
   return std::nullopt;
 }
 
-/// For a field with a fixed list of values.
+/// Finds a value that is not in the list of values of its field. Ignores other fields.
 std::optional<Finding> no_word(const protocol::Field& field, std::int64_t raw) {
   const auto is_raw = [raw](const protocol::Value& value) { return value.number == raw; };
   if (field.range != protocol::Range::kWords || std::ranges::any_of(field.values, is_raw)) {
@@ -128,7 +128,7 @@ std::optional<Finding> no_word(const protocol::Field& field, std::int64_t raw) {
                  field.values[1].number);
 }
 
-/// Fields of a query that concern the drive: its own slot in a query for several drives.
+/// Returns the fields of a query that this drive uses; in a query for several drives, its slot.
 std::span<const protocol::Field> fields_for(const DecodedQuery& query, const KnownDrive& drive) {
   const auto fields = protocol::info_of(query.command, drive.format.dialect.framing).query;
   if (!protocol::is_multi_drive(query.command)) return fields;
@@ -139,8 +139,8 @@ std::span<const protocol::Field> fields_for(const DecodedQuery& query, const Kno
 }  // namespace
 
 std::optional<Finding> beyond_range(const DecodedQuery& query, const KnownDrive& drive) {
-  if (has_wide_target(query, drive)) return std::nullopt;  // half of a number: reported there
-  // Last field first: the way to reach a target comes after it, and matters more.
+  if (has_wide_target(query, drive)) return std::nullopt;  // GenerationWatch reports this
+  // Last field first: the target is last, and matters more than its direction or speed limit.
   const auto fields = fields_for(query, drive);
   for (std::size_t n = fields.size(); n-- > 0;) {
     const protocol::Field& field = fields[n];
@@ -312,7 +312,7 @@ bool SpeedWatch::starts_at_shaft(double value, SimTime at, const KnownDrive& dri
          std::abs(value - drive.angle_deg) <= kStart_deg;
 }
 
-/// Each step must change the value: a constant value is a speed, or the end of a path.
+/// Each step of a path must change the value: a constant value is a speed, or the end of a path.
 std::optional<Finding> SpeedWatch::follow_path(double value) {
   if (!steps_) return std::nullopt;
   const double step = std::abs(value - *value_);
@@ -329,7 +329,7 @@ std::optional<Finding> SpeedWatch::leave_target(double value, SimTime at, const 
   const bool arrived = at - since_ >= kHeld && std::abs(*value_) >= kLeast_dps &&
                        std::abs(value) >= kLeast_dps &&
                        std::abs(drive.angle_deg - *value_) <= near_deg;
-  // A sweep between two limits meets one number repeatedly by chance.
+  // In a sweep between two limits, the angle may match the same value repeatedly by chance.
   const bool is_new_value = std::abs(std::abs(*value_) - arrived_dps_) >= kLeast_dps;
   arrivals_ = !arrived ? 0 : is_new_value || arrivals_ == 0 ? arrivals_ + 1 : arrivals_;
   if (arrived) arrived_dps_ = std::abs(*value_);

@@ -21,12 +21,13 @@ constexpr BilingualText kKinds{"commands of two kinds, each in its own rhythm, a
 
 constexpr double kNoticeable = 5;  // dps or degrees; a smaller difference may be noise (assumed)
 
-/// One controller alone alternates these values: bang-bang, dither, sensor noise.
+/// Returns true for commands whose values one controller alone may alternate: bang-bang, dither,
+/// sensor noise.
 bool is_force(Opcode opcode) {
   return opcode == protocol::Torque::kOpcode || opcode == protocol::OpenLoop::kOpcode;
 }
 
-/// Spread of the gaps between frames.
+/// Difference between the longest and the shortest gap between frames.
 class Spread {
  public:
   void add(SimTime gap) {
@@ -43,7 +44,8 @@ class Spread {
 
 }  // namespace
 
-/// Returns true if both may be consecutive commands of one host, compared with the last step.
+/// Returns true if the commands are of one kind, and their values differ by at most a tenth of the
+/// step between the last two frames.
 bool HostsWatch::alike(const MotionCommand& one, const MotionCommand& other) const {
   if (one.opcode != other.opcode) return false;
   if (recent(0).motion.opcode != recent(1).motion.opcode) return true;  // different kinds suffice
@@ -51,7 +53,7 @@ bool HostsWatch::alike(const MotionCommand& one, const MotionCommand& other) con
   return std::abs(one.value - other.value) <= way / 10;
 }
 
-/// Returns true if the last two frames are unlikely to come from one host.
+/// Returns true if the last two commands differ so much that two hosts may have sent them.
 bool HostsWatch::apart() const {
   const MotionCommand& now = recent(0).motion;
   const MotionCommand& there = recent(1).motion;
@@ -61,10 +63,10 @@ bool HostsWatch::apart() const {
          std::abs(there.value - now.value) >= kNoticeable;
 }
 
-/// Evaluates the last frame against the rhythm of earlier frames that are alike.
+/// Compares the gaps between frames that are like the last one with the gaps between all frames.
 HostsWatch::Sign HostsWatch::sign() const {
   if (!apart()) return Sign::kNone;
-  Spread own;  // of the frames like the last one
+  Spread own;  // of frames like the last one
   Spread all;
   std::size_t last = 0;
   std::size_t found = 1;
@@ -79,9 +81,9 @@ HostsWatch::Sign HostsWatch::sign() const {
   }
   if (found < kRhythm) return Sign::kNone;
   const SimTime mean = (recent(0).at - recent(last).at) / static_cast<std::int64_t>(last);
-  if (all.value() * 5 < mean) return Sign::kNone;  // as even as one host, or two in turns
+  if (all.value() * 5 < mean) return Sign::kNone;  // even gaps: one host, or two in turns
   if (own.value() * 4 > all.value()) return Sign::kOneHost;
-  // Delayed frames leave together, and may be of any kind.
+  // A frame close to another proves nothing: delayed frames leave together, whatever their kind.
   std::size_t before = 2;
   while (!alike(recent(before).motion, recent(0).motion)) ++before;
   const SimTime gap = recent(0).at - recent(before).at;
@@ -118,13 +120,12 @@ constexpr BilingualText kReadReply{"a value where a query has 0: the reply of an
                            "命令帧该为 0 的位置有数值：这是另一台同 ID 驱动器的回复，两台驱动器会互相回复"};
 // clang-format on
 
-/// Commands whose reply has a temperature or values, and the bytes that are 0 in a query (bit n:
-/// DATA[n]). With a max speed, the host chooses all bytes after DATA[1].
+/// A command whose reply has a temperature or values. In masks, bit n stands for DATA[n].
 struct Row {
   Opcode command;
-  unsigned unused;
+  unsigned unused;           // bytes that are 0 in a query; with a max speed only DATA[1]
   unsigned steady = 0;       // bytes of a reply without temperature that stay constant for 4 ms
-  bool single_turn = false;  // query has a direction in DATA[1], a target in DATA[4:7]
+  bool single_turn = false;  // the query has a direction in DATA[1], a target in DATA[4:7]
 };
 constexpr unsigned kAll = 0b1111'1110;
 constexpr unsigned kTemperature = 0b0000'0010;
@@ -149,7 +150,8 @@ constexpr std::array kRows = std::to_array<Row>({
     {protocol::ReadSingleTurnAngle::kOpcode, kAll, 0b0000'1110},
 });
 
-/// Drive temperature. Not 0 or 1, which queries have, and not −1, which is a stray 0xFF.
+/// Returns true for a possible drive temperature. Excludes 0 and 1, which queries have in this
+/// byte, and −1, which may be a stray 0xFF.
 bool is_temperature(int C) { return (C > 1 || C < -1) && C >= -40; }
 
 bool same(const protocol::Payload& a, const protocol::Payload& b, unsigned mask) {
@@ -161,14 +163,14 @@ bool same(const protocol::Payload& a, const protocol::Payload& b, unsigned mask)
 
 int temperature_C(const protocol::Payload& data) { return static_cast<std::int8_t>(data[1]); }
 
-/// Returns true for a frame as sent by a host that clears its buffer.
+/// Returns true for a query as sent by a host that clears its buffer.
 bool is_clear(const protocol::Payload& data, const Row& row) {
   if (row.steady != 0) return same(data, {}, kAll);
   return data[1] == 0 || data[1] == 1;
 }
 
-/// DATA[7] is 0 or 0xFF in a target within one turn of any output, or a negative one. Replies have
-/// the high byte of the encoder there.
+/// Returns true if DATA[7] is that of a single-turn target: 0 in a target of up to one output turn,
+/// 0xFF in a negative one. In a reply, DATA[7] is the high byte of the encoder.
 bool ends_as_target(const protocol::Payload& data) { return data[7] == 0 || data[7] == 0xFF; }
 
 bool may_be_reply(const protocol::Payload& data, const Row& row) {
@@ -250,8 +252,9 @@ constexpr BilingualText kSpeedLimit{"0xA2 with {1} where v236 has an iq limit: t
 /// Largest plausible angle: a thousand turns (assumed); random 32-bit values are rarely smaller.
 constexpr std::int32_t kMaxAngle_cdeg = 1000 * 36000;
 
-/// MyActuator command ("Servo Motor Control Protocol" V4.2, from V3 on) that LK-TECH lacks. Both
-/// have 0x42: there DATA[1] is one of four accelerations, here a table.
+/// Returns true for a MyActuator command ("Servo Motor Control Protocol" V4.2, from V3 on) that
+/// LK-TECH lacks. Both have 0x42: DATA[1] is one of four accelerations at MyActuator, the number of
+/// a setting at LK-TECH.
 bool is_of_myactuator(const protocol::Frame& frame) {
   const std::uint8_t command = frame.data[0];
   const auto within = [command](int first, int last) {
@@ -365,7 +368,7 @@ std::optional<Finding> FirstTargetWatch::on_query(const DecodedQuery& query,
   if (!aims) return std::nullopt;
   const double target_deg = query.motion->value;
   const double way_deg = std::abs(target_deg - drive.angle_deg);
-  // A target with the turn count of before is near the old position of the shaft.
+  // A target that relies on the old turn count is closer to the angle before the restart.
   const bool by_old_count =
       angle_before_deg_ && std::abs(target_deg - *angle_before_deg_) < way_deg;
   if (way_deg < (by_old_count ? kFar_deg : kFar_deg * drive.gear_ratio)) return std::nullopt;

@@ -14,10 +14,11 @@ namespace {
 
 using protocol::Opcode;
 
-/// Shortest frame without stuff bits, with the pause after it (docs/reference/protocol.md §5).
+/// CAN frame of 8 bytes without stuff bits, and the pause of 3 bits (docs/reference/protocol.md
+/// §5).
 constexpr std::int64_t kShortestFrame_bits = 108 + 3;
 
-/// RS-485: LEN 0, ten bits per byte.
+/// RS-485 packet with LEN 0: five bytes of ten bits.
 constexpr std::int64_t kShortestPacket_bits = 50;
 
 SimTime shortest_answer(const ServoConfig& config, std::int64_t bitrate) {
@@ -29,7 +30,7 @@ SimTime shortest_answer(const ServoConfig& config, std::int64_t bitrate) {
   return 2 * bits_duration(kShortestFrame_bits, bitrate) + config.reply_time;
 }
 
-/// Speed at which the back-EMF equals the largest voltage of space-vector modulation.
+/// Speed of the rotor at which the back-EMF equals the largest voltage of space-vector modulation.
 double no_load_dps(const Profile& profile) {
   const model::DriveParams& drive = profile.drive;
   const double phase_peak_V = drive.supply.v_source / std::numbers::sqrt3;
@@ -41,7 +42,8 @@ std::uint32_t widest_circle_cdeg(const Profile& profile) {
   return static_cast<std::uint32_t>(protocol::kTurn_cdeg * profile.drive.mechanics.gear_ratio);
 }
 
-/// Returns a quantity of the command: of the drive's slot, if it has slots.
+/// Returns a quantity of a command as a number. If it has slots, returns that of the drive's slot,
+/// nullopt without such a slot.
 std::optional<double> own(const auto& quantity, int id) {
   if constexpr (requires { quantity.size(); }) {
     const auto slot = static_cast<std::size_t>(id - protocol::kMinId);
@@ -156,7 +158,7 @@ constexpr BilingualText kTooEarly{"{1} times a query {2} ms after the one before
                           "有 {1} 次在上一条之后 {2} ms 就发了命令帧，而回复还是到了；经过这个适配器最多要 {3} ms"};
 // clang-format on
 
-/// A query has 0 where a reply has a temperature, or the value that was asked for.
+/// Returns true if the frame has a temperature, or the value that was read, where a query has 0.
 bool is_reply(const protocol::Frame& frame) {
   if (protocol::has_state(frame.data[0])) return frame.data[1] != 0;
   const protocol::CommandInfo* const command = protocol::find_command(frame.data[0]);
@@ -189,7 +191,7 @@ std::optional<Finding> TimeoutWatch::on_query(const DecodedQuery& query, const K
   const SimTime gap = query.gap.value_or(query.at);
   const SimTime worst = drive.shortest_answer + drive.adapter_worst;
   if (gap > worst) waiting_ = 0;  // the previous reply is lost
-  // Faster than the wire can answer means no waiting at all, which is another mistake.
+  // A gap shorter than any answer means that the host does not wait at all: another mistake.
   early_ = waiting_ > 0 && gap >= drive.shortest_answer && gap <= worst;
   ++waiting_;
   if (times_ < kTimes) return std::nullopt;
