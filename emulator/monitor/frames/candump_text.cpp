@@ -11,7 +11,7 @@ namespace {
 
 using Direction = CandumpLine::Direction;
 
-constexpr std::size_t kLongestBus = 100;  // names of buses may be URIs
+constexpr std::size_t kLongestBus = 100;  // in characters; names of buses may be URIs
 constexpr std::size_t kMaxFdBytes = 64;
 
 /// Removes the next word from `rest` and returns it; empty at the end.
@@ -61,7 +61,8 @@ std::optional<SimTime> parse_date(std::string_view text) {
          std::chrono::minutes(part(15, 2)) + *second;
 }
 
-/// Removes a stamp at the front of `rest`. Returns false if it is not in a form of candump.
+/// Moves a stamp from the front of `rest` to `out`. Returns false if there is a stamp, but not in a
+/// form of candump.
 bool take_stamp(std::string_view& rest, PrintedFrame& out) {
   if (!rest.starts_with('(')) return true;
   const std::size_t length = std::min(rest.find(')'), rest.size() - 1) + 1;
@@ -81,7 +82,7 @@ std::string in_quotes(std::string_view text) {
   return "\"" + std::string(text.substr(0, kMax)) + (text.size() > kMax ? "..." : "") + "\"";
 }
 
-/// Removes "TX - -" or "RX B E" (-x).
+/// Moves a direction such as "TX - -" or "RX B E" (-x) from the front of `rest` to `line`.
 void take_direction(std::string_view& rest, CandumpLine& line) {
   std::string_view after = rest;
   const std::string_view word = next_word(after);
@@ -94,7 +95,7 @@ void take_direction(std::string_view& rest, CandumpLine& line) {
   }
 }
 
-/// Parses "[8]", "[08]" (CAN FD), or "{B}": eight bytes with a DLC above 8 (-8).
+/// Parses "[8]", "[08]" (CAN FD), or "{B}" (-8), which is a DLC above 8 with eight bytes.
 std::optional<std::size_t> read_length(std::string_view word, bool& fd) {
   if (word.size() == 3 && word.front() == '{' && word.back() == '}') return 8;
   if (word.size() < 3 || word.front() != '[' || word.back() != ']') return std::nullopt;
@@ -102,7 +103,8 @@ std::optional<std::size_t> read_length(std::string_view word, bool& fd) {
   return number_of(word.substr(1, word.size() - 2), 10, fd ? kMaxFdBytes : 8);
 }
 
-/// Parses terminal output after the stamp: "vcan0  TX - -  141   [8]  9C 00 …".
+/// Parses terminal output after the stamp: "vcan0  TX - -  141   [8]  9C 00 …". Returns an error
+/// text; empty without an error.
 std::string read_shown(std::string_view rest, PrintedFrame& out) {
   out.line.interface = next_word(rest);
   take_direction(rest, out.line);
@@ -135,7 +137,7 @@ std::string read_shown(std::string_view rest, PrintedFrame& out) {
   return "";
 }
 
-/// Returns true for "(1700000000.123456) vcan0 141#9C00000000000000 T".
+/// Returns true for a line of a log: "(1700000000.123456) vcan0 141#9C00000000000000 T".
 bool is_log_line(std::string_view line) {
   next_word(line);
   next_word(line);

@@ -11,10 +11,10 @@ namespace {
 using protocol::Frame;
 using protocol::Opcode;
 
-/// A drive queues 16 replies, and a host waits for few.
+/// Maximum of pending queries per drive. A drive queues 16 replies, and hosts wait for few.
 constexpr std::size_t kMaxPending = 64;
-/// Equal bytes are the query again, not an echo, if they are later than the slowest reply by this
-/// factor plus this time (assumed).
+/// A frame equal to a pending query is the query again, not its echo, if it comes later than
+/// kSlower times the drive's slowest reply plus kSlowerBy (assumed).
 constexpr int kSlower = 4;
 constexpr SimTime kSlowerBy = std::chrono::milliseconds(1);
 
@@ -23,7 +23,8 @@ bool all_zero(const Frame& frame, std::size_t from) {
                      [](std::uint8_t byte) { return byte == 0; });
 }
 
-/// Queries without data, whose replies have a value that is rarely 0.
+/// Returns true for commands whose queries have only zeros, and whose replies have a value that is
+/// rarely 0.
 bool zero_is_a_query(std::uint8_t byte) {
   const auto command = static_cast<Opcode>(byte);
   return command == protocol::ReadPid::kOpcode || command == protocol::ReadEncoder::kOpcode ||
@@ -31,7 +32,8 @@ bool zero_is_a_query(std::uint8_t byte) {
          command == protocol::ReadSingleTurnAngle::kOpcode;
 }
 
-/// Has data that hosts rarely send: the temperature of a state, or the requested value.
+/// Returns true if the frame has data that hosts rarely send: the temperature of a state, or the
+/// value that was read.
 bool looks_like_a_reply(const Frame& frame) {
   if (looks_like_a_state(frame)) return true;
   const auto command = static_cast<Opcode>(frame.data[0]);
@@ -41,7 +43,7 @@ bool looks_like_a_reply(const Frame& frame) {
          !all_zero(frame, 1);
 }
 
-/// Looks like a query, independent of earlier frames.
+/// Returns true if the frame looks like a query, whatever the earlier frames were.
 bool looks_like_a_query(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
   if (protocol::has_state(command)) {
@@ -51,7 +53,7 @@ bool looks_like_a_query(const Frame& frame) {
   return zero_is_a_query(command) && all_zero(frame, 1);
 }
 
-/// Such a reply takes as long as the memory write.
+/// Returns true if the query writes ROM. Its reply then takes as long as this write.
 bool writes_rom(const Frame& query) {
   const auto* const command = protocol::command_of(query);
   return command != nullptr && command->writes_rom;
@@ -72,7 +74,7 @@ FrameInfo info_of(Role role, int id, const Frame& frame, bool sure) {
 
 }  // namespace
 
-/// Returns the reader for a frame of the drive.
+/// Returns the first reader of the drive that can parse the frame; the first of all if none can.
 const ReplyReader& Conversation::reader_of(int id, const Frame& frame) const {
   for (const FrameReader& one : readers_) {
     const ReplyReader& reader = *one.reader_of(id);
@@ -98,7 +100,8 @@ FrameInfo Conversation::classify(const BusFrame& observed) {
   return {.frame = frame};
 }
 
-/// A query to several drives; the ones that accept it are unknown.
+/// Adds a query to several drives to each drive that may reply. The log does not show which of them
+/// accept it.
 FrameInfo Conversation::classify_multi_drive(const BusFrame& observed) {
   const ReplyReader& any = *readers_.front().reader_of(protocol::kMinId);
   const auto query = protocol::decode_query(observed.frame, any.format);
@@ -120,7 +123,8 @@ FrameInfo Conversation::classify_multi_drive(const BusFrame& observed) {
   return {.role = Role::kQuery, .query_code = observed.frame.id, .frame = observed.frame};
 }
 
-/// Frame with an identifier for replies. Other devices may use it, so the first one must fit.
+/// Classifies a frame with a separate identifier for replies. Other devices may use this
+/// identifier, so the first such frame must match a pending query.
 FrameInfo Conversation::classify_own_id(int id, std::uint32_t base, const BusFrame& observed) {
   BusFrame own = observed;
   own.frame.id = protocol::kSingleDriveId + static_cast<std::uint32_t>(id);
@@ -137,7 +141,8 @@ FrameInfo Conversation::classify_single(int id, const BusFrame& observed) {
   own.seen = true;
   const bool late = observed.at && first_ && *observed.at - *first_ > kLongestReply;
   own.is_complete = own.is_complete || late;
-  // The drive replies here: the frame with another identifier was not its own.
+  // The drive replies with this identifier, so an earlier frame with a separate one was not its
+  // own.
   if (looks_like_a_state(observed.frame) && !fitting(id, observed.frame).empty()) {
     own.reply_base = protocol::kSingleDriveId;
   }
@@ -157,7 +162,7 @@ FrameInfo Conversation::classify_single(int id, const BusFrame& observed) {
     const Fit best = reply_fit(reader_of(id, observed.frame), own.pending[fits.front()].command,
                                own.pending[fits.front()].query, observed.frame);
     if (best == Fit::kYes) return reply(id, observed, fits, true);
-    // Equal bytes: an echo, or the query again.
+    // The frame equals the query: it is the reply (an echo), or the query again.
     const Pace pace = pace_of(id, own.pending[fits.back()], observed.at);
     if (pace == Pace::kTooLate) return repeat_query(id, observed, fits.back());
     if ((own.alive || pace == Pace::kAsEver) && !zero_is_a_query(observed.frame.data[0]))
@@ -172,7 +177,8 @@ FrameInfo Conversation::classify_single(int id, const BusFrame& observed) {
   return unclear(id, observed);
 }
 
-/// A state at 0 or 1 °C does not count.
+/// Returns true if the frame may be a reply. A state at 0 or 1 °C does not count, as it looks like
+/// a query.
 bool Conversation::could_be_reply(int id, const Frame& frame) const {
   return can_be_reply(frame, reader_of(id, frame)) &&
          (!looks_like_a_query(frame) || zero_is_a_query(frame.data[0]));
@@ -206,7 +212,7 @@ FrameInfo Conversation::reply(int id, const BusFrame& observed,
   return info;
 }
 
-/// Judges a frame equal to a pending query by the drive's latency so far.
+/// Compares the age of `query` with the drive's latency so far, to judge a frame equal to `query`.
 Conversation::Pace Conversation::pace_of(int id, const Pending& query,
                                          const std::optional<SimTime>& now) const {
   const SimTime slowest = drive(id).slowest;
@@ -216,7 +222,8 @@ Conversation::Pace Conversation::pace_of(int id, const Pending& query,
   return age <= 2 * slowest ? Pace::kAsEver : Pace::kAny;
 }
 
-/// Queries up to index `last` were not answered.
+/// Classifies a frame as a query that is sent again, so pending queries up to index `last` were not
+/// answered.
 FrameInfo Conversation::repeat_query(int id, const BusFrame& observed, std::size_t last) {
   settle_run(id);
   auto& pending = drive(id).pending;
@@ -254,7 +261,7 @@ void Conversation::ask(int id, const BusFrame& observed, bool unclear) {
   const ReplyReader& reader = reader_of(id, observed.frame);
   const auto decoded = protocol::decode_query(observed.frame, reader.format);
   const auto* known = std::get_if<protocol::Query>(&decoded);
-  if (known == nullptr) return;  // not answered
+  if (known == nullptr) return;  // drives do not answer it
   const auto command = protocol::reply_command(known->command);
   if (!command) return;
   add(id, {.query = observed.frame,
@@ -282,7 +289,8 @@ std::vector<std::size_t> Conversation::fitting(int id, const Frame& frame) const
   return places;
 }
 
-/// Drops queries that waited too long; if time runs backwards, their outcome stays open.
+/// Settles pending queries that are older than kLongestReply as unanswered. The outcome of queries
+/// that are later than `now` (time ran backwards) stays open.
 void Conversation::expire(int id, const std::optional<SimTime>& now) {
   if (!now) return;
   const auto& pending = drive(id).pending;
@@ -298,7 +306,7 @@ void Conversation::expire(int id, const std::optional<SimTime>& now) {
   }
 }
 
-/// A run of n replies answers the last n of the matching queries.
+/// Assigns a run of equal replies: n replies answer the last n of the matching queries.
 void Conversation::settle_run(int id) {
   Drive& own = drive(id);
   const auto replies = std::exchange(own.equal_replies, {});

@@ -46,12 +46,12 @@ constexpr BilingualText kWords[] = {
 };
 constexpr std::size_t kErrorClasses = 9;
 
-/// Values that have a name.
+/// Name of a value of a field.
 struct Choice {
   std::string_view key;
   int value;
   BilingualText words;
-  int more = 0;  // following values with the same name
+  int more = 0;  // number of following values with the same name
 };
 
 constexpr Choice kChoices[] = {
@@ -198,7 +198,7 @@ std::size_t display_width(std::string_view text) {
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
     if ((byte & 0xC0U) == 0x80U) continue;  // continuation byte
-    // Among these words, characters from U+3000 on are wide.
+    // Lead byte of U+3000 and above: in these texts, all such characters are two columns wide.
     width += byte >= 0xE3U ? 2 : 1;
   }
   return width;

@@ -37,7 +37,7 @@ bool is_reply(const protocol::Frame& frame, const ReplyReader& reader) {
   return std::holds_alternative<protocol::ReplyFrame>(protocol::decode_reply(frame, reader.format));
 }
 
-/// Values of a reply; an echo has those of its query.
+/// Returns the values of a reply. Decodes an echo as its query.
 Values replied(const protocol::Frame& frame, const ReplyReader& reader) {
   const auto* const command = protocol::command_of(frame);
   if (command == nullptr || !is_reply(frame, reader)) return {};
@@ -45,7 +45,7 @@ Values replied(const protocol::Frame& frame, const ReplyReader& reader) {
                        command->echoed ? ReplyReader::By::kHost : ReplyReader::By::kDrive);
 }
 
-/// Returns the drive of a frame with a wrong length; 0: none or several.
+/// Returns the drive that a frame of wrong length is for; 0: several or none.
 int drive_meant(const protocol::Frame& frame, protocol::Reject reject) {
   return reject == protocol::Reject::kWrongLength
              ? protocol::drive_at(frame.id, protocol::kSingleDriveId)

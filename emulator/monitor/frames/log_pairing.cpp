@@ -59,7 +59,7 @@ std::vector<ReplyValue> ReplyReader::values(const protocol::Frame& frame) const 
   if (reply == nullptr || reply->id != id) return {};
   const auto* const command = protocol::command_of(frame);
   if (!command->echoed) return values(command->reply, frame.data, By::kDrive);
-  // In two parts, each exact in a double.
+  // In two parts, so that each is exact in a double.
   return {{"DATA[1..4]", bytes(frame.data, 1, 4)}, {"DATA[5..7]", bytes(frame.data, 5, 7)}};
 }
 
@@ -87,7 +87,7 @@ std::string values_text(const std::vector<ReplyValue>& values) {
 
 namespace {
 
-/// A reply repeats the number of its parameter or setting.
+/// Returns true if the reply repeats the parameter or setting number of the query, if it has one.
 bool is_about_the_same(const protocol::Frame& query, const protocol::Frame& reply,
                        const protocol::WireFormat& format) {
   const protocol::CommandInfo* const command = protocol::command_of(query);
@@ -100,7 +100,7 @@ bool is_about_the_same(const protocol::Frame& query, const protocol::Frame& repl
   return std::ranges::none_of(command->query, differs);
 }
 
-/// Returns true if another query may look like the reply to this one.
+/// Returns true if replies to this query look like queries.
 bool is_ambiguous_reply(const protocol::Frame& query) {
   const protocol::CommandInfo* const command = protocol::command_of(query);
   return command != nullptr && protocol::looks_like_query(*command);
@@ -124,7 +124,7 @@ Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::F
   }
   if (is_serial(reply)) return same ? Fit::kEither : Fit::kYes;  // query and reply differ in length
   const bool state = protocol::has_state(reply.data[0]);
-  // A state at 0 or 1 °C is taken for a query, whose DATA[1] is 0 or a direction.
+  // A state at 0 or 1 °C counts as a query, which has 0 or a direction (0 or 1) in DATA[1].
   if (state) return same || reply.data[1] <= 1 ? Fit::kNo : Fit::kYes;
   return same || is_ambiguous_reply(query) ? Fit::kEither : Fit::kYes;
 }
@@ -155,7 +155,7 @@ namespace {
 
 using protocol::Frame;
 
-/// Returns the drive of a frame with the identifier of queries and most replies; 0: none.
+/// Returns the drive of a frame with the identifier of queries, which most replies share; 0: none.
 int drive_of(const Frame& frame) {
   return is_data(frame) ? protocol::drive_at(frame.id, protocol::kSingleDriveId) : 0;
 }
@@ -173,7 +173,7 @@ class Drive {
   int id() const { return reader_.id; }
   void add(std::size_t place) { own_.push_back(place); }
 
-  /// Marks which of its frames are queries, and pairs the replies.
+  /// Marks which of the drive's frames are queries, and assigns the replies to them.
   void pair(std::vector<bool>& is_query, PairedLog& out, bool directions_count) {
     directions_count_ = directions_count;
     own_replies_ = std::ranges::any_of(
@@ -217,7 +217,7 @@ class Drive {
   void ask(std::size_t place, std::vector<bool>& is_query) {
     is_query[place] = true;
     const auto query = protocol::decode_query(frame(place), reader_.format);
-    if (!std::holds_alternative<protocol::Query>(query)) return;  // not answered
+    if (!std::holds_alternative<protocol::Query>(query)) return;  // the drive does not answer it
     const bool single = drive_of(frame(place)) != 0;
     if (single == several_) return;
     const auto own = protocol::for_drive(id(), std::get<protocol::Query>(query), reader_.format);
@@ -228,9 +228,9 @@ class Drive {
     }
   }
 
-  /// Returns the index in `pending_` of the query that the frame answers; `surely`: it is a reply.
-  /// If several match, the first ones got no reply: a run of n replies answers the last n of the
-  /// matching queries.
+  /// Returns the index in `pending_` of the query that frame `n` answers. `surely`: the frame is
+  /// known to be a reply. If several queries match, the first ones got no reply: a run of n replies
+  /// answers the last n of the matching queries.
   std::optional<std::size_t> likely_answer(std::size_t n, bool surely, PairedLog& out) const {
     const std::size_t place = own_[n];
     std::vector<std::size_t> can;
@@ -261,13 +261,14 @@ class Drive {
   ReplyReader reader_;
   bool several_;  // answers only commands for several drives
   const std::vector<LoggedFrame>* log_;
-  std::vector<std::size_t> own_;     // indices of its frames in the log
+  std::vector<std::size_t> own_;     // indices in the log of frames of or for this drive
   std::deque<std::size_t> pending_;  // indices in `exchanges`
   bool own_replies_ = false;
   bool directions_count_ = false;
 };
 
-/// Directions are relative to the logging machine; they are useful only if both occur.
+/// Returns true if the directions show the roles. They are relative to the logging machine, and
+/// thus useful only if both occur.
 bool directions_tell(const std::vector<LoggedFrame>& log) {
   const auto any = [&log](bool from_host) {
     return std::ranges::any_of(log, [from_host](const LoggedFrame& one) {
