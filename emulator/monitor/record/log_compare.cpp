@@ -30,13 +30,13 @@ std::vector<TimedFrame> emulate(const std::vector<TimedFrame>& sent, SimTime fir
   return replies;
 }
 
-/// Finds the emulator's reply of each exchange. Relies on drives that answer in order and either
-/// always or never answer a command.
+/// Returns the emulator's reply to each exchange. Assumes that each drive answers in order, and
+/// answers a command either always or never.
 std::vector<std::optional<TimedFrame>> assign(const PairedLog& log, SimTime first,
                                               const std::vector<TimedFrame>& replies,
                                               const std::map<int, ReplyReader>& readers) {
   std::vector<std::optional<TimedFrame>> answers(log.exchanges.size());
-  std::map<int, std::vector<std::size_t>> asked;  // indices of exchanges
+  std::map<int, std::vector<std::size_t>> asked;  // by drive: indices of exchanges
   for (std::size_t n = 0; n < log.exchanges.size(); ++n) asked[log.exchanges[n].id].push_back(n);
   std::map<int, std::size_t> next;
   for (const TimedFrame& reply : replies) {

@@ -19,7 +19,7 @@
 namespace lk::emulator {
 namespace {
 
-/// Time to collect lines: one write per frame would cost more than the frame.
+/// Time to collect lines for one write: a write per frame would cost more than the frame itself.
 constexpr auto kGather = std::chrono::milliseconds(10);
 
 }  // namespace
@@ -63,7 +63,7 @@ void LogWriter::add(std::size_t log, std::string_view line) {
 }
 
 void LogWriter::run() {
-  bool refused = false;  // after an error, nothing more may be written
+  bool refused = false;  // a write failed, so nothing more is written
   std::unique_lock lock(mutex_);
   while (!done_) {
     changed_.wait(lock, [this] { return stop_ || waiting_bytes_ > 0; });

@@ -19,7 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns a whole number in range. The library would convert any number silently.
+/// Returns a number; throws JsonError unless it is whole and in range. The JSON library would
+/// convert any number silently.
 template <class Number>
 Number whole(const Json& json) {
   constexpr auto kMax = static_cast<std::uint64_t>(std::numeric_limits<Number>::max());
@@ -116,8 +117,8 @@ Json describe_buses(const std::vector<BusConfig>& buses) {
   return all;
 }
 
-/// Maps each requested motor to the name of its file copy. A file requested under two names has one
-/// copy; two files of the same name have two copies.
+/// Maps each requested motor name to the file name of the copy. A file that was requested under two
+/// names has one copy; two files of the same name have two copies.
 std::map<std::string, std::string> copies_of(const MotorFiles& motors) {
   std::map<std::string, std::string> copies;
   std::map<std::string, std::string> taken;  // copy to original
@@ -212,7 +213,7 @@ ParsedInfo parse_info(const std::string& text, const fs::path& file) {
 
 // --- files
 
-/// Files created for a recording. They are removed unless all could be created, as the next
+/// Creates the files of a recording. The destructor removes them unless keep() was called, as a
 /// recording needs an empty directory.
 class CreatedFiles {
  public:
@@ -262,8 +263,8 @@ fs::path rom_file(const BusConfig& bus, const ServoConfig& servo) {
   return fs::path("rom") / rom_file_name(bus.interface, servo.id);
 }
 
-/// Finds motor files by requested name; their messages show the original path. Recordings of
-/// version 0.1.0 have them by motor name.
+/// Returns a function that finds motor files by requested name. Their error messages have the
+/// original path. Recordings of version 0.1.0 name the copies after the motor.
 FindProfile recorded_profiles(const fs::path& directory, const ParsedInfo& parsed) {
   const FindMotorFile find_file = [&](const std::string& motor) -> MotorFile {
     const auto found = parsed.motors.find(motor);
@@ -289,7 +290,7 @@ std::vector<BusConfig> read_config(const fs::path& directory, const ParsedInfo& 
   return parse_config(read_regular_file(copy, kLongestText), file, parsed.info.overrides, find);
 }
 
-/// Reports the error with the path of the copy.
+/// Throws the error with the path of the copy in the recording, in place of the original path.
 [[noreturn]] void fail_in_copy(const ConfigError& problem, const fs::path& directory,
                                const ParsedInfo& parsed) {
   std::string file = problem.file;
@@ -317,7 +318,7 @@ std::vector<BusConfig> read_buses(const fs::path& directory, const ParsedInfo& p
   return buses;
 }
 
-/// A line that a kill has cut off is none.
+/// Ignores a last line without a newline: the recording process was killed while writing it.
 std::vector<RecordedInput> read_inputs(const fs::path& file) {
   const std::string text = read_regular_file(file, kLongestLog);
   std::vector<RecordedInput> inputs;
@@ -374,8 +375,8 @@ RecordedInput parse_input(const std::string& line, const std::string& file, int 
 
 RecordedInput::RestoredRom record_rom(const Registers& rom, const RomWear& wear,
                                       const std::string& bus, const ServoConfig& servo) {
-  // A ROM file lists only parameters with a count. Here all count, as a fault may have damaged
-  // others.
+  // A ROM file has only parameters with a write count. Here all get one, as a fault may have
+  // damaged parameters that were never written.
   RomWear everything;
   everything.fill(1);
   return {servo.id, print_rom({bus, servo.id, servo.profile.name}, rom, everything), wear};
@@ -384,7 +385,7 @@ RecordedInput::RestoredRom record_rom(const Registers& rom, const RomWear& wear,
 Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::string& bus,
                        const ServoConfig& servo) {
   ServoConfig with_rom = servo;
-  // Parameters that are as wired are not in the text (print_rom).
+  // print_rom leaves out these parameters if they are kAsWired.
   with_rom.rom.driver_id = kAsWired;
   with_rom.rom.bus_type = kAsWired;
   with_rom.rom.serial_rate = kAsWired;
@@ -412,7 +413,7 @@ void begin_recording(const fs::path& directory, const RecordingInfo& info, const
       beginning.write(directory / rom_file(bus, servo), print_rom(owner, servo.rom, servo.wear));
     }
   }
-  // Last: a directory that has it is complete.
+  // This file is written last: a directory that has it is complete.
   beginning.write(directory / kRecordingFile, print_info(info, texts, buses));
   go_on();
   beginning.keep();

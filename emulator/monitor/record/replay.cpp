@@ -90,7 +90,7 @@ void Replay::run(std::size_t n, SimTime until) {
   advance(n, until);
   taken_.clear();
   line.bus.take_replies(taken_);
-  // Discards the writes: a write that failed in the original run is restored later.
+  // Discards the ROM writes. If a write failed in the recorded run, a later input restores the ROM.
   std::vector<RomWrite> kept;
   line.bus.take_rom_writes(kept);
   for (const TimedFrame& reply : taken_) {
@@ -133,7 +133,7 @@ std::string instant(SimTime at) {
   return fmt::format("{}.{:06} s", us / 1'000'000, us % 1'000'000);
 }
 
-/// Returns the decoded values of a drive's frame.
+/// Returns the drive and the decoded values of its frame; empty if it cannot be decoded.
 std::string meaning(const protocol::Frame& frame, const BusConfig& bus) {
   for (const ServoConfig& servo : bus.servos) {
     const std::string text = values_text(ReplyReader(servo).values(frame));
@@ -199,7 +199,7 @@ namespace {
 /// Lines between two calls of `progress`.
 constexpr int kLinesBetweenReports = 4096;
 
-/// Longer than any frame.
+/// In bytes; longer than the line of any frame.
 constexpr std::size_t kLongestLine = 4096;
 
 /// Reads a file line by line, as it may be larger than memory.
@@ -216,7 +216,7 @@ class Lines {
       throw StartError("cannot read " + file_ + ": " + std::generic_category().message(errno));
     }
   }
-  /// Returns false at the end, and at a line without an end.
+  /// Reads the next line. Returns false at the end of the file, or if the line has no newline.
   bool next(std::string& line) {
     stream_.getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
     if (stream_.bad()) throw StartError("cannot read " + file_);
@@ -254,7 +254,8 @@ class Inputs {
       perform(*next_++);
     }
   }
-  /// Performs the rest; in a truncated recording, only inputs followed by further frames.
+  /// Performs the remaining inputs. In a truncated recording, skips inputs that are not before the
+  /// last frame of their bus.
   void finish() {
     const bool all = complete();
     for (; next_ != recording_.inputs.end() && !replay_.difference(); ++next_) {
@@ -264,7 +265,7 @@ class Inputs {
       }
     }
   }
-  /// Returns true if all buses have an end.
+  /// Returns true if the recording has the end of each bus.
   bool complete() const {
     const auto ends = std::ranges::count_if(recording_.inputs, [](const RecordedInput& input) {
       return std::holds_alternative<RecordedInput::End>(input.what);
