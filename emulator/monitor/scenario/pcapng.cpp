@@ -13,13 +13,13 @@ constexpr std::uint32_t kSection = 0x0A0D0D0A;
 constexpr std::uint32_t kInterface = 1;
 constexpr std::uint32_t kPacket = 6;
 constexpr std::uint16_t kSocketCan = 227;
-constexpr std::uint16_t kUser0 = 147;  // RS-485 has no link type
+constexpr std::uint16_t kUser0 = 147;  // for private use: RS-485 has no link type
 constexpr std::uint16_t kInterfaceName = 2;
 constexpr std::uint16_t kInterfaceDescription = 3;
 constexpr std::uint16_t kTimeResolution = 9;
 constexpr std::uint16_t kPacketFlags = 2;
 
-/// Little-endian, as in the byte-order magic.
+/// Appends `value` in little-endian order, which the byte-order magic of the file announces.
 template <typename Integer>
 void put(std::string& out, Integer value) {
   for (std::size_t n = 0; n < sizeof value; ++n) {
@@ -36,7 +36,7 @@ void put_option(std::string& out, std::uint16_t code, const std::string& value) 
   pad(out);
 }
 
-/// Adds the length before and after the body.
+/// Returns a block: type, length, body, and the length again.
 std::string block(std::uint32_t type, const std::string& body) {
   const auto length = static_cast<std::uint32_t>(body.size() + 12);
   std::string out;
@@ -47,7 +47,8 @@ std::string block(std::uint32_t type, const std::string& body) {
   return out;
 }
 
-/// Identifier big-endian with the flags of Linux's can_id; then length, FD flags, data.
+/// Returns a frame in SocketCAN format: big-endian identifier with the flags of Linux's can_id,
+/// then length, FD flags, data.
 std::string socketcan(const protocol::Frame& frame) {
   using protocol::FrameKind;
   const bool fd = frame.kind == FrameKind::kFd;
@@ -65,7 +66,7 @@ std::string socketcan(const protocol::Frame& frame) {
   return out;
 }
 
-/// Returns the RS-485 bytes on the wire.
+/// Returns the bytes of an RS-485 packet as on the wire.
 std::string wire_text(const protocol::Frame& frame) {
   const protocol::WireBytes bytes = protocol::wire_bytes(frame);
   return {bytes.view().begin(), bytes.view().end()};

@@ -15,7 +15,7 @@ namespace {
 
 using Status = ExpectationResult::Status;
 
-/// `problem`: "failure" or "error", or empty.
+/// Returns a <testcase> element. `problem`: its child element, "failure" or "error"; empty: passed.
 std::string test_case(const std::string& name, const RunReport& suite, std::string_view problem,
                       const std::string& message) {
   const std::string begin = fmt::format(R"(    <testcase name="{}" classname="{}")",
@@ -36,7 +36,7 @@ std::string expectation_case(const ExpectationResult& result, const RunReport& s
                    "expected " + result.expected + ", measured " + result.measured);
 }
 
-/// Advice is a case each if strict, otherwise in the output of the suite.
+/// Returns a test case for each advice if strict; otherwise the advice as output of the suite.
 std::string advice_of(const RunReport& report) {
   std::string cases;
   std::string lines;
@@ -59,7 +59,7 @@ std::string suite_of(const RunReport& report) {
       std::ranges::count(verdict.expectations, Status::kOpen, &ExpectationResult::status);
   const auto idle =
       std::ranges::count_if(verdict.faults, [](const auto& fault) { return !fault.took_effect(); });
-  // Some reasons already have their own case.
+  // Open expectations and faults without effect have cases of their own, with status "error".
   const bool reasons_apart = !verdict.invalid.empty() && open + idle == 0;
   const auto strict = report.strict ? report.advice.size() : 0;
   std::string text = fmt::format(

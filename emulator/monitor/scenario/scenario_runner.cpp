@@ -134,7 +134,7 @@ void FrameFiles::commit() {
 
 namespace {
 
-/// Time between two looks of the advisers, which need the drives' state at each frame.
+/// Time between two observations by the advisers, which need the state of the drives at each frame.
 constexpr SimTime kChunk = Adviser::kObservePeriod;
 
 void open_csv(std::optional<CsvFile>& file, const RunOutputs::Csv& csv, const Scenario& scenario) {
@@ -178,7 +178,7 @@ class RomOutput {
   std::vector<RomWrite> writes_;
 };
 
-/// Advisers get frames a little late, but with the original times.
+/// Passes frames to the advisers: up to kChunk late, but with the original times.
 void pass_on(const std::vector<Traffic>& traffic, std::vector<Adviser>& advisers) {
   for (const Traffic& one : traffic) {
     Adviser& adviser = advisers[one.bus];
@@ -190,11 +190,11 @@ void pass_on(const std::vector<Traffic>& traffic, std::vector<Adviser>& advisers
   }
 }
 
-/// Protections that trip before the first frame and any event: the frames then meet a drive with an
-/// error. A trip less than kChunk before that frame is not found.
+/// Collects warnings on protections that trip before the first frame and the first event, so that
+/// all frames go to a drive with an error. Misses a trip less than kChunk before the first frame.
 struct EarlyTrips {
   std::map<std::pair<std::size_t, int>, model::ErrorBits> known;  // by bus and ID
-  std::vector<std::string> warnings;                              // one per protection
+  std::vector<std::string> warnings;                              // one per drive and protection
 
   /// Call every kChunk until a frame comes.
   void observe(const std::vector<BusConfig>& robot, const ScenarioRun& run) {
@@ -239,7 +239,7 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
     run.take_traffic(traffic);
     pass_on(traffic, advisers);
     frames_came = frames_came || std::ranges::any_of(traffic, &Traffic::from_host);
-    // Advisers observe at the same times, whatever is written.
+    // Advisers observe at multiples of kChunk, whichever outputs are written.
     const bool whole = run.time() > SimTime{0} && run.time() % kChunk == SimTime{0};
     if (whole || run.time() >= scenario.duration) {
       for (std::size_t n = 0; n < run.size(); ++n) advisers[n].observe(run.bus(n));
