@@ -14,8 +14,8 @@ namespace lk::emulator {
 
 /// Detects several hosts that command one drive. A CAN frame does not name its sender, and one host
 /// may alternate values (dither, corrections, noise). But one host sends one frame after the other:
-/// an unusual value replaces a usual one and leaves a gap in its rhythm. A second host's frame
-/// comes in between and leaves the rhythm unchanged.
+/// an unusual value replaces a usual one and leaves a gap in the rhythm of usual values. A second
+/// host's frame comes in between and leaves this rhythm unchanged.
 class HostsWatch {
  public:
   /// Longest gap in a rhythm of similar commands (assumed).
@@ -68,7 +68,7 @@ class RecentFrames {
 /// that does not clear unused bytes differs: it sends values in all queries, or bytes it received.
 class DuplicateWatch {
  public:
-  static constexpr int kTimes = 8;  // assumed
+  static constexpr int kTimes = 8;  // replies until advice (assumed)
   /// Longest gap between two replies of the other drive: two passes through a USB adapter and the
   /// reply times of both drives (assumed).
   static constexpr SimTime kApart = std::chrono::milliseconds(4);
@@ -80,7 +80,8 @@ class DuplicateWatch {
  private:
   /// Consecutive frames that may be replies.
   struct Streak {
-    /// Returns the length with this frame; 1 if it is not `alike` the last one.
+    /// Adds a frame and returns the length of the streak. A new streak begins if the frame is not
+    /// `alike` the last one, or comes later than kApart.
     int add(const TimedFrame& in, bool alike);
 
     int times = 0;
@@ -116,7 +117,7 @@ class GenerationWatch {
   int same_limit_ = 0;
 };
 
-/// Detects repeated clearing of errors because the reply shows the old errors.
+/// Detects hosts that clear errors (0x9B) repeatedly, because the reply shows the old errors.
 class ClearWatch {
  public:
   static constexpr SimTime kWithin = std::chrono::seconds(5);
@@ -140,10 +141,11 @@ class FirstTargetWatch {
   void observe(const KnownDrive& drive);
 
  private:
-  std::uint32_t known_start_ = 0;  // start in which the host last read, set or commanded the angle
-  std::uint32_t start_ = 0;        // start count at the last observation
-  double angle_deg_ = 0;           // at the last observation
-  std::optional<double> angle_before_deg_;  // last angle before this start
+  // KnownDrive::starts when the host last read, set or commanded the angle.
+  std::uint32_t known_start_ = 0;
+  std::uint32_t start_ = 0;                 // KnownDrive::starts at the last observation
+  double angle_deg_ = 0;                    // at the last observation
+  std::optional<double> angle_before_deg_;  // last angle observed before the last restart
 };
 
 }  // namespace lk::emulator

@@ -14,8 +14,7 @@ namespace {
 
 using protocol::Opcode;
 
-/// CAN frame of 8 bytes without stuff bits, and the pause of 3 bits (docs/reference/protocol.md
-/// §5).
+/// CAN frame of 8 bytes without stuff bits, and a pause of 3 bits (docs/reference/protocol.md §5).
 constexpr std::int64_t kShortestFrame_bits = 108 + 3;
 
 /// RS-485 packet with LEN 0: five bytes of ten bits.

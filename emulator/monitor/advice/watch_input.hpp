@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Input of watchers: a drive as last seen, and a frame for it.
+/// @file Input of watchers: the state of a drive when last observed, and a decoded query to it.
 
 #include <array>
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 namespace lk::emulator {
 
-/// State of a drive when last observed: up to 1 ms ago if it has just got a frame, otherwise up to
-/// 1 ms ago per drive on the bus.
+/// State of a drive at the last observation. After a frame for the drive it is up to 1 ms old,
+/// otherwise up to n ms on a bus with n drives.
 struct KnownDrive {
   KnownDrive(const ServoConfig& config, const BusConfig& bus);
   /// Pre: `bus` is settled.
