@@ -141,8 +141,7 @@ FrameInfo Conversation::classify_single(int id, const BusFrame& observed) {
   own.seen = true;
   const bool late = observed.at && first_ && *observed.at - *first_ > kLongestReply;
   own.is_complete = own.is_complete || late;
-  // The drive replies with this identifier, so an earlier frame with a separate one was not its
-  // own.
+  // The drive replies with this identifier: an earlier frame with a separate one was another's.
   if (looks_like_a_state(observed.frame) && !fitting(id, observed.frame).empty()) {
     own.reply_base = protocol::kSingleDriveId;
   }

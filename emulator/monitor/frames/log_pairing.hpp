@@ -65,8 +65,8 @@ bool is_data(const protocol::Frame& frame);
 /// only queries have.
 bool has_length_of_reply(const protocol::Frame& frame);
 
-/// Returns true for the reply to a command that replies with a state. On CAN, DATA[1] above 1 (a
-/// temperature) shows this, as hosts rarely send that; on RS-485, the length of 8 does.
+/// Returns true if the frame looks like a reply with the drive's state. On CAN, DATA[1] is then
+/// above 1 (temperature), which hosts rarely send; on RS-485, the frame has 8 bytes.
 bool looks_like_a_state(const protocol::Frame& frame);
 
 /// A frame of a log, with its direction if the log has it.
@@ -91,7 +91,7 @@ struct PairedLog {
   std::vector<Exchange> exchanges;  // in the order of their queries
   std::uint64_t ambiguous = 0;      // replies that may be queries, or that match several queries
   std::uint64_t orphans = 0;        // replies without a query in the log
-  std::uint64_t unknown_drive_frames = 0;  // frames of drives that are not in the robot; ignored
+  std::uint64_t unknown_drive_frames = 0;  // frames of or for drives without configuration; ignored
 };
 
 /// Time-out of a query (assumed; a drive answers within 1 ms).
