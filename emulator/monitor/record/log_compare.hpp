@@ -35,10 +35,10 @@ struct ComparedValue {
   std::string_view name;
   std::uint64_t count = 0;  // pairs of replies
   std::uint64_t equal = 0;
-  double sum = 0;  // of absolute differences
-  double most = 0;
-  SimTime most_at{0};  // time in the log of that reply
-  int most_id = 0;     // its drive
+  double sum = 0;      // of absolute differences
+  double most = 0;     // largest absolute difference
+  SimTime most_at{0};  // time of the reply in the log that has it
+  int most_id = 0;     // drive of this reply
 
   double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0; }
 };

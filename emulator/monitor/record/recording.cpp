@@ -213,7 +213,7 @@ ParsedInfo parse_info(const std::string& text, const fs::path& file) {
 
 // --- files
 
-/// Creates the files of a recording. The destructor removes them unless keep() was called, as a
+/// Creates the files of a recording. The destructor removes them unless keep() was called: the next
 /// recording needs an empty directory.
 class CreatedFiles {
  public:
