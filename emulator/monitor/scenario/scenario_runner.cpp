@@ -239,7 +239,7 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
     run.take_traffic(traffic);
     pass_on(traffic, advisers);
     frames_came = frames_came || std::ranges::any_of(traffic, &Traffic::from_host);
-    // Advisers observe at multiples of kChunk, whichever outputs are written.
+    // Advisers observe at multiples of kChunk and at the end, whichever outputs are written.
     const bool whole = run.time() > SimTime{0} && run.time() % kChunk == SimTime{0};
     if (whole || run.time() >= scenario.duration) {
       for (std::size_t n = 0; n < run.size(); ++n) advisers[n].observe(run.bus(n));
