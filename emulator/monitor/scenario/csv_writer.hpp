@@ -38,9 +38,8 @@ class CsvFile {
 
  private:
   OutputFile file_;
-  std::vector<Sampler> samplers_;  // by bus
-  std::vector<std::deque<std::vector<double>>>
-      rows_;  // by bus: samples other buses do not have yet
+  std::vector<Sampler> samplers_;                      // by bus
+  std::vector<std::deque<std::vector<double>>> rows_;  // by bus: waiting for other buses
   SimTime period_;
   SimTime next_row_{0};
 };
