@@ -69,7 +69,7 @@ class CalibrationWatch {
 };
 
 /// Detects positions that are sent as speeds (0xA2). A host with this mistake changes the value
-/// when the shaft's angle reaches it, or sends a path of values that starts at the shaft's angle.
+/// when the shaft's angle reaches it, or sends a path that starts at the shaft's angle.
 class SpeedWatch {
  public:
   static constexpr double kLeast_dps = 5;  // smaller values are not judged (assumed)

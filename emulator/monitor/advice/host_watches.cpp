@@ -44,8 +44,8 @@ class Spread {
 
 }  // namespace
 
-/// Returns true if the commands are of one kind, and their values differ by at most a tenth of the
-/// step between the last two frames.
+/// Returns true if the commands are of one kind and similar in value. Similar: they differ by at
+/// most a tenth of the step between the last two commands, or that step is between two kinds.
 bool HostsWatch::alike(const MotionCommand& one, const MotionCommand& other) const {
   if (one.opcode != other.opcode) return false;
   if (recent(0).motion.opcode != recent(1).motion.opcode) return true;  // different kinds suffice

@@ -13,9 +13,9 @@
 namespace lk::emulator {
 
 /// Detects several hosts that command one drive. A CAN frame does not name its sender, and one host
-/// may alternate values (dither, corrections, noise). But one host sends one frame after the other:
-/// an unusual value replaces a usual one and leaves a gap in the rhythm of usual values. A second
-/// host's frame comes in between and leaves this rhythm unchanged.
+/// may alternate values (dither, corrections, noise). But one host sends one frame after the other.
+/// Its unusual value replaces a usual one, which leaves a gap in the rhythm of usual values. A
+/// second host's frame comes in between and leaves this rhythm unchanged.
 class HostsWatch {
  public:
   /// Longest gap in a rhythm of similar commands (assumed).
@@ -63,9 +63,10 @@ class RecentFrames {
 };
 
 /// Detects a second drive with this drive's ID, outside this emulator. Its replies have the
-/// identifier of queries, but a temperature where a query has 0 or a direction, or the value read
-/// where a query has zeros. They go on, as each drive takes the other's replies for queries. A host
-/// that does not clear unused bytes differs: it sends values in all queries, or bytes it received.
+/// identifier of queries. But they have a temperature where a query has 0 or a direction, or the
+/// value read where a query has zeros. Such replies go on, as each drive takes the other's replies
+/// for queries. A host that does not clear unused bytes differs: it sends values in all queries, or
+/// bytes it received.
 class DuplicateWatch {
  public:
   static constexpr int kTimes = 8;  // replies until advice (assumed)
@@ -133,7 +134,7 @@ class ClearWatch {
 /// Detects a first target after a restart that relies on the turn count from before the restart.
 class FirstTargetWatch {
  public:
-  /// Of the rotor if the target fits the old turn count, otherwise of the output.
+  /// Distance of the rotor if the target fits the old turn count, otherwise of the output.
   static constexpr double kFar_deg = 180;
 
   std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
