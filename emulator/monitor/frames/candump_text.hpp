@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Parses output of candump with any option: a log (-L, -l), or terminal output, which may
-/// have time stamps (-t), directions (-x), characters (-a) and colours (-c).
+/// @file Parses output of candump with any option: a log (-L, -l) or terminal output. The latter
+/// may have time stamps (-t), directions (-x), characters (-a) and colours (-c).
 
 #include <cstdint>
 #include <map>

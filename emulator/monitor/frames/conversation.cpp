@@ -13,8 +13,8 @@ using protocol::Opcode;
 
 /// Maximum of pending queries per drive. A drive queues 16 replies, and hosts wait for few.
 constexpr std::size_t kMaxPending = 64;
-/// A frame equal to a pending query is the query again, not its echo, if it comes later than
-/// kSlower times the drive's slowest reply plus kSlowerBy (assumed).
+/// A frame equal to a pending query is the query again or its echo. It is the query if it comes
+/// later than kSlower times the drive's slowest reply plus kSlowerBy (assumed).
 constexpr int kSlower = 4;
 constexpr SimTime kSlowerBy = std::chrono::milliseconds(1);
 

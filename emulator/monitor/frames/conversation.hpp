@@ -37,7 +37,7 @@ struct FrameInfo {
   std::optional<SimTime> latency{};  // for a reply with one match
 };
 
-/// What became of a query. Reported as soon as it is known.
+/// Outcome of a query, reported as soon as it is known.
 struct QueryOutcome {
   enum class How : std::uint8_t {
     kAnswered,
