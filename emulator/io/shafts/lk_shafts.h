@@ -1,17 +1,17 @@
-/* lk_shafts.h: the shaft port of lk-emu (lk-emu --shafts), for simulators that have its drives on
- * their joints. docs/guides/your-simulator.md says what is exchanged and why. MIT licence.
+/* lk_shafts.h: messages of lk-emu's shaft port (lk-emu --shafts), which connects the drives to the
+ * joints of a simulator. docs/guides/your-simulator.md explains the protocol. MIT licence.
  *
- * C99 or later, or C++; nothing but the C library; no state. What these functions read or write is
- * the bytes of one message; sockets are the caller's own.
+ * Needs C99 or later, or C++, and only the C library. The functions read and write the bytes of
+ * one message. They keep no state; the caller opens the socket, receives and sends.
  *
- * A message is a head of 32 bytes and a record for each joint, all numbers little-endian, all
- * offsets multiples of their numbers' sizes:
+ * A message is a head of 32 bytes and one record for each offered joint. All numbers are
+ * little-endian. The offset of each number is a multiple of its size.
  *
- *   lk-emu -> simulator   OFFER     when a simulator has connected
- *   simulator -> lk-emu   ACCEPT    which joints it takes, and whose the time is
+ *   lk-emu -> simulator   OFFER     once, when the simulator has connected
+ *   simulator -> lk-emu   ACCEPT    which joints the simulator takes, and who owns the time
  *   simulator -> lk-emu   STATES    of the joints at the beginning of a step
- *   lk-emu -> simulator   TORQUES   of the drives in that step; and so on, one for one
- *   lk-emu -> simulator   END       why lk-emu hangs up: text in place of records */
+ *   lk-emu -> simulator   TORQUES   of the drives in this step; the next STATES follow
+ *   lk-emu -> simulator   END       lk-emu disconnects; the reason as text replaces the records */
 #ifndef LK_SHAFTS_H
 #define LK_SHAFTS_H
 
@@ -26,37 +26,37 @@
 /* Kinds of messages. */
 enum { LK_SHAFTS_OFFER = 1, LK_SHAFTS_ACCEPT, LK_SHAFTS_STATES, LK_SHAFTS_TORQUES, LK_SHAFTS_END };
 
-/* lk_shafts_head.what of ACCEPT: whose the time is. */
+/* lk_shafts_head.what of ACCEPT: who owns the time. */
 enum {
-  LK_SHAFTS_TIME_IS_SIMULATORS = 1, /* lk-emu does one step for each STATES, and waits for the next */
-  LK_SHAFTS_TIME_IS_DRIVES = 2      /* lk-emu's clock goes on, whether or not STATES come in time */
+  LK_SHAFTS_TIME_IS_SIMULATORS = 1, /* lk-emu does one step for each STATES, then waits */
+  LK_SHAFTS_TIME_IS_DRIVES = 2      /* lk-emu keeps its clock and does not wait for late STATES */
 };
 
-/* lk_shafts_accept.owner: who moves a joint. */
+/* lk_shafts_accept.owner: which side computes the motion of a joint. */
 enum {
-  LK_SHAFTS_NOT_COUPLED = 0, /* the drive keeps the load that its robot file gives it */
-  LK_SHAFTS_SIMULATOR = 1,   /* the simulator: it takes the torque, and has the armature to add */
-  LK_SHAFTS_DRIVE = 2        /* the drive: it takes an inertia and a torque of load */
+  LK_SHAFTS_NOT_COUPLED = 0, /* not taken: the drive keeps the load of its robot file */
+  LK_SHAFTS_SIMULATOR = 1,   /* simulator: applies the torque, and adds the armature */
+  LK_SHAFTS_DRIVE = 2        /* drive: gets the inertia and the torque of its load */
 };
 
 /* lk_shafts_accept.flags */
-#define LK_SHAFTS_TORQUE_UNTOLD 1u /* of a joint that the simulator moves: torque_Nm of STATES means
-                                      nothing, lk-emu makes its own of how the joint moves */
+#define LK_SHAFTS_TORQUE_UNTOLD 1u /* owner SIMULATOR: lk-emu ignores torque_Nm of STATES and
+                                      estimates it from the change of speed */
 
 struct lk_shafts_head {
   uint32_t kind;
-  uint32_t bytes;  /* of the whole message */
-  uint32_t joints; /* records; of END 0 */
-  uint32_t what;   /* ACCEPT: whose the time is; TORQUES: how many steps they are the mean of;
-                      END: bytes of the text; else 0 */
+  uint32_t bytes;  /* length of the message, with this head */
+  uint32_t joints; /* number of records; END: 0 */
+  uint32_t what;   /* ACCEPT: owner of the time; TORQUES: number of steps averaged;
+                      END: bytes of the text; others: 0 */
   uint64_t number; /* OFFER, ACCEPT: length of a step in ns (ACCEPT 0: as offered); TORQUES: steps
-                      done so far; STATES: the same, of the TORQUES that they follow, at first 0 */
+                      done so far; STATES: number of the last TORQUES, at first 0 */
 };
 
 struct lk_shafts_offer {
-  char name[LK_SHAFTS_NAME_BYTES]; /* "vcan0:1": bus and ID; ends with a 0 */
-  double armature_kg_m2;           /* as in TORQUES, of the first step */
-  double angle_rad;                /* of the output shaft, now */
+  char name[LK_SHAFTS_NAME_BYTES]; /* "vcan0:1": bus and ID; zero-terminated */
+  double armature_kg_m2;           /* as in TORQUES, for the first step */
+  double angle_rad;                /* present angle of the output shaft */
 };
 
 struct lk_shafts_accept {
@@ -64,23 +64,23 @@ struct lk_shafts_accept {
   uint32_t flags;
 };
 
-struct lk_shafts_state { /* DRIVE: the first two mean nothing */
+struct lk_shafts_state { /* owner DRIVE: lk-emu ignores angle and speed */
   double angle_rad;
   double speed_rad_s;
-  double inertia_kg_m2; /* SIMULATOR: that the shaft feels, armature included; 0: not known.
-                           DRIVE: of the load, without the drive's own, 0 or more */
-  double torque_Nm;     /* all that acts on this inertia beside the drive */
+  double inertia_kg_m2; /* SIMULATOR: inertia on the shaft, with the armature; 0: unknown.
+                           DRIVE: of the load, without the drive's own; 0 or more */
+  double torque_Nm;     /* sum of the torques on this inertia, without the drive's */
 };
 
 struct lk_shafts_torque {
-  double torque_Nm;         /* of the drive on the joint, mean of the step */
-  double torque_slope_Nm_s; /* how it changed within the step, from its middle on; may be left out */
-  double armature_kg_m2;    /* what the joint has to carry of the drive besides its own inertia */
-  double angle_rad;         /* where the drive has the output shaft at the end of the step */
+  double torque_Nm;         /* of the drive on the joint; mean of the steps averaged */
+  double torque_slope_Nm_s; /* about the middle of the last step; optional to use */
+  double armature_kg_m2;    /* inertia of the drive, to be added to the joint's own */
+  double angle_rad;         /* of the output shaft, at the end of the step */
   double speed_rad_s;
 };
 
-/* Bytes of a record; of a message. 0: there is no such kind. */
+/* Bytes of one record; 0 for END, which has none, and for an unknown kind. */
 static inline size_t lk_shafts_record_bytes(uint32_t kind) {
   switch (kind) {
     case LK_SHAFTS_OFFER: return LK_SHAFTS_NAME_BYTES + 16;
@@ -90,10 +90,11 @@ static inline size_t lk_shafts_record_bytes(uint32_t kind) {
     default: return 0;
   }
 }
+/* Bytes of a message, with its head. Not for END, whose length depends on its text. */
 static inline size_t lk_shafts_bytes(uint32_t kind, uint32_t joints) {
   return LK_SHAFTS_HEAD_BYTES + lk_shafts_record_bytes(kind) * joints;
 }
-/* Where the record of a joint begins in a message. */
+/* Offset of the record of joint number `joint`, from 0, in a message. */
 static inline size_t lk_shafts_at(uint32_t kind, uint32_t joint) {
   return lk_shafts_bytes(kind, joint);
 }
@@ -139,8 +140,8 @@ static inline void lk_shafts_put_head(unsigned char* to, const struct lk_shafts_
   lk_shafts_put_u32(to + 20, head->what);
   lk_shafts_put_u64(to + 24, head->number);
 }
-/* Of LK_SHAFTS_HEAD_BYTES bytes. NULL when they are one of this version that fits its kind, else
- * what is wrong with them. How many joints there should be the caller knows. */
+/* Reads LK_SHAFTS_HEAD_BYTES bytes. Returns NULL if they are a head of this version, and its length
+ * fits its kind; else the error. The caller must compare `joints` with the number of offers. */
 static inline const char* lk_shafts_get_head(const unsigned char* from, struct lk_shafts_head* head) {
   uint64_t bytes;
   if (memcmp(from, "LKSH", 4) != 0) return "does not begin with LKSH";

@@ -140,9 +140,9 @@ constexpr double kMaxAngle_rad = 1e5;
 constexpr double kMaxSpeed_rad_s = 1e4;
 constexpr double kMaxInertia_kg_m2 = 1e6;
 constexpr double kMaxTorque_Nm = 1e6;
-/// Minimum armature for a joint of unknown inertia: with less, nothing can be concluded.
+/// Minimum armature for a joint of unknown inertia, as lk-emu then computes with the armature.
 constexpr double kLeastArmature_kg_m2 = 1e-9;
-/// Relative rounding error allowed for the armature that a simulator adds.
+/// Relative rounding error by which a received inertia may be below the armature.
 constexpr double kRounding = 1e-6;
 
 bool within(double value, double most) { return std::abs(value) <= most; }  // false for NaN
@@ -152,7 +152,7 @@ bool is_unknown(const lk_shafts_accept& terms, const lk_shafts_state& state) {
          (state.inertia_kg_m2 == 0 || (terms.flags & LK_SHAFTS_TORQUE_UNTOLD) != 0);
 }
 
-/// Checks only numbers that are used.
+/// Returns the first number out of range, or ""; ignores numbers that lk-emu does not use.
 std::string problem_of_numbers(const lk_shafts_state& state, const lk_shafts_accept& terms) {
   const bool moved_by_simulator = terms.owner == LK_SHAFTS_SIMULATOR;
   const auto is = [](const char* what, double value) {
@@ -189,7 +189,7 @@ ShaftBody::ShaftBody(std::vector<ShaftJoint> joints, SimTime step) : step_(step)
   }
 }
 
-/// Unknown inertia: uses the armature, as too small a value is stable
+/// Returns the armature for an unknown inertia: a value below the true one is always stable
 /// (docs/guides/your-simulator.md).
 double ShaftBody::inertia_of(const Joint& joint) {
   const double inertia_kg_m2 = joint.state.inertia_kg_m2;

@@ -41,10 +41,10 @@ using ShaftBytes = std::vector<unsigned char>;
 ShaftBytes offer_message(std::span<const lk_shafts_offer> offers, std::uint64_t step_ns);
 ShaftBytes torques_message(std::span<const lk_shafts_torque> torques, std::uint32_t steps,
                            std::uint64_t number);
-/// Truncates `why` to the longest text of such a message.
+/// Returns an END message; truncates `why` to 1000 bytes.
 ShaftBytes end_message(std::string_view why);
 
-/// Message of a simulator, with its records.
+/// Messages of a simulator: the head, and one record per offered joint.
 struct ShaftAccept {
   lk_shafts_head head;
   std::vector<lk_shafts_accept> records;
@@ -61,21 +61,22 @@ class ShaftReader {
 
   struct More {};  // the message is incomplete
   using Message = std::variant<More, ShaftAccept, ShaftStates, std::string>;
-  /// Number of bytes missing of the message; above 0.
+  /// Bytes missing of the head, or once it is complete, of the message; above 0.
   std::size_t bytes_missing() const;
-  /// Pre: at most `bytes_missing()` bytes. A string is an error, after which nothing more is read.
+  /// Pre: at most `bytes_missing()` bytes. Returns the message if they complete it. A string is an
+  /// error in the message; all later calls return it again.
   Message take(std::span<const unsigned char> bytes);
 
  private:
   std::uint32_t joints_;
   ShaftBytes bytes_;       // of the incomplete message
-  lk_shafts_head head_{};  // its head, if complete
+  lk_shafts_head head_{};  // of the incomplete message; valid once all its bytes are there
   std::string wrong_;
 };
 
-/// Returns whether rotor and output of a gear are one shaft for a simulator, as with a stiff gear
-/// (Coupling). Assumes no load behind the spring, as the load may be absent or unknown. A spring
-/// that is slow enough for the step stays in the drive's model.
+/// Returns whether rotor and output of a gear count as one shaft for a simulator, because the gear
+/// is too stiff for steps of this length (Coupling). Assumes no load on the output, as the load may
+/// be absent or unknown. If false, the gear's spring stays in the drive's model.
 bool is_one_shaft(const model::MechanicsParams& gear, SimTime step);
 
 /// A joint that a simulator has accepted.
@@ -88,8 +89,9 @@ struct ShaftJoint {
   double armature_kg_m2 = 0;
 };
 
-/// Joints of an external simulator (docs/guides/your-simulator.md) as a body whose steps are
-/// computed elsewhere. Method `torques` returns the last input until `take` brings its result.
+/// Joints of an external simulator (docs/guides/your-simulator.md) as a body. The simulator
+/// computes its steps: `torques` returns the torques to send, and `take` stores the states
+/// received.
 class ShaftBody final : public Mechanism {
  public:
   ShaftBody(std::vector<ShaftJoint> joints, SimTime step);
@@ -100,32 +102,33 @@ class ShaftBody final : public Mechanism {
   JointView joint(std::size_t joint) const override;
   void set_armature(std::size_t joint, double inertia_kg_m2) override;
   void update() override {}
-  /// Joints stay where the drives leave them until the simulator sends new states.
+  /// Joints keep the drives' angle and speed until the simulator sends new states (`take`).
   void advance(std::span<const JointTorque> torques) override;
-  /// Other parts belong to the simulator: nothing can be pushed from here.
+  /// The simulator owns all other parts, so lk-emu can push none.
   std::span<const std::string> parts() const override { return {}; }
   void push(std::size_t, const std::array<double, 3>&, const std::array<double, 3>&) override {}
   void carry(std::size_t, double) override {}
   void freeze(bool) override {}
   std::optional<std::string> failure() const override { return std::nullopt; }
 
-  /// Returns the error in these states of its joints; nullopt if they are valid.
+  /// Returns the first error in the joints' `states`; nullopt if all are valid.
   std::optional<std::string> problem_of(std::span<const lk_shafts_state> states) const;
-  /// Takes the simulator's answer to `torques`; before the first step, its initial states.
+  /// Stores the states with which the simulator answers `torques`; before the first step, its
+  /// initial states.
   void take(std::span<const lk_shafts_state> states);
-  /// Mean torques over the steps since the last `take`, and the number of these steps.
+  /// Mean torques over the `steps()` done since the last `take`. Pre: at least one.
   std::vector<lk_shafts_torque> torques() const;
   unsigned steps() const { return steps_; }
 
  private:
   struct Joint {
     lk_shafts_accept terms;
-    lk_shafts_state state;                                      // now
-    double armature_kg_m2;                                      // now
-    double received_armature_kg_m2;                             // included in the state's inertia
+    lk_shafts_state state;           // now
+    double armature_kg_m2;           // now
+    double received_armature_kg_m2;  // armature that `state.inertia_kg_m2` includes
     std::optional<double> received_speed_rad_s = std::nullopt;  // in the last `take`
-    double torque_Nm = 0;                                       // sum of means since then
-    double slope_Nm_s = 0;                                      // in the last step
+    double torque_Nm = 0;   // sum of the steps' mean torques since the last `take`
+    double slope_Nm_s = 0;  // in the last step
   };
   static double inertia_of(const Joint& joint);
   /// Estimates the torque on a joint besides its drive, from its motion since the last `take`.

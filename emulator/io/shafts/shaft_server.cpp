@@ -21,11 +21,11 @@ namespace {
 
 using boost::system::error_code;
 
-/// Time-out from connecting to the first STATES: a simulator may have to load its model.
+/// Time-out from the connection to the first STATES; a simulator may load its model meanwhile.
 constexpr auto kFirstStatesTimeout = std::chrono::seconds(10);
-constexpr SimTime kShortestStep = std::chrono::microseconds(50);  // as for a [body]
+constexpr SimTime kShortestStep = std::chrono::microseconds(50);  // the same limit as in [body]
 constexpr SimTime kLongestStep = std::chrono::milliseconds(10);
-/// Time of busy polling after a step or an answer: waking from sleep takes as long as an exchange.
+/// Time of busy polling after TORQUES or STATES: waking from sleep takes as long as an exchange.
 constexpr auto kPolling = std::chrono::microseconds(100);
 constexpr const char* kClockIsHeld = "the simulator at --shafts owns the clock";
 
@@ -89,7 +89,7 @@ bool ShaftServer::is_stiff(const Shaft& shaft) const {
   return is_one_shaft(shaft.servo->profile.drive.mechanics, step_);
 }
 
-/// State as the joint needs it: with a stiff gear, rotor and output are one.
+/// Returns the shaft's state for its joint. With a stiff gear, the armature includes the rotor.
 model::MountedShaft ShaftServer::now(const Shaft& shaft) const {
   model::MountedShaft is = world_.lines()[shaft.bus]->bus_on_body().state().mounted_shaft(shaft.id);
   const model::MechanicsParams& m = shaft.servo->profile.drive.mechanics;
@@ -109,7 +109,7 @@ void ShaftServer::accept_simulator(int fd) {
   }
   simulator_.emplace(loop_, fd, static_cast<std::uint32_t>(shafts_.size()), ++simulators_);
   simulator_->may_log = log_limit_.may_log("shafts");
-  world_.serve_all();  // up to now
+  world_.serve_all();  // advances the shafts to the present
   std::vector<lk_shafts_offer> offers;
   for (const Shaft& shaft : shafts_) {
     const model::MountedShaft is = now(shaft);
@@ -135,7 +135,8 @@ void ShaftServer::wait_readable() {
                                 });
 }
 
-/// Reads what is there, then waits for more; polls at first if the simulator owns the time.
+/// Reads all received bytes, then waits for more; until `poll_until_` it polls instead, if the
+/// simulator owns the time.
 void ShaftServer::read_all() {
   const unsigned mine = simulator_->number;
   while (read_some()) {
@@ -144,7 +145,7 @@ void ShaftServer::read_all() {
   if (!owns_time() || monotonic_now() >= poll_until_) return wait_readable();
   boost::asio::post(loop_, [this, mine] {
     if (!is_here(mine)) return;
-    std::this_thread::yield();  // on a single processor the simulator needs it
+    std::this_thread::yield();  // lets the simulator run on a single processor
     read_all();
   });
 }
@@ -226,14 +227,14 @@ void ShaftServer::on_states(const ShaftStates& states) {
   }
   simulator_->states_pending = false;
   poll_until_ = monotonic_now() + kPolling;
-  // Otherwise it was late and the drives have continued: its states are outdated.
+  // If the numbers differ, STATES came late: the drives have continued, and ignore them.
   if (simulator_->answers != simulator_->steps_done) return;
   simulator_->body->take(taken);
   world_.body_is_ready();
   if (owns_time()) step_clock();
 }
 
-/// Advances one step. The previous one may still wait for replies to be sent.
+/// Advances the clock by one step; later, if the previous advance still waits to send replies.
 void ShaftServer::step_clock() {
   if (world_.advancing()) {
     step_is_due_ = true;
@@ -294,7 +295,8 @@ void ShaftServer::take_clock() {
 bool ShaftServer::end_step() {
   if (!simulator_) return true;
   ++simulator_->steps_done;
-  if (simulator_->states_pending) return true;  // it gets the mean of these steps after its answer
+  // A late simulator gets the mean of these steps after its STATES.
+  if (simulator_->states_pending) return true;
   simulator_->answers = simulator_->steps_done;
   simulator_->states_pending = true;
   send_torques();
@@ -328,8 +330,8 @@ void ShaftServer::on_step_timeout() {
   world_.body_is_ready();
 }
 
-/// A full buffer means that the simulator does not read; `wait_readable` then finds it
-/// disconnected.
+/// Shuts the connection down if not all bytes fit: the simulator does not read. The next read then
+/// reports the end of the connection (`on_closed`).
 void ShaftServer::send(const ShaftBytes& bytes) {
   const int fd = simulator_->socket.native_handle();
   const ssize_t size = ::send(fd, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
@@ -338,7 +340,7 @@ void ShaftServer::send(const ShaftBytes& bytes) {
   ::shutdown(fd, SHUT_RDWR);
 }
 
-/// The connection was closed by the simulator, or by `send` because it does not read.
+/// The simulator has closed the connection, or `send` has because the simulator does not read.
 void ShaftServer::on_closed() {
   if (simulator_->is_not_reading) return disconnect("", false);
   release(lost_ == ShaftsLost::kFree ? spdlog::level::info : spdlog::level::warn, "has gone");

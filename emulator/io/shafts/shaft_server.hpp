@@ -19,11 +19,11 @@
 namespace lk::emulator {
 
 /// Connects the shafts of all drives to one simulator at a time (docs/guides/your-simulator.md).
-/// Runs on the loop of the world, which no simulator can stop or delay. Without a simulator the
-/// drives have the loads of their robot file.
+/// Runs on the loop of the world, which no simulator can stop or delay. Before the first simulator,
+/// the drives have the loads of their robot file.
 class ShaftServer {
  public:
-  /// Throws StartError if it cannot listen there.
+  /// Throws StartError if it cannot listen at the address in `options`.
   ShaftServer(boost::asio::io_context& loop, World& world, const ShaftOptions& options);
   ShaftServer(const ShaftServer&) = delete;
   ShaftServer& operator=(const ShaftServer&) = delete;
@@ -31,7 +31,7 @@ class ShaftServer {
 
   /// Call after the start of the world. With ShaftsLost::kStop, time then waits for a simulator.
   void start();
-  /// "unix:/tmp/shafts", "tcp:127.0.0.1:29600"
+  /// Returns the address for simulators: "unix:/tmp/shafts", "tcp:127.0.0.1:29600".
   const std::string& place() const { return place_; }
 
  private:
@@ -49,14 +49,14 @@ class ShaftServer {
     ShaftReader reader;
     unsigned number;
     std::optional<ShaftAccept> accepted;
-    std::vector<std::size_t> taken;  // indices of the shafts that it has accepted
+    std::vector<std::size_t> taken;  // indices in `shafts_` of the joints that it has accepted
     ShaftBody* body = nullptr;       // owned by the world's coupling; null before the first STATES
     std::uint64_t steps_done = 0;
     std::uint64_t answers = 0;    // number that the next STATES must have
-    bool states_pending = true;   // STATES are pending
-    bool late = false;            // was late; logged
-    bool is_not_reading = false;  // does not read
-    bool may_log = true;          // may be logged
+    bool states_pending = true;   // the server waits for STATES
+    bool late = false;            // it has missed a deadline; the warning is logged
+    bool is_not_reading = false;  // its receive buffer is full: it does not read
+    bool may_log = true;          // messages about it may be logged (LogLimit)
   };
 
   model::MountedShaft now(const Shaft& shaft) const;
@@ -66,25 +66,25 @@ class ShaftServer {
   void wait_readable();
   void read_all();
   bool is_here(unsigned number) const { return simulator_ && simulator_->number == number; }
-  /// Returns false if there is no more to read now.
+  /// Returns true if the socket may hold more bytes.
   bool read_some();
   void on_message(ShaftReader::Message message);
   void on_accept(ShaftAccept accept);
   void on_states(const ShaftStates& states);
   void begin(const ShaftStates& states);
-  /// Called when the drives have done a step; returns whether they may continue.
+  /// Callback World::on_body_step. Returns false if the drives must wait for STATES.
   bool end_step();
   void on_step_timeout();
   void send_torques();
   void step_clock();
   void take_clock();
   void send(const ShaftBytes& bytes);
-  /// Disconnects the simulator; sends it the reason if `at_fault`.
+  /// Disconnects the simulator and logs `why`; sends it an END with `why` if `at_fault`.
   void disconnect(const std::string& why, bool at_fault);
   void on_closed();
   /// Logs "the simulator `why`" and disconnects it.
   void release(spdlog::level::level_enum level, const std::string& why);
-  /// Gives the drives their loads without a simulator.
+  /// Ends the coupling. Drives keep the last inertia of their joint as load, without torque.
   void uncouple_drives();
   bool owns_time() const {
     return simulator_ && simulator_->accepted &&
@@ -99,16 +99,16 @@ class ShaftServer {
   std::vector<Shaft> shafts_;
   std::optional<Simulator> simulator_;
   boost::asio::steady_timer first_states_timer_;  // time-out before the first STATES
-  WakeTimer step_timer_;                          // time-out of a step in real time
+  WakeTimer step_timer_;  // time-out for STATES while the drives own the time
   MonoTime step_deadline_{0};
   MonoTime poll_until_{0};
   ClockMode clock_before_;
   bool clock_is_stopped_ = false;  // because the simulator was lost
-  bool step_is_due_ = false;       // while the clock is still advancing
+  bool step_is_due_ = false;       // STATES came while the clock was still advancing
   SimTime step_{std::chrono::milliseconds(1)};
   unsigned simulators_ = 0;
   LogLimit log_limit_;    // limits messages about simulators
-  bool refused_ = false;  // a second simulator; logged
+  bool refused_ = false;  // a second simulator was refused; the warning is logged
 };
 
 }  // namespace lk::emulator
