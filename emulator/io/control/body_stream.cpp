@@ -1,4 +1,4 @@
-// Shape and poses of a body.
+// Stream of a body's poses, and JSON of its shape.
 
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@
 namespace lk::emulator {
 namespace {
 
-/// By GeomKind.
+/// Words for GeomKind, in its order.
 constexpr const char* kGeomWords[] = {"plane", "sphere", "capsule", "ellipsoid", "cylinder", "box"};
 
 Json geom_json(const BodyGeom& geom) {
@@ -28,7 +28,7 @@ Json geom_json(const BodyGeom& geom) {
           {"colour", geom.colour}};
 }
 
-/// By joint: bus and ID of its drive, null if it has none.
+/// Returns bus and ID of each joint's drive, by joint; both null for a joint without a drive.
 std::vector<Json> drives_of(const World& world, std::size_t joints) {
   std::vector<Json> drives(joints, {{"bus", nullptr}, {"id", nullptr}});
   for (const auto& line : world.lines()) {
@@ -45,7 +45,7 @@ Json numbers(const BodyPose& pose) {
   return all;
 }
 
-/// Five digits: nobody sees tenths of a millimetre.
+/// Appends `values`, rounded to five digits, which are enough to draw a body.
 void append(std::string& text, std::span<const double> values, bool first) {
   text += first ? '[' : ',';
   for (std::size_t n = 0; n < values.size(); ++n) {
@@ -101,7 +101,8 @@ Json body_json(const World& world) {
 
 namespace {
 
-/// Returns {"time_s", "poses", "contacts"} of now, as text: it is sent 60 times a second.
+/// Returns the present time, poses and contacts as JSON text: cheaper than Json, for 60 messages a
+/// second.
 std::string body_state_text(const World& world) {
   const DrawableBody& body = *drawable_body(world);
   std::string text = fmt::format(R"({{"time_s":{},"shape_changes":{},"poses":[)",
@@ -137,7 +138,8 @@ class BodyStream : public StreamClient {
     send_pose();
   }
 
-  /// Scheduled by the period, not by the last message. Sends only if time has advanced.
+  /// Sends the poses if time has advanced, then schedules the next call one period after the last
+  /// due time.
   void send_pose() {
     if (!writing_ && sent_at_ != world().time()) {
       sent_at_ = world().time();
@@ -152,7 +154,7 @@ class BodyStream : public StreamClient {
 
   void on_written() override { writing_ = false; }
 
-  std::string text_;  // being sent
+  std::string text_;  // message being sent
   std::optional<SimTime> sent_at_;
   MonoTime due_{0};
   bool writing_ = false;

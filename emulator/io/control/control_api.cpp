@@ -70,7 +70,8 @@ void check_may_write(const ApiRequest& request) {
   }
 }
 
-/// Recording creates a directory wherever the program may. A client without a token may be anyone.
+/// A recording creates a directory at any path that the program may write. So requires a token, or
+/// that only this user can connect.
 void check_may_record(const ApiRequest& request) {
   if (request.same_user || request.has_token) return;
   throw ApiError(403, "recording",
@@ -78,7 +79,7 @@ void check_may_record(const ApiRequest& request) {
                  "with a --http-token FILE or --record");
 }
 
-/// Rejects parameters; streams check their own.
+/// Rejects query parameters, except for streams, which check them.
 void check_query(const ApiRequest& request, std::string_view route) {
   if (request.query.empty() || route == "/telemetry" || route == "/frames") return;
   throw ApiError(400, request.query.begin()->first, "unknown; this request has no parameters");
@@ -88,7 +89,7 @@ void check_clock_is_free(const World& world) {
   if (!world.clock_owner.empty()) throw ApiError(409, "clock", world.clock_owner);
 }
 
-/// Sets the mode at the required `key`, the only one.
+/// Sets the clock to the mode under `key`. Throws if `key` is missing, or other keys are present.
 void set_clock(const ApiCall& call, const char* key) {
   const std::string word = call.body.required(key, call.body.text(key));
   call.body.finish();
@@ -117,7 +118,7 @@ Line& line_of(World& world, const std::string* bus) {
 
 namespace {
 
-/// Returns the bus that the body names.
+/// Returns the line that the request's body names as "bus"; without it, the only line.
 Line& named_line(const ApiCall& call) {
   const auto bus = call.body.text("bus");
   return line_of(call.world, bus ? &*bus : nullptr);
@@ -218,8 +219,8 @@ void check_clear(const ClearFault& clear, const FaultBoard& faults) {
   throw ApiError(400, "clear", "unknown fault \"" + clear.which + "\"");
 }
 
-/// Rejects immediate settings that the drives cannot store: a flash queues a limited number of
-/// writes.
+/// Rejects immediate settings that a drive cannot store: it has no power, or its flash has too many
+/// queued writes.
 void check_settings(const std::vector<TimedDirective>& directives, const Bus& bus) {
   std::map<int, std::size_t> writes;
   for (const auto& [at, directive, when, source] : directives) {
@@ -237,7 +238,8 @@ void check_settings(const std::vector<TimedDirective>& directives, const Bus& bu
   }
 }
 
-/// Limits faults, conditions, and other directives that wait for a time, before one is planned.
+/// Throws if the bus has no room for all these faults, conditions and directives planned for a
+/// time.
 void check_room(const std::vector<TimedDirective>& directives, const Bus& bus) {
   const BusState& state = bus.state();
   std::size_t planned = 0;
@@ -260,7 +262,7 @@ void check_room(const std::vector<TimedDirective>& directives, const Bus& bus) {
                    "a bus holds at most " + std::to_string(kMaxPlanned) +
                        " planned directives; remove them with clear = \"planned\"");
   }
-  // Some armed faults wait for a time, not for a condition: this refuses too early, never too late.
+  // Also counts armed faults that wait for a time, not a condition: may refuse before the limit.
   const auto armed = static_cast<std::size_t>(
       std::ranges::count(state.faults, FaultEvidence::State::kArmed,
                          [](const auto& one) { return one.evidence.state; }));
@@ -271,7 +273,8 @@ void check_room(const std::vector<TimedDirective>& directives, const Bus& bus) {
   }
 }
 
-/// Executes or plans directives, and notifies listeners. Checks all before it executes the first.
+/// Executes or plans directives, and notifies listeners. Checks all directives first, so that an
+/// invalid one leaves no effect.
 void post_directives(const ApiCall& call) {
   if (call.body.has("clock")) {  // the only directive without a bus
     set_clock(call, "clock");
@@ -309,7 +312,7 @@ void delete_directives(const ApiCall& call) {
   call.reply({200, {{"time_s", in_seconds(call.world.time())}}, ""});
 }
 
-/// Sends frames as a host does, in the form of a scenario's [[send]] without its times.
+/// Sends frames as a host does. Their keys are those of a scenario's [[send]], without its times.
 void post_frames(const ApiCall& call) {
   Line& line = named_line(call);
   call.world.serve_all();

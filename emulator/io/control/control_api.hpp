@@ -14,7 +14,7 @@
 
 namespace lk::emulator {
 
-/// A request over any transport.
+/// A request to the control interface, over a Unix socket or TCP.
 struct ApiRequest {
   std::string method;                        // "GET"
   std::string path;                          // "/api/v1/status"
@@ -22,8 +22,8 @@ struct ApiRequest {
   std::string content_type;
   std::string body;
   bool from_page = false;        // sent by a browser page
-  bool pages_may_write = false;  // setting of its entrance
-  bool same_user = true;         // only this user can connect there
+  bool pages_may_write = false;  // of its endpoint (Access): all its clients may write
+  bool same_user = true;         // only this user can connect to its endpoint
   bool has_token = false;        // the client has shown the required token
   bool is_public = false;        // no token is required: --http-token none
 };
@@ -31,10 +31,10 @@ struct ApiRequest {
 struct ApiResponse {
   int status = 200;
   Json body;
-  std::string allow;  // of 405
+  std::string allow;  // value of the header Allow; only with status 405
 };
 
-/// Answer to a request that fails.
+/// Thrown by handlers; becomes an error response. `where`: key or part of the request at fault.
 struct ApiError : std::runtime_error {
   ApiError(int code, std::string at, const std::string& why)
       : std::runtime_error(why), status(code), where(std::move(at)) {}
@@ -43,13 +43,14 @@ struct ApiError : std::runtime_error {
 };
 ApiResponse error_response(int status, const std::string& where, const std::string& reason);
 
-/// Something that requests start and stop. A missing function gives the answer 501. Functions throw
-/// ApiError, or ConfigError if the request is wrong.
+/// A recording or a scenario that clients start and stop. An empty function is answered with 501.
+/// Functions throw ApiError, or ConfigError if the request is invalid.
 struct Activity {
-  /// For POST; returns the answer. Only the `same_user` may learn which files exist.
+  /// For POST; returns the response's body. Unless `same_user`, the client must not learn which
+  /// files exist.
   std::function<Json(TableReader& request, bool same_user)> start;
   std::function<Json()> stop;    // for DELETE
-  std::function<Json()> state;   // in /status; null when there is none
+  std::function<Json()> state;   // for /status; null if none was started
   std::function<Json()> report;  // for GET
 };
 
@@ -58,7 +59,7 @@ struct ApiCall;
 
 struct ApiRoute {
   std::string_view method;
-  std::string_view path;  // below ControlApi::kBasePath; {bus} and {id} stand for one part each
+  std::string_view path;  // below ControlApi::kBasePath; {bus} and {id} match any one part
   void (*handle)(const ApiCall& call);
 };
 
@@ -72,7 +73,7 @@ class ControlApi {
 
   /// Calls `reply` once: at once, or for an advance when it ends. Does not throw.
   void handle(const ApiRequest& request, const ApiReply& reply);
-  /// Cancels the advance of a client that has gone.
+  /// Cancels the present advance, whose client has disconnected.
   void abandon() { world_.end_advance(); }
   World& world() { return world_; }
 
@@ -86,33 +87,35 @@ class ControlApi {
   World& world_;
 };
 
-/// A request on its way to the handler of its route.
+/// Arguments of a route's handler.
 struct ApiCall {
   ControlApi& api;
   World& world;
   const ApiRequest& request;
-  const std::vector<std::string>& parts;  // of the path, in place of {bus} and {id}
+  const std::vector<std::string>& parts;  // of the path, that match {bus} and {id}, in order
   const ApiReply& reply;
-  TableReader& body;  // empty if the method has none
+  TableReader& body;  // empty for methods without a body
 };
 
-/// Limit for directives that clients have planned on a bus.
+/// Limit for a bus: clients can plan no directive that would exceed it.
 inline constexpr std::size_t kMaxPlanned = 1000;
 
-/// Clears as a client's directive `clear` does. Pre: `which` is valid.
+/// Executes {"clear": `which`} on `line`, and notifies listeners. Pre: `which` is a fault on it,
+/// "all" or "planned".
 void request_clear(Line& line, const std::string& which);
 
-/// Returns the named bus; null: the only one. Throws ApiError.
+/// Returns the line named `bus`; null: the only line. Throws ApiError if the name is unknown, or
+/// needed because there are several lines.
 Line& line_of(World& world, const std::string* bus);
 
-// Parameters of streams. These throw ApiError.
+// Check the query of a request for a stream; throw ApiError.
 TelemetryRequest read_telemetry_request(World& world, const ApiRequest& request);
-/// Returns the bus of a frame stream.
+/// Returns the line whose frames the client wants.
 Line& read_frames_request(World& world, const ApiRequest& request);
-/// Requires a robot with a body.
+/// Also throws if the robot has no body that can be drawn.
 void check_body_request(const World& world, const ApiRequest& request);
 
-// Handlers of requests for a stream without an upgrade.
+// Handlers of GET on the paths of streams, for requests without an upgrade to WebSocket.
 void get_telemetry(const ApiCall& call);
 void get_frames(const ApiCall& call);
 void get_body(const ApiCall& call);

@@ -32,7 +32,7 @@ std::string as_key(std::string_view words) {
   return key;
 }
 
-/// By FaultEvidence::State.
+/// Words for FaultEvidence::State, in its order.
 constexpr const char* kStateWords[] = {"armed", "active", "paused", "over", "cleared"};
 
 template <typename Section>
@@ -49,7 +49,7 @@ void put(Json& json, const Field<Section>& field, const Section& section) {
       field.member);
 }
 
-/// With the keys of [settings].
+/// Returns the registers under the keys of [settings].
 Json registers_json(const Registers& registers, const ServoConfig& servo) {
   Json json = Json::object();
   for (const auto& field : fields::kRegisters) put(json, field, registers);
@@ -86,7 +86,7 @@ Json surroundings_json(const DriveConditions& now) {
           {"load", load_json(now.load)}};
 }
 
-/// In units of the wire; null: the loops have no set point.
+/// Returns the set point in the units of commands; null if the loops have none.
 Json setpoint_json(const model::Setpoint& setpoint, const Servo& servo) {
   if (const auto* torque = std::get_if<model::Torque>(&setpoint)) return {{"iq_A", torque->i_q}};
   if (const auto* speed = std::get_if<model::Speed>(&setpoint)) {
@@ -99,7 +99,7 @@ Json setpoint_json(const model::Setpoint& setpoint, const Servo& servo) {
   return nullptr;
 }
 
-/// ID, bus type and bit rates of a drive: now, saved, and pending until the next start.
+/// Returns ID, bus type and bit rates of a drive: in use, saved, and pending until its next start.
 Json place_json(const Servo& servo, const Line& line) {
   const BusConfig& bus = line.config();
   const bool has_921600 = !bus.serial || bus.serial->has_921600;
@@ -122,7 +122,7 @@ Json place_json(const Servo& servo, const Line& line) {
   return place;
 }
 
-/// Drives whose address differs, or will differ, from their wiring and configuration.
+/// Lists the drives whose address differs from the configuration, now or after the next start.
 Json moved_json(const Line& line) {
   Json moved = Json::array();
   for (const ServoConfig& config : line.config().servos) {
@@ -135,7 +135,7 @@ Json moved_json(const Line& line) {
   return moved;
 }
 
-/// Construction and start values of a drive, which never change.
+/// Returns a drive's construction and start values, which do not change during a run.
 Json built_json(const ServoConfig& servo) {
   const model::DriveParams& drive = servo.profile.drive;
   const double turns = encoder_turns(servo.profile, servo.quirks);
@@ -320,7 +320,7 @@ Json fault_kinds_json() {
 
 namespace {
 
-/// Returns nullopt if a file cannot be read now.
+/// Returns nullopt if a file cannot be read, so that the caller tries again later.
 std::optional<Json> read_scenarios() {
   std::vector<std::filesystem::path> files;
   std::error_code error;

@@ -10,7 +10,7 @@ namespace lk::emulator {
 
 struct HttpAddress {
   std::string address;     // "127.0.0.1"; an IP address, not a name
-  std::uint16_t port = 0;  // 0: any
+  std::uint16_t port = 0;  // 0: any free port
 };
 
 /// Time-outs for clients.
@@ -23,7 +23,7 @@ struct Timeouts {
 struct ControlOptions {
   std::string socket;  // Unix socket path; empty: in the runtime directory; "none": no socket
   std::optional<HttpAddress> http;
-  bool pages_may_write = false;      // for pages, and for all if open_to_others
+  bool pages_may_write = false;      // web pages may write; if open_to_others, all clients
   std::string page_language;         // "en" or "zh"; empty: language of the browser
   std::filesystem::path token_file;  // token required over TCP; empty: none
   bool open_to_others = false;       // no token required on any address (--http-token none)

@@ -20,10 +20,10 @@ namespace {
 using boost::system::error_code;
 
 constexpr std::size_t kShortestToken = 16;
-// In hexadecimal, as a page sends it, it still fits into a header (kLongestHeader).
+// A page sends the token in hexadecimal; this length still fits into a header (kLongestHeader).
 constexpr std::size_t kLongestToken = 2048;
 
-/// systemd protects the credentials of a service by access lists, which the mode does not show.
+/// Returns true for a systemd credential. Access lists protect it, which its mode does not show.
 bool is_credential(const std::filesystem::path& file) {
   const char* const directory = std::getenv("CREDENTIALS_DIRECTORY");
   return directory != nullptr && *directory == '/' && file.parent_path() == directory;
@@ -38,7 +38,7 @@ std::string read_token(const std::filesystem::path& file) {
   }
   struct stat found {};
   ::fstat(fd, &found);
-  // Room for an end of line, and for one more byte that shows that the token is too long.
+  // 3 more bytes: "\r\n", and one that shows that the token is too long.
   std::string token(kLongestToken + 3, '\0');
   const ssize_t size = S_ISREG(found.st_mode) ? ::read(fd, token.data(), token.size()) : -1;
   ::close(fd);
@@ -64,7 +64,7 @@ std::string read_token(const std::filesystem::path& file) {
 ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
                              const ControlOptions& options)
     : loop_(loop), shared_(std::make_shared<HttpShared>(world)), timeouts_(options.timeouts) {
-  // TCP first: it may be refused, and leaves no file behind.
+  // TCP first: if it fails, no socket file exists yet.
   if (options.http) listen_at(*options.http, options);
   if (options.socket.empty()) {
     try {
@@ -119,7 +119,7 @@ void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& opt
   spdlog::info("dashboard: http://{0}:{1}/, control: http://{0}:{1}/api/v1", host, port());
 }
 
-/// A new connection replaces the one that has been idle longest.
+/// Makes room for a new connection by closing the one that has been idle longest.
 bool ControlServer::has_room(HttpEndpoint& endpoint) {
   if (endpoint.connections < kMaxConnections) return true;
   if (endpoint.idle.empty()) {

@@ -15,15 +15,15 @@ namespace lk::emulator {
 /// the world. No client can stop or delay the loop.
 class ControlServer {
  public:
-  /// Throws StartError if it cannot listen at a given place. If none is given and the runtime
-  /// directory is unusable, it warns and has no socket.
+  /// Throws StartError if it cannot listen at an address in `options`. If options.socket is empty
+  /// and the runtime directory is unusable, logs a warning and opens no Unix socket.
   ControlServer(boost::asio::io_context& loop, World& world, const ControlOptions& options);
   ControlServer(const ControlServer&) = delete;
   ControlServer& operator=(const ControlServer&) = delete;
   ~ControlServer() = default;
 
   ControlApi& api() { return shared_->api; }
-  /// Empty if there is none.
+  /// Path of the Unix socket; empty if there is none.
   std::filesystem::path socket_path() const { return unix_ ? unix_->path() : ""; }
   /// TCP port; 0 if there is none.
   unsigned port() const { return tcp_ ? tcp_->port() : 0; }

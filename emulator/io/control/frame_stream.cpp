@@ -1,4 +1,4 @@
-// Decoded frames of a bus.
+// Stream of a bus's decoded frames.
 
 #include <optional>
 #include <utility>
@@ -22,7 +22,7 @@ class FrameStream : public StreamClient {
 
  private:
   void begin() override {
-    // Does not own this stream, which may end earlier.
+    // The callback holds a weak pointer: the line must not keep a closed stream alive.
     const auto make_callback = [this, weak = weak_from_this()](Direction direction) {
       return [this, weak, direction](const TimedFrame& frame) {
         if (const auto self = weak.lock()) gather(frame, direction);
@@ -64,7 +64,7 @@ class FrameStream : public StreamClient {
   struct Gathered {
     TimedFrame frame;
     Direction direction;
-    std::uint64_t number;  // of a host's frame, by the adviser's count
+    std::uint64_t number;  // of the host's frame, as counted by the adviser
   };
 
   Json row(const Gathered& gathered) {
@@ -82,14 +82,14 @@ class FrameStream : public StreamClient {
                  {"name", words.name},
                  {"values", words.values}};
     if (!words.quantities.empty()) {
-      // Only queries of several drives have slots, identified by the CAN identifier.
+      // A command to several drives has slots, which depend on its CAN identifier.
       const std::uint32_t asked = timed.frame.id;
       json["says"] = quantities_text(words.quantities, asked, Language::kEnglish);
       json["says_zh"] = quantities_text(words.quantities, asked, Language::kChinese);
     }
     if (!words.mark.empty()) json["mark"] = words.mark;
     if (!words.problem.empty()) json["drawback"] = words.problem;
-    // Advice on this frame that is known by now.
+    // Advice on this frame may also come later; it is then missing here.
     const std::string_view advice = line_.adviser().mark_of(gathered.number);
     if (!advice.empty()) json["advice"] = advice;
     return json;
@@ -116,9 +116,9 @@ class FrameStream : public StreamClient {
   std::uint64_t address_changes_ = 0;  // address changes of the bus that the reader has applied
   std::optional<Line::ListenerKey> listener_;
   std::vector<Gathered> gathered_;
-  std::string text_;  // being sent
+  std::string text_;  // message being sent
   bool writing_ = false;
-  std::uint64_t lost_ = 0;  // frames since the stream began
+  std::uint64_t lost_ = 0;  // frames dropped since the stream began
 };
 
 }  // namespace

@@ -66,7 +66,7 @@ void read_target(std::string_view target, ApiRequest& request) {
 
 namespace {
 
-/// Compares in constant time.
+/// Compares in a time that does not depend on the content, so that it reveals nothing.
 bool same_secret(std::string_view shown, std::string_view secret) {
   unsigned difference = shown.size() == secret.size() ? 0 : 1;
   for (std::size_t n = 0; n < secret.size(); ++n) {
@@ -90,7 +90,7 @@ void each_word(std::string_view list, const Take& take) {
   }
 }
 
-/// `localhost` or an IP address, with or without a port.
+/// Returns true for `localhost` or an IP address, with or without a port.
 bool is_address(std::string_view host) {
   const bool bracketed = host.starts_with('[');
   std::size_t end = host.find(bracketed ? ']' : ':');
@@ -136,8 +136,8 @@ std::string authorization_of(std::string_view offered) {
 }
 
 /// Protects against pages in a browser on this machine. Origin reveals a foreign page; Host reveals
-/// a foreign name that resolves to this machine. The port is not compared, as a tunnel or a
-/// container may use another.
+/// a foreign name that resolves to this machine. The port in Host may differ from ours, as a tunnel
+/// or a container may use another; Origin must have the same one.
 std::optional<Refusal> refusal(const Access& access, const Credentials& shown) {
   if (access.own_pages_only) {
     if (!is_address(shown.host)) return Refusal{403, "Host", "is not this program's"};

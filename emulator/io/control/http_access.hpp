@@ -11,42 +11,43 @@ namespace lk::emulator {
 /// Replaces each %XX by its byte. Throws ApiError, which names `part` of the request.
 std::string decode_percent(std::string_view text, const char* part);
 
-/// Removes "http://HOST" of an absolute target (RFC 9112, 3.2.2) from `target`. Returns HOST, which
-/// replaces the header's; nullopt for "/path".
+/// Removes "http://HOST" from an absolute `target` (RFC 9112, 3.2.2). Returns HOST, to be used
+/// instead of the header Host; nullopt if the target is only a path.
 std::optional<std::string_view> take_authority(std::string_view& target);
 
-/// Parses "/path?key=value&…" into `request`; its path stays encoded. Throws ApiError.
+/// Parses "/path?key=value&…" into `request`, without decoding the path. Throws ApiError.
 void read_target(std::string_view target, ApiRequest& request);
 
-/// Access rules of one entrance.
+/// Access rules of one endpoint.
 struct Access {
-  bool own_pages_only = false;   // Host must be an address, and Origin, if present, the same
+  bool own_pages_only = false;   // Host must be an IP address or localhost; Origin, if sent, equal
   std::string token = {};        // required token; empty: none
-  bool open_to_others = false;   // no token is required: clients may only read
-  bool pages_may_write = false;  // pages, or all clients if open_to_others, may write
+  bool open_to_others = false;   // no token on any address: clients may only read
+  bool pages_may_write = false;  // lets pages write, and all clients if open_to_others
 };
 
-/// Headers that show where a request comes from.
+/// Headers of a request that `refusal` checks.
 struct Credentials {
   std::string_view host;
   std::optional<std::string_view> origin;
   std::string_view authorization;
 };
 
-/// Reason to refuse a request, for the client.
+/// Why a request is refused; sent to the client.
 struct Refusal {
   int status;         // HTTP status
   const char* where;  // the header at fault
   const char* reason;
 };
-/// Returns nullopt if access is allowed.
+/// Returns why `access` forbids a request with the headers `shown`; nullopt if it is allowed.
 std::optional<Refusal> refusal(const Access& access, const Credentials& shown);
 
-/// Subprotocol for pages, which cannot set Authorization on a WebSocket. A page also offers its
-/// token: "bearer." and the token's bytes in hexadecimal.
+/// Subprotocol for pages, which cannot set Authorization on a WebSocket. A page offers it and a
+/// second one with its token: "bearer." and the token's bytes in hexadecimal. `offered` is the
+/// header Sec-WebSocket-Protocol.
 inline constexpr std::string_view kWebSocketProtocol = "lk-emu";
 bool offers_protocol(std::string_view offered);
-/// Returns the equivalent of the Authorization header; empty if no token is offered.
+/// Returns the value that Authorization would have; empty if no token is offered.
 std::string authorization_of(std::string_view offered);
 
 }  // namespace lk::emulator

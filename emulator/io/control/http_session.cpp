@@ -27,7 +27,7 @@ namespace http = boost::beast::http;
 using boost::system::error_code;
 
 constexpr std::size_t kReadAtOnce = 4096;
-constexpr std::size_t kLongestBuffer = 16'384;  // includes requests sent ahead
+constexpr std::size_t kLongestBuffer = 16'384;  // with requests sent before the last answer
 constexpr auto kLingerTimeout = std::chrono::seconds(1);
 constexpr int kMaxLingerReads = 256;
 /// The dashboard loads only its own files, and no other page can frame it.
@@ -47,12 +47,13 @@ int status_of(const error_code& error) {
   return 400;
 }
 
-/// Returns whether the request itself is wrong, not the state that it reads or changes.
+/// Returns true if the request itself is at fault, not the state that it reads or changes.
 bool is_refusal(int status, std::string_view where) {
   return status != 409 && status < 500 && (status != 404 || where == "path");
 }
 
-/// Kinds of refusal for the log. A client can choose other words, without limit.
+/// Returns the kind of a refusal for the log. Drops a `where` that the client can choose, as the
+/// number of kinds must be limited.
 std::string kind_of(int status, std::string_view where) {
   constexpr std::string_view kOwnWords[] = {"Authorization", "Content-Type", "Host", "Origin",
                                             "WebSocket",     "body",         "path"};
@@ -74,7 +75,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     --endpoint_->connections;
   }
 
-  /// Waits for the next request or the end. Requests sent ahead wait in buffer and socket.
+  /// Waits for the next request or the end of the connection. Requests that the client sends before
+  /// its last answer wait in `buffer_` and in the socket.
   void wait() {
     if (buffer_.size() > 0) {
       read_header();
@@ -141,7 +143,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     request_.from_page = shown.origin.has_value();
     request_.pages_may_write = endpoint_->access.pages_may_write;
     request_.same_user = endpoint_->same_user;
-    request_.has_token = !endpoint_->access.token.empty();  // otherwise it was refused
+    request_.has_token =
+        !endpoint_->access.token.empty();  // a request without it was refused above
     request_.is_public = endpoint_->access.open_to_others;
     if (file != nullptr) {
       send_file(*file, view(header[http::field::if_none_match]));
@@ -185,7 +188,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     if (waiting_ && mine == requests_) watch_for_hang_up(mine);
   }
 
-  /// For answers that take time: cancels the work if the client disconnects.
+  /// Cancels the work on a pending answer if the client disconnects.
   void watch_for_hang_up(unsigned mine) {
     stream_.expires_never();
     if (buffer_.size() == kLongestBuffer) return;
@@ -200,7 +203,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
                                 });
   }
 
-  /// Reads bytes sent ahead, as far as there is room: the end of the stream follows them.
+  /// Reads the bytes of further requests, as far as there is room: the end of the stream is behind
+  /// them.
   bool has_hung_up() {
     const auto into = buffer_.prepare(std::min(kReadAtOnce, kLongestBuffer - buffer_.size()));
     const auto size =
@@ -210,7 +214,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     return size == 0;
   }
 
-  /// Detects a disconnect also behind bytes sent ahead.
+  /// Detects a disconnect even if bytes of further requests are unread.
   bool is_disconnected() {
     pollfd socket{stream_.socket().native_handle(), POLLRDHUP, 0};
     return ::poll(&socket, 1, 0) > 0;
@@ -290,7 +294,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     write(response);
   }
 
-  /// For a request without a body, or with one that is ignored.
+  /// Pre: the request has no body, or its body can be ignored: it is not read.
   void send_file(const EmbeddedFile& file, std::string_view known_etag) {
     keep_alive_ = parser_->get().keep_alive() && parser_->is_done();
     if (request_.method != "GET") {
@@ -367,7 +371,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
                       });
   }
 
-  /// Reads the rest first: closing a socket with unread bytes would discard the answer.
+  /// Reads the client's remaining bytes first: closing a socket with unread bytes would discard the
+  /// answer.
   void linger_then_close() {
     error_code ignored;
     stream_.socket().shutdown(HttpSocket::shutdown_send, ignored);
@@ -393,7 +398,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   ApiRequest request_;
   http::response<http::string_body> response_;
   bool keep_alive_ = true;
-  bool waiting_ = false;  // for the API's answer
+  bool waiting_ = false;  // the API has not answered yet
   unsigned requests_ = 0;
 };
 

@@ -14,8 +14,8 @@ namespace beast = boost::beast;
 namespace websocket = boost::beast::websocket;
 using boost::system::error_code;
 
-/// A page can show its token only among the protocols that it offers (http_access.hpp). It expects
-/// one of them to be chosen.
+/// Chooses kWebSocketProtocol if the client offers it. A page sends its token as an offered
+/// subprotocol (http_access.hpp), and its browser requires that the server chooses one.
 void choose_protocol(websocket::stream<HttpStream, false>& socket, const HttpUpgrade& upgrade) {
   const auto offered = upgrade[beast::http::field::sec_websocket_protocol];
   if (!offers_protocol({offered.data(), offered.size()})) return;
@@ -78,7 +78,7 @@ void StreamClient::do_after(std::chrono::nanoseconds delay, std::function<void()
   });
 }
 
-/// Ignores messages of the client; only detects its end.
+/// Ignores messages of the client; only detects its disconnect.
 void StreamClient::read() {
   incoming_.clear();
   socket_.async_read(incoming_,
@@ -97,7 +97,7 @@ void StreamClient::on_disconnect() {
   end();
 }
 
-/// Reached only by requests without an upgrade.
+/// Called only for requests without an upgrade to WebSocket, as `get_frames`.
 void get_telemetry(const ApiCall& call) {
   read_telemetry_request(call.world, call.request);
   call.reply(error_response(426, "Upgrade", "telemetry comes over a WebSocket"));
@@ -108,7 +108,7 @@ void get_frames(const ApiCall& call) {
   call.reply(error_response(426, "Upgrade", "frames come over a WebSocket"));
 }
 
-/// Without an upgrade: returns the shape to which the stream's poses belong.
+/// Answers a request without an upgrade with the body's shape, to which the stream's poses belong.
 void get_body(const ApiCall& call) {
   check_body_request(call.world, call.request);
   call.world.serve_all();

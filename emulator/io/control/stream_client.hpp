@@ -12,10 +12,10 @@
 
 namespace lk::emulator {
 
-/// One WebSocket client of a stream; keeps itself alive until the client has gone.
+/// One WebSocket client of a stream; owns itself until the client has disconnected.
 class StreamClient : public std::enable_shared_from_this<StreamClient> {
  public:
-  /// Takes `share` of the limit `used` of all clients.
+  /// Adds `share` to the total `used` of all clients; the destructor subtracts it.
   StreamClient(StreamPeer peer, double HttpShared::*used, double share);
   StreamClient(const StreamClient&) = delete;
   StreamClient& operator=(const StreamClient&) = delete;
@@ -25,16 +25,18 @@ class StreamClient : public std::enable_shared_from_this<StreamClient> {
   void start();
 
  protected:
-  /// Called when the connection is open.
+  /// Called once the WebSocket is open.
   virtual void begin() = 0;
   /// Called when `write` is done.
   virtual void on_written() = 0;
-  /// Called when the client has gone, maybe twice: removes callbacks to this object.
+  /// Called when the client has disconnected, maybe twice. Must remove all callbacks to this
+  /// object.
   virtual void end() {}
 
   /// Pre: no other write is pending. `text` must stay unchanged until on_written or end.
   void write(const std::string& text);
-  /// Calls `what` once unless the client has gone; replaces an earlier request.
+  /// Calls `what` once after `delay`, unless the client has disconnected by then. Cancels an
+  /// earlier `do_after`.
   void do_after(std::chrono::nanoseconds delay, std::function<void()> what);
   World& world() const { return shared_->api.world(); }
 

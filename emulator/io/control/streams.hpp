@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Streams over a WebSocket. Each answers the upgrade, sends until its client has gone, and
-/// keeps itself alive. A client that reads too slowly misses samples, frames or poses.
+/// @file Streams over a WebSocket. Each answers the upgrade, sends until its client disconnects,
+/// and owns itself. A client that reads too slowly misses samples, frames or poses.
 
 #include <cstddef>
 #include <memory>
@@ -13,15 +13,15 @@
 
 namespace lk::emulator {
 
-/// Bytes of samples queued for one client.
+/// Limit of samples queued for one client, bytes; later samples are dropped.
 inline constexpr std::size_t kMaxQueued = 1'048'576;
-/// Limit of values per second, over all streams.
+/// Limit for all telemetry streams together, values per second.
 inline constexpr double kMaxTelemetryOfAll = 400'000;
-/// Limit over all clients: each stream decodes every frame on the loop of the drives.
+/// Limit for all clients together: each stream decodes every frame on the loop of the drives.
 inline constexpr int kMaxFrameStreams = 8;
-/// Frames queued for one client.
+/// Limit of frames queued for one client; later frames are dropped.
 inline constexpr std::size_t kMaxGathered = 1024;
-/// Limit over all clients.
+/// Limit for all clients together.
 inline constexpr int kMaxBodyStreams = 8;
 
 /// The connection of a client that has asked for a stream.
@@ -36,12 +36,12 @@ struct StreamPeer {
 void stream_telemetry(StreamPeer peer, const TelemetryRequest& wanted);
 /// Sends every frame of `line`, decoded.
 void stream_frames(StreamPeer peer, Line& line);
-/// Sends poses 60 times a second (wall clock) while time advances.
+/// Sends poses 60 times a second (wall clock) while simulated time advances.
 void stream_body(StreamPeer peer);
 
-/// Returns the body of `world`; null if it has none that can be drawn.
+/// Returns the body of `world`; null if it has no body, or one without shapes to draw.
 const DrawableBody* drawable_body(const World& world);
-/// Returns shape and present poses of the body, with the drives of its joints. Pre:
+/// Returns shape and present poses of the body, and the drive of each joint. Pre:
 /// `drawable_body(world)` is not null.
 Json body_json(const World& world);
 

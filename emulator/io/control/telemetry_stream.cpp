@@ -20,7 +20,7 @@
 namespace lk::emulator {
 namespace {
 
-/// "speed_dps,iq_A,body.fallen"
+/// Parses a list such as "speed_dps,iq_A,body.fallen" into `wanted`.
 void read_signals(std::string_view names, const BodySignals* body, TelemetryRequest& wanted) {
   const std::vector<const Signal*> known = signals_with(body);
   for (;;) {
@@ -126,7 +126,7 @@ class TelemetryStream : public StreamClient {
     for (const Signal* signal : wanted_.body_signals) columns.push_back({any, signal});
     sampler_.emplace(std::move(columns), wanted_.line->bus().time(), wanted_.period);
     send(introduction());
-    // Does not own this stream, which may end earlier.
+    // The callbacks hold a weak pointer: the line must not keep a closed stream alive.
     watcher_ = wanted_.line->watchers.insert(wanted_.line->watchers.end(),
                                              {[this, weak = weak_from_this()] {
                                                 const auto self = weak.lock();
@@ -217,7 +217,7 @@ class TelemetryStream : public StreamClient {
   int gathered_samples_ = 0;
   std::deque<std::string> queue_;
   std::size_t queued_ = 0;  // bytes
-  std::uint64_t lost_ = 0;  // samples since the stream began
+  std::uint64_t lost_ = 0;  // samples dropped since the stream began
 };
 
 }  // namespace

@@ -6,8 +6,9 @@
 
 namespace lk::emulator {
 
-/// Returns the dashboard file (web/) for `target`, which may have a "?…"; null if there is none.
-/// "/" is the page.
+/// Returns the dashboard's file (web/) for a request target, ignoring its "?…"; null if there is
+/// none.
+/// "/" gives the page.
 const EmbeddedFile* find_web_file(std::string_view target);
 
 }  // namespace lk::emulator
