@@ -70,8 +70,8 @@ void check_may_write(const ApiRequest& request) {
   }
 }
 
-/// A recording creates a directory at any path that the program may write. So requires a token, or
-/// that only this user can connect.
+/// Refuses recordings to clients without a token, unless only this user can connect: a recording
+/// creates a directory at any path that the program may write.
 void check_may_record(const ApiRequest& request) {
   if (request.same_user || request.has_token) return;
   throw ApiError(403, "recording",

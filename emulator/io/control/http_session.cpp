@@ -52,8 +52,8 @@ bool is_refusal(int status, std::string_view where) {
   return status != 409 && status < 500 && (status != 404 || where == "path");
 }
 
-/// Returns the kind of a refusal for the log. Drops a `where` that the client can choose, as the
-/// number of kinds must be limited.
+/// Returns the kind of a refusal for the log. Omits a `where` that the client has chosen: otherwise
+/// there could be any number of kinds.
 std::string kind_of(int status, std::string_view where) {
   constexpr std::string_view kOwnWords[] = {"Authorization", "Content-Type", "Host", "Origin",
                                             "WebSocket",     "body",         "path"};
@@ -75,8 +75,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     --endpoint_->connections;
   }
 
-  /// Waits for the next request or the end of the connection. Requests that the client sends before
-  /// its last answer wait in `buffer_` and in the socket.
+  /// Waits for the next request or the end of the connection. Requests that come before the last
+  /// answer is sent wait in `buffer_` and in the socket.
   void wait() {
     if (buffer_.size() > 0) {
       read_header();
@@ -143,8 +143,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     request_.from_page = shown.origin.has_value();
     request_.pages_may_write = endpoint_->access.pages_may_write;
     request_.same_user = endpoint_->same_user;
-    request_.has_token =
-        !endpoint_->access.token.empty();  // a request without it was refused above
+    request_.has_token = !endpoint_->access.token.empty();  // without it, refused above
     request_.is_public = endpoint_->access.open_to_others;
     if (file != nullptr) {
       send_file(*file, view(header[http::field::if_none_match]));
