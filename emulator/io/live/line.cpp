@@ -11,23 +11,24 @@
 namespace lk::emulator {
 namespace {
 
-/// Longest step of a bus, so that the loop gets control. Not shorter than the loop's sleep, as
-/// every step but the last reads the clock.
+/// Longest step of a bus between two checks of the deadline. Not shorter than the loop's longest
+/// sleep, after which one step then suffices: each further step reads the clock.
 constexpr SimTime kStep = std::chrono::milliseconds(5);
-/// Unsent replies at which time waits for them, if it can: a quarter of the port's queue.
+/// With WaitPolicy::kForReplies, time waits above this number of unsent replies: a quarter of the
+/// port's queue.
 constexpr std::size_t kMaxLeaving = 256;
 
-/// Frames sent before a slip are read within this time after it.
+/// All frames sent before a slip have been read this long after it.
 constexpr SimTime kAfterSlip = std::chrono::milliseconds(2);
-/// A host that sent more frames during a slip does not wait for replies (assumed: one query every
-/// 10 ms for 0.6 s). Its frames go on the bus when it has room; at most this many wait.
+/// Most frames that wait for a quiet line after a slip (assumed: one query every 10 ms for 0.6 s).
+/// A host that sent more does not wait for replies: its frames only wait for room on the bus.
 constexpr std::size_t kMaxSpaced = 64;
-/// Longest wait for a quiet line.
+/// Longest wait for a quiet line after a slip.
 constexpr SimTime kLongestWait = std::chrono::seconds(1);
 
 SimTime whole_us(SimTime time) { return std::chrono::ceil<std::chrono::microseconds>(time); }
 
-/// "1-4,7"
+/// Returns the IDs as ranges: "1-4,7".
 std::string print_ids(const std::vector<ServoConfig>& servos) {
   std::string text;
   for (std::size_t i = 0; i < servos.size();) {
@@ -82,21 +83,21 @@ void Line::accept(const TimedFrame& in) {
     waits_for_quiet_line_ = false;
     flooded_ = true;
   }
-  if (flooded_) {  // the backlog goes first, as far as there is room
+  if (flooded_) {  // earlier frames go first, as far as the bus has room
     if (advancing_) {
       take_from_backlog();
     } else {
       advance_to(frame_instant(in.at, bus_.time()), MonoTime::max(), WaitPolicy::kNone);
     }
   }
-  // The bus drops a frame for which there is no room in either queue.
+  // If both queues are full, the bus gets the frame, to drop and count it.
   const bool is_lost =
       flooded_ && backlog_.size() >= kMaxSpaced && bus_.state().wire.host_queue_full();
   if (waits_for_quiet_line_ || (!backlog_.empty() && !is_lost)) {
     enqueue(in);
     return;
   }
-  // Called here, as the bus alone would advance without calling watchers.
+  // Advances here: Bus::receive would advance without calling watchers.
   if (in.at > bus_.time() &&
       (bus_.state().wire.host_queue_full() || bus_.state().adapted() || !listeners.empty())) {
     advance_watched(in.at);
@@ -107,7 +108,7 @@ void Line::accept(const TimedFrame& in) {
 void Line::put_on_bus(const TimedFrame& in) {
   TimedFrame effective = in;
   effective.at = frame_instant(in.at, bus_.time());
-  if (!listeners.empty()) {  // listeners get earlier replies before this frame
+  if (!listeners.empty()) {  // listeners must get earlier replies before this frame
     bus_.advance_to(effective.at);
     send_replies();
   }
@@ -159,7 +160,7 @@ void Line::advance_watched(SimTime until) {
   const bool from_watcher = std::exchange(advancing_, true);
   deliver_watched(bus_, until, all);
   advancing_ = from_watcher;
-  send_replies();  // replies do not wait for unrelated motors
+  send_replies();  // before `settle`, which computes motors that these replies do not need
   bus_.settle();
   if (std::exchange(address_changes_, bus_.state().nodes.address_changes()) !=
           bus_.state().nodes.address_changes() &&
@@ -176,7 +177,7 @@ Line::Progress Line::advance_to(SimTime until, MonoTime deadline, WaitPolicy pol
     take_from_backlog();
     SimTime target = std::min(until, bus_.time() + kStep);
     if (!backlog_.empty()) {
-      // The next frame follows as soon as there is room.
+      // Stops where the next queued frame can go on the bus.
       const SimTime frame =
           backlog_waits() ? whole_us(bus_.next_due().value_or(target)) : backlog_.front().at;
       target = std::max(std::min(target, frame), bus_.time());
@@ -249,7 +250,7 @@ void Line::send_leaving() {
 }
 
 void Line::settle_rom(const RomWrite& write, int error) {
-  // Only the first refusal and the recovery: hosts may write hundreds of times a second.
+  // Logs only the first failure and the recovery: hosts may write hundreds of times a second.
   std::uint64_t& refused = refused_[write.id];
   if (error != 0 && refused++ == 0) {
     spdlog::error("{}:{}: ROM not written: {}; the drive continues with RAM", name(), write.id,

@@ -21,11 +21,12 @@
 
 namespace lk::emulator {
 
-/// Returns when a host's frame of time `at` counts on a bus at `reached`. The result is not in the
-/// past, and a whole microsecond, the resolution of a log.
+/// Returns the time at which a bus that has reached `reached` receives a host's frame of time `at`:
+/// the later of the two, rounded up to a microsecond, the resolution of a log.
 SimTime frame_instant(SimTime at, SimTime reached);
 
-/// Reads a bus whenever it is due (sampler.hpp).
+/// Callbacks for an observer of a bus. The line calls `sample` at each time `next_due`
+/// (sampler.hpp).
 struct Watcher {
   std::function<SimTime()> next_due;
   std::function<void(const Bus&)> sample;
@@ -33,16 +34,17 @@ struct Watcher {
 
 /// Callbacks for the traffic of a line. Functions may be empty.
 struct Listener {
-  std::function<void(const TimedFrame&)> query;  // a host's frame; `at`: when the bus takes it in
-  std::function<void(const TimedFrame&)> reply;  // when it has left the wire
-  // A request of directives, as JSON; called before it is executed.
+  std::function<void(const TimedFrame&)> query;  // a host's frame; `at`: when the bus gets it
+  // A drive's frame, or the echo of a host's, once it has left the wire.
+  std::function<void(const TimedFrame&)> reply;
+  // Directives as JSON; called before the bus executes them.
   std::function<void(SimTime now, const std::string& json)> directive;
-  // The disk refused a write of a drive: its ROM holds these values again.
+  // A write to the ROM of drive `id` failed on disk: the ROM holds these earlier values again.
   std::function<void(SimTime now, int id, const RomGate::Kept&)> restored_rom;
 };
 
-/// One bus with its port and its observers. `accept` takes frames, `advance_to` advances time, and
-/// replies leave by the port meanwhile. Tests use lines without a port.
+/// One bus with its port and its observers. `accept` gives the bus a host's frame. `advance_to`
+/// advances time and sends replies through the port. Tests use lines without a port.
 class Line {
  public:
   /// Limit of frames queued while time stands still.
@@ -55,58 +57,59 @@ class Line {
 
   const BusConfig& config() const { return config_; }
   const std::string& name() const { return config_.interface; }
-  const std::string& ids() const { return ids_; }  // "1-4,7"
+  const std::string& ids() const { return ids_; }  // IDs of the configured drives: "1-4,7"
   const Bus& bus() const { return bus_; }
   Port* port() const { return port_.get(); }
   const RomGate& gate() const { return gate_; }
   bool is_up() const { return !port_ || port_->is_up(); }
 
-  /// Accepts a host's frame that arrived at `at`.
+  /// Gives the bus a host's frame that arrived at `in.at`, or queues it after a slip.
   void accept(const TimedFrame& in);
-  /// Notes that simulated time has slipped: frames that hosts sent meanwhile come together. On
-  /// RS-485 each then waits until the line is quiet, so that it does not spoil the previous reply.
+  /// Call after a slip of simulated time: the frames that hosts sent during it arrive together. On
+  /// RS-485 each of them waits until the line is quiet, so as not to collide with the last reply.
   void note_slip();
   /// Queues a host's frame until the bus reaches its time.
   void enqueue(const TimedFrame& in);
   enum class Progress : std::uint8_t {
     kReached,
     kOutOfTime,  // `deadline` came first
-    kBlocked,    // replies have to leave first
+    kBlocked,    // too many replies are unsent (WaitPolicy::kForReplies)
   };
-  /// Whether time waits for replies that cannot leave as fast as they come. A clock that follows
-  /// real time does not wait: late replies are lost, as on a robot.
+  /// Whether time waits when the port cannot send replies as fast as drives give them. A clock that
+  /// follows real time does not wait: late replies are lost, as on a robot.
   enum class WaitPolicy : std::uint8_t { kNone, kForReplies };
-  /// Advances the bus to `until`, or as far as it gets before `deadline`. Everything due up to and
-  /// including `until` has then happened, watchers were called, and replies were sent.
+  /// Advances the bus to `until`, or as far as it gets before `deadline`. With kReached, all events
+  /// up to and including `until` have happened, watchers were called, and replies were sent.
   Progress advance_to(SimTime until, MonoTime deadline, WaitPolicy policy);
-  /// As `advance_to`, for the body of the line's drives: everything before `due` has happened
-  /// (Bus::reach).
+  /// As `advance_to`, but events at `due` itself remain pending (Bus::reach): the body of the
+  /// line's drives does its step first.
   Progress reach(SimTime due, MonoTime deadline, WaitPolicy policy);
-  /// For the code that moves that body.
+  /// The bus, for the code that couples its drives to a body.
   Bus& bus_on_body() { return bus_; }
-  /// Notifies listeners of directives that will be executed next.
+  /// Notifies listeners of directives. Call before `perform`.
   void announce(const std::string& json) const;
-  /// Executes or plans a directive. Returns false, without effect, if the bus has no room.
+  /// Executes a directive that is due, or plans it. Returns false, without effect, if the bus has
+  /// no room for it.
   bool perform(const TimedDirective& directive);
 
-  /// Returns true if no reply waits any more.
+  /// Returns true if no reply waits for the disk or the port.
   bool replies_have_left() const;
   /// Frames of this drive that left the wire while the interface was up.
   std::uint64_t sent(int id) const { return sent_[static_cast<std::size_t>(id)]; }
 
   /// Finds mistakes of hosts on this bus.
   const Adviser& adviser() const { return adviser_; }
-  /// Called when the address of a drive has changed.
+  /// Called when the address (ID, bus or bit rate) of a drive has changed.
   std::function<void()> on_address_change;
   /// Called once with each new advice.
   std::function<void(const Advice&)> on_advice;
 
   /// Called with each write to ROM. Empty: the write counts as saved at once.
   std::function<void(const RomWrite&)> on_rom_write;
-  /// Ends a write to ROM; `error` is the disk's: 0 or errno.
+  /// Reports the result of a write to ROM: 0, or the errno of the disk.
   void settle_rom(const RomWrite& write, int error);
 
-  /// Kept until removed. A callback of the line must not remove any.
+  /// Observers of the line. Its callbacks must not remove any of them.
   std::list<Watcher> watchers;
   std::list<Listener> listeners;
   using WatcherKey = std::list<Watcher>::iterator;
@@ -132,14 +135,14 @@ class Line {
   Bus bus_;
   RomGate gate_;
   Adviser adviser_;
-  bool terminal_advised_ = false;  // that the host's terminal is not raw
+  bool terminal_advised_ = false;  // advice on a host's terminal that is not raw was given
   std::size_t advice_reported_ = 0;
   std::unique_ptr<Port> port_;
-  std::deque<TimedFrame> backlog_;     // not on the bus yet: time stands still, or the wire is full
+  std::deque<TimedFrame> backlog_;  // frames for the bus: time stands still, or the bus has no room
   bool waits_for_quiet_line_ = false;  // after a slip: frames wait until the line is quiet,
   SimTime waits_at_least_until_{0};    // at least until then
-  bool flooded_ = false;               // too many frames for that: the backlog only waits for room
-  bool advancing_ = false;             // watchers run, and may put frames on the bus
+  bool flooded_ = false;               // too many frames to space them: they wait only for room
+  bool advancing_ = false;             // watchers are running; they may call `accept`
   std::uint64_t address_changes_ = 0;  // address changes of the bus at the last check
   std::uint64_t backlog_lost_ = 0;
   std::array<std::uint64_t, protocol::kMaxId + 1> sent_{};  // by drive

@@ -129,7 +129,7 @@ void WakeTimer::wait() {
 }
 
 StampClock::Reading StampClock::read_clocks() {
-  constexpr int kTries = 3;  // in case the process is delayed in between
+  constexpr int kTries = 3;  // the process may be delayed between the two readings
   constexpr MonoTime kClose = std::chrono::microseconds(50);
   Reading best{};
   MonoTime best_gap = MonoTime::max();

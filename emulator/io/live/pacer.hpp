@@ -18,14 +18,14 @@ MonoTime monotonic_now();
 
 /// Speed of simulated time.
 struct ClockMode {
-  bool stepped = false;  // time stands still except for `advance`
+  bool stepped = false;  // time stands still except during World::advance
   double factor = 1;     // otherwise: multiple of monotonic time
 
   friend bool operator==(const ClockMode&, const ClockMode&) = default;
 };
 inline constexpr double kSlowestClock = 0.001;
 inline constexpr double kFastestClock = 1000;
-/// Parses "realtime", "x10" or "stepped"; nullopt if it is none of these.
+/// Parses "realtime", "x10" (factor) or "stepped"; nullopt if the text is none of these.
 std::optional<ClockMode> parse_clock_mode(std::string_view text);
 std::string to_string(const ClockMode& mode);
 
@@ -34,16 +34,18 @@ std::string to_string(const ClockMode& mode);
 /// readings are whole microseconds, so that log times are exact.
 class SimClock {
  public:
-  /// Monotonic time: a delay that a person would notice, at any speed of the clock.
+  /// The clock slips if the simulation lags more, in monotonic time at any speed of the clock: a
+  /// person would notice the delay.
   static constexpr MonoTime kMaxLag = std::chrono::milliseconds(50);
 
   explicit SimClock(MonoTime start, ClockMode mode = {}) : mode_(mode), epoch_(start) {}
 
   struct Reading {
     SimTime now;
-    SimTime slipped;  // by this reading; mostly 0
+    SimTime slipped;  // how far this call of `read` set the clock back; mostly 0
   };
-  /// Returns the time at `mono`; slips if the simulation, at `reached`, is too far behind.
+  /// Returns the time at `mono`; slips back to `reached`, the time of the simulation, if that is
+  /// more than kMaxLag behind.
   Reading read(MonoTime mono, SimTime reached);
   /// Returns the time at `mono` without checking for a slip.
   SimTime time_at(MonoTime mono) const;
@@ -55,7 +57,7 @@ class SimClock {
   const ClockMode& mode() const { return mode_; }
   /// Changes the mode at `mono`, when simulated time is `at`.
   void switch_to(ClockMode mode, MonoTime mono, SimTime at);
-  /// Pre: the clock is stepped. Sets its time.
+  /// Pre: the clock is stepped. Sets its time to `at`.
   void step_to(SimTime at) { base_ = at; }
   SimTime stepped_time() const { return base_; }
 
@@ -74,11 +76,11 @@ class SimClock {
 class SlipReporter {
  public:
   void slipped(MonoTime mono, SimTime by);
-  /// Call regularly.
+  /// Ends an episode after a second without a slip. Call regularly.
   void check(MonoTime mono);
 
  private:
-  SimTime episode_{0};  // slipped in this episode; 0: no episode
+  SimTime episode_{0};  // sum of the slips in this episode; 0: no episode
   MonoTime last_{0};
 };
 
@@ -86,7 +88,7 @@ class SlipReporter {
 class WakeTimer {
  public:
   WakeTimer(boost::asio::io_context& loop, std::function<void()> on_wake);
-  /// Wakes at `mono`, or earlier if a wake-up between `now` and `mono` is already set. An extra
+  /// Wakes at `mono`; only earlier if a wake-up between `now` and `mono` is already set: an extra
   /// wake-up is cheaper than a system call for each frame.
   void wake_by(MonoTime mono, MonoTime now);
 
@@ -106,30 +108,31 @@ class StampClock {
  public:
   struct Reading {
     std::chrono::nanoseconds wall;
-    MonoTime mono;  // not earlier than `wall`: no frame seems older than it is
+    MonoTime mono;  // read after `wall`: no frame seems older than it is
   };
   /// Reads both clocks as close together as possible.
   static Reading read_clocks();
 
   explicit StampClock(std::function<Reading()> read = read_clocks) : read_(std::move(read)) {}
 
-  /// Returns the monotonic time that is reached at least. `stamp`: of the newest frame, just
-  /// received; `seen`: the monotonic time known before.
+  /// Returns a lower bound of the present monotonic time, at least `seen`. `stamp`: of the newest
+  /// frame, just received; `seen`: latest monotonic time known so far.
   MonoTime reached(std::chrono::nanoseconds stamp, MonoTime seen);
-  /// Returns when the frame came, at most `now`.
+  /// Converts a frame's stamp to the monotonic time of its arrival, at most `now`. Returns `now`
+  /// for a stamp older than kOldest.
   MonoTime arrival(std::chrono::nanoseconds stamp, MonoTime now) const;
 
-  /// Largest distance of a plausible stamp from `seen`.
+  /// Largest distance of a plausible stamp from `seen`, before or after it.
   static constexpr MonoTime kBelievable = std::chrono::milliseconds(3);
-  /// How long a comparison of the clocks is valid.
+  /// Time after which `reached` compares both clocks again.
   static constexpr MonoTime kHolds = std::chrono::seconds(1);
-  /// A frame with an older stamp was stamped before the clock was set.
+  /// Age above which a stamp counts as made before the wall clock was set.
   static constexpr MonoTime kOldest = std::chrono::seconds(1);
 
  private:
   std::function<Reading()> read_;
-  std::chrono::nanoseconds ahead_{0};  // wall clock minus monotonic time
-  MonoTime compared_ = MonoTime::min();
+  std::chrono::nanoseconds ahead_{0};    // wall clock minus monotonic time
+  MonoTime compared_ = MonoTime::min();  // last comparison
 };
 
 }  // namespace lk::emulator

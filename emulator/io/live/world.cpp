@@ -12,23 +12,23 @@
 namespace lk::emulator {
 namespace {
 
-/// During traffic the model advances at least this often, so that a query finds little to catch up.
+/// Longest sleep during traffic. The model advances at each wake-up, so a query waits less for it.
 constexpr MonoTime kShortSleep = std::chrono::milliseconds(1);
-/// Longest sleep without traffic: saves wake-ups, but the first query finds more to do.
+/// Longest sleep without traffic: saves wake-ups, but the first query waits longer for the model.
 constexpr MonoTime kLongSleep = std::chrono::milliseconds(5);
-constexpr MonoTime kTrafficEnds = std::chrono::milliseconds(200);
+constexpr MonoTime kTrafficEnds = std::chrono::milliseconds(200);  // without a frame
 /// Longest time that timers and clients are starved by back-to-back frames.
 constexpr MonoTime kPollTime = std::chrono::milliseconds(3);
-/// Longest receive that waits: a tick of the kernel, and one more.
+/// Longest time of a receive with Port::Wait::kForOne: two ticks of the kernel, 10 ms each.
 constexpr MonoTime kLongestReceive = std::chrono::milliseconds(20);
-/// Longest piece of work, so that the loop can serve others.
+/// Longest time for which lines advance before the loop serves clients and timers.
 constexpr MonoTime kSlice = std::chrono::milliseconds(10);
-/// Step of an advance for all lines together, so that the advance can end anywhere.
+/// Step by which an advance moves all lines, so that they are together when it is cancelled.
 constexpr SimTime kStride = std::chrono::milliseconds(1);
 constexpr auto kReplyPoll = std::chrono::milliseconds(1);
 
-/// Waits until a socket is readable; −1 never is. Returns false on a time-out. `sockets[n].revents`
-/// tells which sockets are readable.
+/// Waits until a socket is readable; ignores descriptors of −1. Returns false on a time-out. Sets
+/// `sockets[n].revents`, not 0 for a readable socket.
 bool wait_for_frames(std::span<pollfd> sockets, std::chrono::nanoseconds timeout) {
   timeout = std::max(timeout, std::chrono::nanoseconds(0));
   const auto seconds = std::chrono::floor<std::chrono::seconds>(timeout);
@@ -82,8 +82,8 @@ void World::stop() {
   end_advance();
 }
 
-/// A query needs as few system calls as possible, as on some machines one takes as long as the rest
-/// of an answer. The kernel's stamp gives the time, and no timer is set.
+/// Makes few system calls for a query, as on some machines one call takes as long as the rest of an
+/// answer. The kernel's stamp of the frame gives the time, and mostly no timer is set.
 void World::serve(std::size_t index) {
   if (stopped_) return;
   Line& line = *lines_[index];
@@ -97,7 +97,7 @@ void World::serve_all(Sockets sockets) {
   if (stopped_) return;
   seen_ = monotonic_now();
   for (const auto& line : lines_) {
-    // Frames that came while the machine was busy are earlier than now.
+    // Before advancing: frames that came while the machine was busy are earlier than now.
     if (sockets == Sockets::kAll || busy()) take_in(*line);
     advance_to_now(*line);
   }
@@ -111,14 +111,14 @@ void World::poll_sockets() {
   while (!stopped_ && !clock_.mode().stepped && !on_body_step && seen_ < leave) {
     sockets_.clear();
     for (const auto& line : lines_) {
-      if (!line->replies_have_left()) return;  // they wait for an event of the loop
+      if (!line->replies_have_left()) return;  // the loop reports when they can be sent
       sockets_.push_back({line->port() != nullptr ? line->port()->descriptor() : -1, POLLIN, 0});
     }
     const Line& first = *lines_.front();
     const bool only_frames_are_waited_for =
         lines_.size() == 1 && !coupling_ && first.port() != nullptr && first.port()->can_wait() &&
         !first.watched() && next_due() > seen_ + kLongestReceive;
-    if (only_frames_are_waited_for) {  // a receive that waits saves the call that asks for sockets
+    if (only_frames_are_waited_for) {  // a receive that waits makes `ppoll` needless
       if (take_in(*lines_.front(), Port::Wait::kForOne).any) {
         advance_to_now(*lines_.front());
         continue;
@@ -140,16 +140,16 @@ void World::poll_sockets() {
   }
 }
 
-/// Takes frames that have arrived on a line. Updates `seen_` even if there were only invalid bytes:
-/// a host that sends those must not stop time.
+/// Takes the frames that have arrived on a line. Updates `seen_` even after only invalid bytes: a
+/// host that sends nothing else must not stop time.
 World::Taken World::take_in(Line& line, Port::Wait wait) {
   Taken taken;
   if (line.port() == nullptr) return taken;
   const auto take = [&](std::span<const ReceivedFrame> frames) {
     taken.any = true;
     seen_ = stamps_.reached(frames.back().stamp, seen_);
-    // Without a wire a query is answered at its own instant. Otherwise the clock counts, as some
-    // time has passed.
+    // Without a modelled wire, a query is answered at the instant of its stamp. With one, some time
+    // has passed since then, so the clock is read.
     if (line.config().bitrate > 0) seen_ = std::max(seen_, monotonic_now());
     last_frame_ = seen_;
     follow_clock(line);
@@ -167,7 +167,8 @@ World::Taken World::take_in(Line& line, Port::Wait wait) {
   return taken;
 }
 
-/// Returns the time at which the line should be. Slips if it is too far behind.
+/// Returns the time to which the line should advance. The clock slips if the line is too far
+/// behind.
 SimTime World::follow_clock(Line& line) {
   const auto [now, slipped] = clock_.read(seen_, line.bus().time());
   if (slipped > SimTime{0}) {
@@ -180,7 +181,7 @@ SimTime World::follow_clock(Line& line) {
 void World::advance_to_now(Line& line) {
   if (!clock_.mode().stepped) {
     const SimTime now = std::max(follow_clock(line), line.bus().time());
-    // A fast clock may ask for more than fits into a slice: the rest waits, or slips.
+    // A fast clock may need more than kSlice: the rest follows in a later call, or time slips.
     if (coupling_) {
       advance_all_to(now, seen_ + kSlice, Line::WaitPolicy::kNone);
     } else {
@@ -241,7 +242,7 @@ void World::body_is_ready() {
 MonoTime World::next_due() const {
   MonoTime first = MonoTime::max();
   if (waits_for_body()) return first;
-  // The owner of the body needs each step in time.
+  // The simulator that owns the body needs each step on time.
   if (coupling_ && on_body_step) first = clock_.to_mono(coupling_->next_due());
   for (const auto& line : lines_) {
     if (const auto due = line->bus().next_due()) first = std::min(first, clock_.to_mono(*due));
@@ -274,9 +275,10 @@ void World::set_clock(ClockMode mode) {
 
 void World::advance(SimTime to, OnAdvanced done) {
   advance_ = Advance{to, std::move(done), ++advances_, std::nullopt, 0};
-  // Frames that hosts sent before the advance are in the sockets by now. A CAN socket delivers to
-  // all others of this machine; TCP hosts that wait for an acknowledgement get it from `end_turn`.
-  constexpr int kMaxRounds = 100;  // as a host may keep sending
+  // Frames that hosts sent before the advance are in the sockets by now: CAN delivers them at once
+  // on one machine. A TCP host that waits for an acknowledgement gets it from `end_turn`, and its
+  // next bytes follow.
+  constexpr int kMaxRounds = 100;  // a host may send without end
   for (const auto& line : lines_) {
     for (int n = 0; n < kMaxRounds; ++n) {
       const Taken taken = take_in(*line);
