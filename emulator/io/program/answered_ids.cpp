@@ -49,7 +49,7 @@ std::string bus_offer() {
 
 namespace {
 
-/// Remedy other than stopping the program that answers at `id`.
+/// Returns what a user can do instead of stopping the other program that answers at `id`.
 std::string remedy(const ServoConfig& servo, int id, bool at_start) {
   if (servo.id == id) return "give other --ids";
   return at_start

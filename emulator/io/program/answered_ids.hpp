@@ -10,20 +10,22 @@
 
 namespace lk::emulator {
 
-/// Returns a bus that needs no CAN in the kernel, with instructions to connect that can be copied.
+/// Returns options for a bus that needs no CAN in the kernel, and how a host connects to it.
 std::string offer_without_can();
-/// Returns a suggestion for this machine when no bus was given.
+/// Returns the error message for missing bus options, with options that work on this machine.
 std::string bus_offer();
 
-/// Locks the IDs at which the drives answer, and warns if they are not the configured IDs.
+/// Locks the IDs at which the drives answer. Logs a warning if an ID is not the configured one.
 class AnsweredIds {
  public:
-  /// Locks the configured IDs before anything is created. `link`: state of the interface. Throws
-  /// StartError if another program uses an ID.
+  /// Locks the configured IDs of `bus`; call before anything is created. `link`: state of the
+  /// interface. Throws StartError if another program uses an ID.
   void take(const BusConfig& bus, const LinkState& link);
-  /// Locks the IDs in ROM and releases others. Throws StartError like `take`.
+  /// Locks the IDs that the drives have from their ROM; releases the other IDs. Throws StartError
+  /// as `take`.
   void start(const Line& line);
-  /// Updates locks after an address change. If another program uses the ID, both answer.
+  /// Updates the locks after an address change. If another program uses a new ID, logs a warning,
+  /// and both programs answer.
   void update(const Line& line);
   void drain_queue() const { locks_.drain_queue(); }
 
@@ -35,11 +37,11 @@ class AnsweredIds {
   using Drive = std::pair<std::string, int>;  // an interface and an ID
   IdLocks locks_;
   std::map<std::string, LinkState> links_;  // by interface
-  std::map<Drive, std::string> logged_;     // by configured ID
-  std::set<Drive> shared_;                  // also used by another program; already logged
+  std::map<Drive, std::string> logged_;     // last note on a drive's address; by configured ID
+  std::set<Drive> shared_;  // IDs that another program uses too; the warning is logged
 };
 
-/// Returns " (7 answers at ID 9)" for drives not at their configured ID; otherwise empty.
+/// Returns " (7 answers at ID 9)" if drives have not their configured address; otherwise empty.
 std::string moved_text(const Line& line);
 
 }  // namespace lk::emulator

@@ -34,7 +34,7 @@ std::string bitrate_text(std::int64_t bitrate) {
   return fmt::format("{} kbit/s", number(static_cast<double>(bitrate) / 1e3));
 }
 
-/// ", adapter ch348"
+/// Returns ", adapter ch348"; empty without an adapter model.
 std::string adapter_text(const BusConfig& bus) {
   return bus.adapter != nullptr ? fmt::format(", adapter {}", bus.adapter->name) : "";
 }
@@ -43,7 +43,7 @@ std::string count(std::size_t n, const char* what) {
   return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
 }
 
-/// "mixed": some switches differ from the generation.
+/// Returns the generation's name, with " mixed" if some switches differ from it.
 std::string generation_text(const ServoConfig& servo) {
   const bool mixed = !(servo.quirks == quirks_of(servo.generation, servo.quirks.dialect.framing));
   return std::string(generation_name(servo.generation)) + (mixed ? " mixed" : "");
@@ -71,7 +71,7 @@ std::string load_text(const model::LoadParams& load) {
 struct Column {
   const char* title;
   const char* unit;
-  bool right;  // aligned
+  bool right;  // right-aligned
 };
 constexpr std::array kColumns{
     Column{"id", "", true},
@@ -131,7 +131,7 @@ std::string print_row(const Row& row, const std::array<std::size_t, kColumns.siz
   return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
 }
 
-/// Column widths are equal for all buses, so that columns align.
+/// Returns the column widths of all rows: equal for all buses, so that their columns align.
 std::array<std::size_t, kColumns.size()> widths_of(const std::vector<Row>& rows) {
   std::array<std::size_t, kColumns.size()> widths{};
   for (const Row& row : rows) {
@@ -140,7 +140,7 @@ std::array<std::size_t, kColumns.size()> widths_of(const std::vector<Row>& rows)
   return widths;
 }
 
-/// Adds "the position loop rings …" if so; checks the speed loop first, as it is inside.
+/// Adds a note if a loop rings. Checks the speed loop first, as the position loop contains it.
 void add_ringing(const ServoConfig& servo, std::vector<std::string>& all) {
   const model::ControlSettings settings = control_settings(servo.rom);
   for (const Loop loop : {Loop::kSpeed, Loop::kPosition}) {
@@ -182,7 +182,7 @@ std::vector<std::string> doubts(const ServoConfig& servo, const BusConfig& bus) 
   return all;
 }
 
-/// Returns properties without a column in the table.
+/// Returns notes on properties that have no column in the table.
 std::vector<std::string> remarks(const ServoConfig& servo) {
   std::vector<std::string> all;
   const auto switches = differing_switches(servo.generation, servo.quirks);
@@ -206,8 +206,8 @@ std::vector<std::string> remarks(const ServoConfig& servo) {
   return all;
 }
 
-/// Returns where the reply has its first field of that unit: "0x9A voltage 0.1 V in bytes 3-4", on
-/// RS-485 "in D[2:3]".
+/// Returns where the reply to `opcode` has its first field in `unit`: "0x9A voltage 0.1 V in bytes
+/// 3-4", on RS-485 "in D[2:3]".
 std::string place_text(protocol::Opcode opcode, protocol::Unit unit, const char* symbol,
                        const protocol::WireFormat& format) {
   const auto byte = static_cast<std::uint8_t>(opcode);

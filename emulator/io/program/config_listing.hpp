@@ -9,7 +9,8 @@
 namespace lk::emulator {
 
 /// Describes a drive's address if it differs from the configuration: "answers at ID 9, as drive 2
-/// does"; otherwise empty. `address_of` returns the address of a drive of `bus`.
+/// does", or that the drive is set to another bus or bit rate; otherwise empty. `address_of`
+/// returns the address of a drive of `bus`.
 std::string place_note(const ServoConfig& servo, const BusConfig& bus, const AddressOf& address_of);
 
 /// Returns a table of the configuration for `lk-emu --check`: one line per drive, then notes on
@@ -20,8 +21,8 @@ std::string describe_run(const std::vector<BusConfig>& buses);
 /// voltage 0.1 V in bytes 3-4, …".
 std::vector<std::string> protocol_summary(const BusConfig& bus);
 
-/// Returns a line for each motor that uses `legacy` by default although another generation was seen
-/// on it.
+/// Returns one line for each motor that uses the generation `legacy` by default, although real
+/// drives of it were seen with another one.
 std::vector<std::string> generation_hints(const std::vector<BusConfig>& buses);
 
 }  // namespace lk::emulator

@@ -26,9 +26,11 @@
 namespace lk::emulator {
 namespace {
 
-/// Time-out for the disk at the end. A write that was not acknowledged may be lost.
+/// Time-out for the disk at the end of the run. Later, unfinished writes to ROM may be lost; their
+/// replies were not sent.
 constexpr auto kShutdownTimeout = std::chrono::seconds(3);
-/// Time-out for the interfaces after it: a full bus sends all that a port queues in this time.
+/// Time-out for the interfaces after that for the disk. In this time a CAN bus at full load sends
+/// all the replies that a port queues.
 constexpr auto kFlushTimeout = std::chrono::milliseconds(150);
 constexpr auto kShutdownPoll = std::chrono::milliseconds(2);
 
@@ -81,7 +83,7 @@ bool is_socketcan(const BusConfig& bus) {
   return scheme_of(bus.interface).transport == Transport::kSocketCan;
 }
 
-/// Prints only what happened: zeros would hide the important number.
+/// Prints a counter unless it is 0: zeros would hide the important numbers.
 void print_nonzero(const char* what, std::uint64_t count) {
   if (count > 0) std::printf("    %-44s %10" PRIu64 "\n", what, count);
 }
@@ -129,7 +131,7 @@ void print_port(const PortStats& port) {
   print_nonzero("clients refused: no room", port.refused);
 }
 
-/// Adds the option to an error of the scenario.
+/// Calls `act`; turns an error of the scenario into a StartError that names the option.
 void with_scenario(const std::function<void()>& act) {
   try {
     act();
@@ -138,7 +140,7 @@ void with_scenario(const std::function<void()>& act) {
   }
 }
 
-/// Returns the output paths that the user has given.
+/// Returns the paths at which this run writes, creates sockets or opens serial ports.
 std::vector<std::filesystem::path> addresses_of(const RunOptions& options,
                                                 const std::vector<BusConfig>& buses) {
   std::vector<std::filesystem::path> places;
@@ -174,7 +176,7 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
       }) {
   if (std::ranges::any_of(buses, is_socketcan)) check_can_support();
   const auto allowed = options.real_bus ? Interfaces::kAll : Interfaces::kVirtualOnly;
-  // Checks everything that exists before anything is created or brought up.
+  // Checks all existing interfaces and paths before it creates or brings up any.
   for (const BusConfig& bus : buses) {
     LinkState link;
     if (is_socketcan(bus)) {
@@ -190,11 +192,11 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   if (keeps_rom) rom_store_.emplace(options.rom, buses);
   if (options.junit) junit_.emplace(*options.junit, "--junit");
   for (std::size_t i = 0; i < buses.size(); ++i) {
-    Line& line = world_.add(buses[i]);  // with the ROM contents of its drives
+    Line& line = world_.add(buses[i]);  // `buses[i]` has the ROM contents of its drives
     answered_ids_.start(line);
     line.on_address_change = [this, &line] { answered_ids_.update(line); };
     line.on_advice = [this, &line](const Advice& advice) {
-      // A host may probe a command once.
+      // No warning: a host may send an unknown command once, to probe a drive.
       const bool may_be_right = advice.found.kind == AdviceKind::kUnknownCommand;
       spdlog::log(may_be_right ? spdlog::level::info : spdlog::level::warn, "{}",
                   advice_line(line.name(), advice, language_));
@@ -219,20 +221,20 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   }
   for (std::size_t i = 0; i < buses.size(); ++i) {
     world_.lines()[i]->connect(loop_, allowed, [this, i] { world_.serve(i); });
-    world_.lines()[i]->port()->check_link();  // opens an interface
+    world_.lines()[i]->port()->check_link();  // opens the interface, if it is up
   }
-  // The receive buffers above were the last step that needs a capability.
+  // Enlarging the receive buffers above was the last step that needs a capability.
   give_up_privileges(addresses_of(options, buses));
-  // Late, as a failed start would leave a directory that is not empty.
+  // Only now: a start that fails must not leave a directory with files.
   if (options.record) recording_.start(*options.record, RunRecording::From::kBeginning);
-  // Last, as it cannot be undone.
+  // Last, as a wipe cannot be undone if the start fails.
   if (keeps_rom && options.rom.wipe) rom_store_->wipe();
   for (const BusConfig& bus : buses) {
     for (const std::string& line : protocol_summary(bus)) spdlog::info("{}", line);
   }
   for (const std::string& line : generation_hints(buses)) spdlog::info("{}", line);
   control_->api().scenario = scenario_.for_clients();
-  // The actions of a simulator are not recorded.
+  // With a shaft port there is no recording: it would not contain the simulator's torques.
   if (!shafts_) control_->api().recording = recording_.for_clients();
 }
 
@@ -252,8 +254,8 @@ int Daemon::run() {
   if (!judged_) print_advice();
   const int status = conclude_scenario();
   if (!disk_is_done()) {
-    // The writer's thread may block in a system call for any time. Ending the process acts like a
-    // power cut: an unfinished file keeps its old content.
+    // A writer's thread may block in a system call without limit. Ending the process has the effect
+    // of a power cut: an unfinished file keeps its old content.
     control_.reset();
     shafts_.reset();
     spdlog::default_logger()->flush();
@@ -287,7 +289,7 @@ int Daemon::conclude_scenario() {
     junit_->write(junit_xml({report}));
     junit_->commit();
   } catch (const StartError& problem) {
-    // Printed here: an exception would join the writers' threads and wait for their disk.
+    // Printed here: an exception would destroy the writers, and so wait for their threads and disk.
     std::fprintf(stderr, "lk-emu: %s\n", problem.what());
     return 2;
   }
@@ -302,7 +304,8 @@ std::vector<GivenAdvice> Daemon::advice() const {
   return all;
 }
 
-/// On standard error, as programs read the summary. A scenario's report already has it.
+/// Prints to standard error, as programs parse the summary on standard output. For runs without a
+/// scenario: its report contains the advice.
 void Daemon::print_advice() const {
   const std::vector<GivenAdvice> all = advice();
   if (all.empty()) return;
@@ -339,7 +342,8 @@ bool Daemon::replies_have_left() const {
                              [](const auto& line) { return line->port()->stats().pending == 0; });
 }
 
-/// Writes are acknowledged before the power is cut, if the disk answers in time.
+/// Stops the buses, then waits for the disk, so that replies to writes that it finishes in time are
+/// still sent.
 void Daemon::begin_stop() {
   if (std::exchange(stopping_, true)) return;
   notify_service_manager("STOPPING=1");

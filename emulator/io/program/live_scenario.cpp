@@ -75,7 +75,7 @@ SimTime LiveScenario::next_due(const Part& part) const {
   return due;
 }
 
-/// Same order as in `lk-emu run`: events, judge, frames.
+/// Executes what is due, in the order of `lk-emu run`: events, checks, frames of the host.
 void LiveScenario::on_due(Part& part, const Bus& bus) {
   const SimTime now = bus.time();
   perform_due(part, now);
@@ -93,7 +93,7 @@ void LiveScenario::on_reply(Part& part, const TimedFrame& reply) {
   part.judge.on_reply(reply);
   if (part.over || reply.echo) return;
   ++part.replies;
-  // FNV-1a with 64 bits, on every machine.
+  // 64-bit FNV-1a: gives the same hash on every machine.
   std::uint64_t hash = part.replies_hash != 0 ? part.replies_hash : 0xCBF29CE484222325U;
   const SimTime at = reply.at - part.beginning.start;
   for (const char c : std::to_string(at.count()) + ' ' + frame_text(reply.frame) + '\n') {

@@ -24,9 +24,9 @@ void check_room(const Scenario& scenario, const std::vector<Line*>& lines);
 class LiveScenario {
  public:
   /// Starts now. Pre: `scenario.robot` describes `lines`, in this order; they outlive this object.
-  /// Calls `on_over` once, from a line, at the scenario's end; call `finish` later, not from there.
-  /// If the body's motion is no longer valid, `body_failure` returns why. Throws
-  /// std::invalid_argument if a bus has no room for the faults.
+  /// Calls `on_over` once at the scenario's end, inside a callback of a line; do not call `finish`
+  /// there. `body_failure` returns why the motion of the body is invalid; nullopt if it is valid.
+  /// Throws std::invalid_argument if a bus has no room for the faults.
   LiveScenario(Scenario scenario, std::vector<Line*> lines, std::function<void()> on_over,
                std::function<std::optional<std::string>()> body_failure);
   LiveScenario(const LiveScenario&) = delete;
@@ -49,11 +49,11 @@ class LiveScenario {
     ErrorWatch errors;
     std::vector<TimedDirective> events;  // ordered by time since the start
     std::size_t next_event = 0;
-    std::vector<std::string> refused = {};  // events without room, one sentence each
+    std::vector<std::string> refused = {};  // one sentence per event that found no room on the bus
     Beginning beginning;
-    std::uint64_t replies = 0;  // replies of drives so far
-    std::uint64_t replies_hash = 0;
-    // Verdict at its end; later events do not count.
+    std::uint64_t replies = 0;       // replies of drives so far
+    std::uint64_t replies_hash = 0;  // over times and contents of these replies
+    // Verdict once this bus has reached the scenario's end; later events do not count.
     std::optional<Verdict> over = std::nullopt;
     SimTime over_at{0};
     Line::WatcherKey watcher{};

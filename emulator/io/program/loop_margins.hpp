@@ -13,12 +13,12 @@ namespace lk::emulator {
 
 /// Gain and phase margins of the opened loop.
 struct Margins {
-  double gain_dB = 0;    // to either side; below 0: unstable
+  double gain_dB = 0;    // smaller of those to higher and lower gain; below 0: unstable
   double phase_deg = 0;  // below 0: unstable
 };
 
-/// Smaller margins count as ringing: repeated overshoot by half of the remaining error (assumed;
-/// designers aim at 6 dB and 30°).
+/// Smaller margins count as ringing: each overshoot has about half the height of the last one
+/// (assumed; designers aim at 6 dB and 30°).
 inline constexpr Margins kRingingMargins{3.0, 15.0};
 constexpr bool is_ringing(const Margins& m) {
   return m.gain_dB < kRingingMargins.gain_dB || m.phase_deg < kRingingMargins.phase_deg;
@@ -26,8 +26,8 @@ constexpr bool is_ringing(const Margins& m) {
 
 enum class Loop { kSpeed, kPosition };  // kPosition includes the speed loop
 
-/// Opened loop at an angular frequency, rad/s, above 0 and below half the sampling rate. Includes
-/// `drive.load`, but not the play of a gear: its teeth touch.
+/// Returns the opened loop's frequency response at `omega`, rad/s, above 0 and below half the
+/// sampling rate. Includes `drive.load`, but no backlash: the teeth of a gear touch.
 std::complex<double> open_loop(const model::DriveParams& drive,
                                const model::ControlSettings& settings, Loop loop, double omega);
 

@@ -27,7 +27,7 @@ namespace lk::emulator {
 InputWatch::InputWatch(boost::asio::io_context& loop, std::function<void()> on_end)
     : input_(loop), on_end_(std::move(on_end)) {
   struct stat input {};
-  // Rejects a terminal: Asio would make it non-blocking for the shell too.
+  // Rejects a terminal: Asio would make it non-blocking, also for the shell that shares it.
   if (::fstat(STDIN_FILENO, &input) != 0 || !(S_ISFIFO(input.st_mode) || S_ISSOCK(input.st_mode))) {
     throw StartError("--end-with-stdin: standard input is not a pipe; start lk-emu with one");
   }
@@ -59,8 +59,9 @@ bool is_below_another(fs::path path) {
   }
 }
 
-/// The path may be a link, for example to a terminal. Removing it needs rights in its directory,
-/// writing needs rights at its target.
+/// Returns true if another user owns the path, its target, or a directory above them. The path may
+/// be a link to a terminal: its removal needs rights in its directory, writing needs rights at its
+/// target.
 bool belongs_to_another(const fs::path& place) {
   const fs::path path = fs::absolute(place);
   std::error_code ignored;
@@ -79,14 +80,14 @@ void give_up_privileges(const std::vector<fs::path>& places) {
   const unsigned kept = keeps_files ? 1U << CAP_DAC_OVERRIDE : 0;
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) fail();
   ::prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0);
-  // A failure is harmless: after PR_SET_NO_NEW_PRIVS nothing can restore these capabilities.
+  // A failure is harmless: after PR_SET_NO_NEW_PRIVS, no execve can restore these capabilities.
   for (int capability = 0; ::prctl(PR_CAPBSET_READ, capability, 0, 0, 0) >= 0; ++capability) {
     ::prctl(PR_CAPBSET_DROP, capability, 0, 0, 0);
   }
   __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
   std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> held{};
   if (::syscall(SYS_capget, &header, held.data()) != 0) fail();
-  // The filter of the systemd unit blocks capset, but then nothing is left to give up.
+  // Does not call capset needlessly: the systemd unit forbids it, and runs without capabilities.
   const auto is_empty = [](const __user_cap_data_struct& set) {
     return (set.effective | set.permitted | set.inheritable) == 0;
   };
@@ -105,7 +106,7 @@ void notify_service_manager(const std::string& state) {
   if (path.size() < 2 || path.size() > sizeof address.sun_path) return;
   path.copy(address.sun_path, path.size());
   if (path.front() == '@') address.sun_path[0] = '\0';  // abstract name, without a file
-  // Blocks if the manager's queue is full, as it would wait for a lost message for ever.
+  // A blocking socket: if the manager's queue is full, waits, so that no message is lost.
   const int fd = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return;
   const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + path.size());

@@ -8,7 +8,7 @@
 namespace lk::emulator {
 namespace {
 
-/// Configurations with the present ROM, which the drives have at their next start.
+/// Returns the configurations with the present ROM contents of the drives.
 std::vector<BusConfig> buses_of(const World& world) {
   std::vector<BusConfig> buses;
   for (const auto& line : world.lines()) {
@@ -69,7 +69,7 @@ Json RunRecording::state() const {
 Activity RunRecording::for_clients() {
   const auto start_for_client = [this](TableReader& request, bool /*same_user*/) {
     if (running()) throw ApiError(409, "recording", "one is running; stop it first");
-    // Ending it again would wait for the disk and delay the buses.
+    // `start` would destroy that recorder, and so wait for the disk and delay the buses.
     if (previous_ && !previous_->done()) {
       throw ApiError(409, "recording",
                      "an earlier recording is still being written; wait, or check the disk");

@@ -11,27 +11,28 @@
 
 namespace lk::emulator {
 
-/// Records the lines of a world, from any time on; one recording at a time.
+/// Records the traffic of a world's lines; one recording at a time, which can start at any time.
 class RunRecording {
  public:
-  /// `overrides` and `texts`: sources of the buses of `world`.
+  /// `overrides` and `texts`: configuration of the buses of `world`, to be stored with recordings.
   RunRecording(World& world, Overrides overrides, ConfigTexts texts)
       : world_(world), overrides_(std::move(overrides)), texts_(std::move(texts)) {}
   RunRecording(const RunRecording&) = delete;
   RunRecording& operator=(const RunRecording&) = delete;
   ~RunRecording() { stop(); }
 
-  /// Starts a recording. Only one from the beginning can be replayed. Throws StartError.
+  /// Starts a recording. It can be replayed only if it is from the beginning, and the robot has
+  /// no body. Throws StartError.
   enum class From : std::uint8_t { kBeginning, kNow };
   void start(const std::filesystem::path& directory, From from);
   /// Ends the recording without waiting for the disk.
   void stop();
   bool running() const { return !listeners_.empty(); }
-  /// Present or last recording.
+  /// Returns the present or last recording; nullopt before the first.
   const std::optional<Recorder>& recorder() const { return recorder_; }
-  /// Functions for the control interface.
+  /// Returns functions for the control interface.
   Activity for_clients();
-  /// Returns true if everything is written.
+  /// Returns true if all recordings are completely written.
   bool done() const {
     return (!recorder_ || recorder_->done()) && (!previous_ || previous_->done());
   }
@@ -43,7 +44,7 @@ class RunRecording {
   Overrides overrides_;
   ConfigTexts texts_;
   std::optional<Recorder> recorder_;
-  std::optional<Recorder> previous_;  // may still write its last lines
+  std::optional<Recorder> previous_;  // the one before; its last lines may still be unwritten
   bool replayable_ = false;
   std::vector<Line::ListenerKey> listeners_;  // by line
 };

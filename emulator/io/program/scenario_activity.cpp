@@ -53,7 +53,7 @@ Json errors_json(const BusAccount& account) {
   return json;
 }
 
-/// The hash is text, as many JSON readers cannot hold 64-bit numbers.
+/// Writes the hash as text, as many JSON readers cannot hold 64-bit numbers.
 Json account_json(const BusAccount& account) {
   return {{"bus", account.bus},
           {"started_s", in_seconds(account.start)},
@@ -67,7 +67,8 @@ std::vector<BusConfig> running(const World& world) {
   return buses;
 }
 
-/// Only shipped files: a client must not learn which other files exist, or their content.
+/// Throws unless `file` is a shipped scenario: other users must not learn which other files exist,
+/// or what they contain.
 void check_shipped(const std::string& file) {
   for (const std::string& name : known_files(kScenarios)) {
     if (file == name || file == shipped_file(kScenarios, name)) return;
@@ -88,13 +89,14 @@ void ScenarioActivity::check_room(const Scenario& scenario) const {
 }
 
 void ScenarioActivity::start(Scenario scenario, std::function<void()> on_over) {
-  check_room(scenario);  // before `finish`: otherwise the last verdict would be lost
+  check_room(scenario);  // throws before the last scenario and its verdict are gone
   finish();
   live_.reset();
   const unsigned number = ++number_;
   planned_ = static_cast<bool>(on_over);
   const auto end = [this, number, over = std::move(on_over)] {
-    // From the loop, not from a line, and only if this scenario still runs.
+    // Posted to the loop, as `finish` must not be called from a line. Meanwhile the scenario may
+    // have been stopped, or replaced.
     boost::asio::post(loop_, [this, number, over] {
       if (number != number_ || !live_->running()) return;
       finish();
@@ -153,7 +155,7 @@ Json ScenarioActivity::start_for_client(TableReader& request, bool same_user) {
   }
   try {
     const std::vector<BusConfig> buses = running(world_);
-    // Limits the logs too, as one line of a scenario plays a whole log.
+    // Limits the size of logs too, as one line of a scenario can play a whole log.
     const FileLimits limits{
         .each = kLongestFile, .played = kLongestFile, .no_logs = !same_user && toml};
     start(file ? load_live_scenario(*file, buses, limits)

@@ -15,17 +15,20 @@ class ScenarioActivity {
  public:
   ScenarioActivity(boost::asio::io_context& loop, World& world) : loop_(loop), world_(world) {}
 
-  /// Throws std::invalid_argument if a bus has no room for its faults. Starts nothing.
+  /// Throws std::invalid_argument if a bus has no room for the scenario's faults. Starts nothing.
   void check_room(const Scenario& scenario) const;
-  /// Starts a scenario; calls `on_over` from the loop at its end. Throws std::invalid_argument.
+  /// Starts a scenario; ends an earlier one. Calls `on_over`, if any, from the loop at its end.
+  /// Throws std::invalid_argument if a bus has no room for its faults.
   void start(Scenario scenario, std::function<void()> on_over);
   void finish();
   /// Report of the present or last scenario; nullopt before the first.
   std::optional<RunReport> report() const;
 
-  /// Size limit of a client's file, as for a request: it is read on the loop of the drives.
+  /// Limit for a scenario file that a client names, bytes: the loop of the drives waits while it is
+  /// read. Same as kLongestBody.
   static constexpr std::uintmax_t kLongestFile = 65'536;
-  /// Functions for clients: start a scenario by name ("file") or text ("toml"), query and stop it.
+  /// Returns functions for clients: start a scenario from a "file" or a text "toml", query and stop
+  /// it.
   Activity for_clients();
 
  private:
