@@ -21,8 +21,8 @@
 namespace lk::emulator {
 namespace {
 
-/// The kernel does not probe a connection while a reply is unacknowledged: it repeats the reply for
-/// about 15 min. This limit equals the time to the last probe of an idle connection.
+/// Limit for unacknowledged replies. During that time the kernel sends no keep-alive probes, and by
+/// default it repeats a reply for about 15 min. Equals the limit for an idle connection below.
 constexpr int kAcknowledgeTimeout_ms = 60'000;
 
 }  // namespace
@@ -43,17 +43,17 @@ void keep_connections_alive(int listening_socket) {
 
 namespace {
 
-/// Bytes read at once from one client, and from all together. No client delays the others, and many
-/// clients delay the loop no longer than two.
+/// Limits for the bytes of one read, from one client and from all together: no client delays the
+/// others, and many clients delay the loop no longer than two.
 constexpr std::size_t kClientBytes = 4096;
 constexpr std::size_t kBytesOfAll = 2 * kClientBytes;
 constexpr std::size_t kMaxEvents = 64;
-// Event tags; values between them are client numbers.
+// Tags of epoll events; values between these two are numbers of clients.
 constexpr std::uint64_t kWatched = 0;
 constexpr std::uint64_t kTimer = UINT64_MAX;
 
-/// Acknowledges at once: otherwise the client's kernel may hold back its next bytes (RFC 896).
-/// Bytes from a client on this machine arrive before this returns.
+/// Acknowledges received bytes at once: otherwise the client's kernel may hold back its next bytes
+/// (RFC 896). Bytes held back on this machine arrive before this function returns.
 void acknowledge(const Descriptor& socket) {
   const int now = 1;
   if (socket) ::setsockopt(socket.get(), IPPROTO_TCP, TCP_QUICKACK, &now, sizeof now);
@@ -123,15 +123,15 @@ ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out,
     const auto found = clients_.find(static_cast<std::uint32_t>(event.data.u64));
     if (event.data.u64 > UINT32_MAX || found == clients_.end()) continue;
     Client& client = found->second;
-    const bool speaks = client.own && (event.events & ~EPOLLOUT) != 0;  // others: see below
+    const bool speaks = client.own && (event.events & ~EPOLLOUT) != 0;  // terminals are read below
     const bool there = ((event.events & EPOLLOUT) == 0 || flush(client)) &&
                        (!speaks || read_from(client, out, collected.more));
     if (there) continue;
     spdlog::debug("{}: {} has left", name_, client.peer);
     clients_.erase(found);
   }
-  // Bytes written to a terminal may not have arrived yet. A read fetches them; epoll does not (the
-  // kernel's n_tty_read).
+  // Reads terminals without an event: bytes that a host has written may still be in the kernel's
+  // work queue. A read fetches them; epoll does not (n_tty_read).
   for (auto& [number, client] : clients_) {
     if (!client.own) read_from(client, out, collected.more);
   }
@@ -140,7 +140,7 @@ ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out,
 }
 
 bool ClientSet::read_from(Client& client, std::vector<ReceivedFrame>& out, bool& more) {
-  if (client.leaves_at) return false;  // sending side already closed: the event is a reset
+  if (client.leaves_at) return false;  // its sending side is closed: this event is a reset
   const std::size_t share = std::min(kClientBytes, kBytesOfAll / clients_.size());
   const ssize_t size = ::read(client.fd, bytes_.data(), share);
   if (size < 0) return errno == EAGAIN || errno == EINTR;
@@ -166,7 +166,7 @@ bool ClientSet::read_from(Client& client, std::vector<ReceivedFrame>& out, bool&
 
 void ClientSet::on_timer(std::vector<ReceivedFrame>& out) {
   std::uint64_t times = 0;
-  if (::read(timer_.get(), &times, sizeof times) < 0) return;  // the timer was reset
+  if (::read(timer_.get(), &times, sizeof times) < 0) return;  // the timer was set again meanwhile
   timer_at_.reset();
   for (auto& [number, client] : clients_) take_due(client, out);
   std::erase_if(clients_, [now = wall_now()](const auto& entry) {
@@ -223,10 +223,10 @@ void ClientSet::queue_frames(Client& client, std::span<const protocol::Frame> fr
   }
 }
 
-/// Queues all bytes or none, so that at most `most` bytes are unsent.
+/// Queues all of `bytes`, or none if more than `most` bytes would be unsent.
 void ClientSet::put(Client& client, std::string_view bytes, std::size_t most) {
   if (bytes.empty()) return;
-  // The next read detects a client that has gone.
+  // Ignores the result of `flush`: the next read detects a client that has gone.
   if (client.unsent.size() + bytes.size() > most && !client.wants_write) flush(client);
   if (client.unsent.size() + bytes.size() <= most) {
     client.unsent += bytes;
@@ -247,7 +247,7 @@ bool ClientSet::flush(Client& client) {
     if (size < 0 && errno != EAGAIN) return false;
     if (size < 0) break;
     left.remove_prefix(static_cast<std::size_t>(size));
-    client.ack_pending = false;  // the acknowledgement goes with these bytes
+    client.ack_pending = false;  // TCP acknowledges together with these bytes
     if (client.leaves_at) client.leaves_at = wall_now() + kLastReply;
   }
   client.unsent.erase(0, client.unsent.size() - left.size());
@@ -264,7 +264,7 @@ void ClientSet::wait_for_room(Client& client, bool wants_write) {
   set_interest(client);
 }
 
-/// epoll reports a reset even without any interest.
+/// Sets the events that epoll reports for the client. It always reports a reset, too.
 void ClientSet::set_interest(const Client& client) {
   std::uint32_t interest = 0;
   if (!client.leaves_at) interest |= EPOLLIN;
@@ -299,10 +299,10 @@ class StreamPort final : public Port {
   }
 
   bool is_up() const override { return true; }
-  bool can_wait() const override { return !pty_; }  // opening the terminal would not end a wait
+  bool can_wait() const override { return !pty_; }  // a host's open would not end the wait
   void end_turn() override { clients_.flush(); }
   int descriptor() const override { return clients_.descriptor(); }
-  /// Always 0: a client that does not read loses frames.
+  /// Always 0, as time does not wait for clients: one that does not read loses frames.
   std::size_t pending() const override { return 0; }
 
   void check_link() override {
@@ -333,7 +333,7 @@ class StreamPort final : public Port {
         received_, std::chrono::ceil<std::chrono::milliseconds>(
                        wait == Wait::kForOne ? kReceiveTimeout : kReceiveTimeout.zero()));
     if (pty_) pty_->handle_host_events();
-    if (collected.watched) accept_clients();  // their first bytes may be there already
+    if (collected.watched) accept_clients();  // the next batch reads their first bytes
     return {received_, collected.more || collected.watched, 0};
   }
 
@@ -362,7 +362,7 @@ class StreamPort final : public Port {
     }
   }
 
-  /// Accepts waiting clients; at most 64 per call, the others wait for the next batch.
+  /// Accepts waiting clients, at most 64; the others wait for the next batch.
   void accept_clients() {
     constexpr int kMaxAtOnce = 64;
     for (int n = 0; n < kMaxAtOnce; ++n) {
@@ -371,7 +371,7 @@ class StreamPort final : public Port {
       tcp::socket socket(acceptor_.get_executor());
       acceptor_.accept(socket, from, error);
       if (error == boost::asio::error::would_block) return;
-      if (error) {  // no descriptors left, for example: paused until check_link
+      if (error) {  // for example, no descriptors left: accepts none until check_link
         clients_.ignore(acceptor_.native_handle());
         return;
       }

@@ -1,6 +1,6 @@
 #pragma once
 
-/// Protocol of one client: bytes in, frames and answers out. Uses neither sockets nor clocks.
+/// Clients of a bus over TCP or a pseudo-terminal, and the protocol of each.
 
 #include <chrono>
 #include <cstdint>
@@ -20,14 +20,16 @@
 
 namespace lk::emulator {
 
-/// Result of a client's bytes.
+/// What a client's bytes contain.
 struct ParsedInput {
   std::vector<protocol::Frame> frames;  // for the bus
   std::string response;                 // for the client
-  std::string warning;                  // warning for the log; empty: none
-  std::uint64_t malformed = 0;          // malformed lines
+  std::string warning;                  // for the log; empty: none
+  std::uint64_t malformed = 0;          // number of malformed lines
 };
 
+/// Protocol of one client: converts its bytes to frames and answers, and frames of the bus to
+/// bytes. Uses neither sockets nor clocks. All times are readings of the wall clock.
 class ClientProtocol {
  public:
   using Time = std::chrono::nanoseconds;
@@ -41,13 +43,13 @@ class ClientProtocol {
   virtual std::string greeting() const { return ""; }
   /// Parses bytes received at `now`, in pieces of any size; appends to `parsed`.
   virtual void parse(std::span<const std::uint8_t> bytes, Time now, ParsedInput& parsed) = 0;
-  /// Appends the client's bytes for a frame on the bus. `now` is a reading of the wall clock.
+  /// Appends the bytes by which the client learns of a frame on the bus at `now`.
   virtual void encode(const protocol::Frame& frame, Time now, std::string& out) = 0;
-  /// Records that data for the client was lost.
+  /// Records that frames or answers for the client were lost, so that it can ask for that.
   virtual void note_loss() {}
-  /// Returns when the next frame that the client has scheduled is due.
+  /// Returns when the next of the client's cyclic frames is due; nullopt: there is none.
   virtual std::optional<Time> next_due() const { return std::nullopt; }
-  /// Appends the scheduled frames that are due by `now`.
+  /// Appends the cyclic frames that are due by `now`.
   virtual void take_due(Time /*now*/, std::vector<protocol::Frame>& /*out*/) {}
 };
 
@@ -94,10 +96,10 @@ void keep_connections_alive(int listening_socket);
 struct StreamSetup {
   std::size_t most_clients;
   std::string refusal;  // sent to a client when the port is full
-  std::function<std::unique_ptr<ClientProtocol>()> make_protocol;  // of a new client
-  bool beacon = false;                                             // of socketcand
+  std::function<std::unique_ptr<ClientProtocol>()> make_protocol;  // for a new client
+  bool beacon = false;                                             // announces the port (Beacon)
 };
-/// `name` is the bus's; it gives `place`. Throws StartError.
+/// `name`: name of the bus; `place`: the parsed name. Throws StartError.
 std::unique_ptr<Port> make_stream_port(boost::asio::io_context& loop, const std::string& name,
                                        const BusName& place, StreamSetup setup,
                                        std::function<void()> on_frames);
@@ -112,25 +114,25 @@ class ClientSet {
   /// Reserve for answers once `kMaxUnsent` is used up, such as the overrun flag.
   static constexpr std::size_t kMaxAnswers = std::size_t{4} * 1024;
 
-  /// Longer than any reply takes (assumed). A client that has closed both sides keeps its place
-  /// that long, unless TCP resets the connection earlier.
+  /// Longer than any reply takes (assumed). Also a client that has closed both sides is only
+  /// removed after this time, unless TCP resets the connection earlier.
   static constexpr std::chrono::seconds kLastReply{1};
 
-  /// `name` is the bus's. Throws StartError.
+  /// `name`: name of the bus, for the log. Throws StartError.
   explicit ClientSet(std::string name);
 
-  /// Readable when a client or a watched descriptor has data.
+  /// Descriptor that is readable when a client or a watched descriptor has data, or a frame is due.
   int descriptor() const { return epoll_.get(); }
   /// Also watches `fd`; `collect` reports it in `watched`.
   void watch(int fd);
   void ignore(int fd);
 
-  /// Adds a client; `fd` is closed with it.
+  /// Adds a client; closes `fd` when it removes the client.
   void add(Descriptor fd, std::string peer, std::unique_ptr<ClientProtocol> protocol);
   /// Adds a client whose descriptor is closed by its owner.
   void add_lent(int fd, std::string peer, std::unique_ptr<ClientProtocol> protocol);
   std::size_t size() const { return clients_.size(); }
-  /// Removes the clients that have closed their sending side.
+  /// Removes the clients that have closed their sending side, without waiting for kLastReply.
   void drop_finished();
 
   struct Collected {
@@ -140,8 +142,8 @@ class ClientSet {
   /// Appends frames from clients to `out`; waits at most `timeout` for data.
   Collected collect(std::vector<ReceivedFrame>& out,
                     std::chrono::milliseconds timeout = std::chrono::milliseconds(0));
-  /// Queues frames for all clients except number `except` (0: for all). `flush` sends them, so that
-  /// one system call serves many frames.
+  /// Queues frames for all clients except number `except` (0: for all). `flush` sends them later:
+  /// one system call for many frames.
   void queue_frames(std::span<const protocol::Frame> frames, std::uint32_t except);
 
   /// Sends queued bytes and acknowledges received ones.
@@ -159,9 +161,9 @@ class ClientSet {
     std::unique_ptr<ClientProtocol> protocol;
     std::string unsent;
     bool ack_pending = false;  // received bytes are not yet acknowledged (TCP)
-    bool wants_write = false;  // for room in the kernel's send buffer
-    bool is_losing = false;    // frames; the warning is logged
-    bool warned = false;       // the warning of its protocol is logged
+    bool wants_write = false;  // waits for room in the kernel's send buffer
+    bool is_losing = false;    // frames for it are being lost; the warning is logged
+    bool warned = false;       // a warning of its protocol is already logged
     // Removal time: set when the client closes its sending side, postponed by each write to it.
     std::optional<ClientProtocol::Time> leaves_at = std::nullopt;
   };
@@ -170,7 +172,8 @@ class ClientSet {
   void add(Client client);
   /// Returns false if the client has gone.
   bool read_from(Client& client, std::vector<ReceivedFrame>& out, bool& more);
-  /// Timer callback: collects frames that are due, and removes clients whose time is over.
+  /// Timer callback: collects frames that are due, and removes clients whose `leaves_at` is
+  /// reached.
   void on_timer(std::vector<ReceivedFrame>& out);
   void take_due(Client& client, std::vector<ReceivedFrame>& out);
   void queue_frames(Client& client, std::span<const protocol::Frame> frames);
@@ -184,7 +187,7 @@ class ClientSet {
   std::string name_;
   LogLimit log_limit_;
   Descriptor epoll_;
-  Descriptor timer_;  // timer: due frames, removals
+  Descriptor timer_;  // for due frames and removals
   std::optional<ClientProtocol::Time> timer_at_;
   Clients clients_;  // by number, which is `sender` in frames
   std::uint32_t last_number_ = 0;

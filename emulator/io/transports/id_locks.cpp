@@ -15,7 +15,8 @@
 namespace lk::emulator {
 namespace {
 
-/// Queue length: programs that can ask for the holder between two calls of `drain_queue`.
+/// Length of a lock's connection queue: so many programs can ask for the holder between two calls
+/// of `drain_queue`.
 constexpr int kBacklog = 64;
 
 /// Name of a lock in the abstract socket namespace, which has no files.
@@ -48,11 +49,11 @@ struct Holder {
   bool responds = true;
 };
 
-/// Never blocks.
+/// Asks the kernel for the PID behind the lock; does not block.
 Holder holder_of(const Address& address) {
   const Descriptor socket = open_socket();
   if (::connect(socket.get(), address.get(), address.size()) < 0) {
-    // EAGAIN: the holder's queue is full, so it has not accepted for a while.
+    // EAGAIN: the holder's queue is full, as it has not called `drain_queue` for a while.
     return {.responds = errno != EAGAIN};
   }
   ucred who{};
@@ -84,10 +85,11 @@ Holder holder_of(const Address& address) {
 
 void IdLocks::take(const std::string& interface, const LinkState& link, int id,
                    const std::string& remedy) {
-  // Sorted: if two programs start at the two ends of a pair, one gets both locks.
+  // A sorted set: if two programs start at the two ends of a pair, both lock in the same order, and
+  // one of them gets both locks.
   std::set<std::string> names = {link.name.empty() ? interface : link.name};
   if (link.peer != 0) names.insert(link_name(link.peer));
-  names.erase("");  // the peer has gone meanwhile
+  names.erase("");  // the peer was removed meanwhile
   for (const std::string& name : names) {
     const Address address(name, id);
     Descriptor socket = open_socket();

@@ -9,8 +9,8 @@
 namespace lk::emulator {
 
 /// Keeps two programs from answering for the same drive: each would take the other's replies for
-/// queries. A lock is an abstract Unix socket named after interface and ID. All processes of the
-/// network namespace compete for it, and the kernel frees it when its holder ends
+/// queries. The lock of a drive is an abstract Unix socket named after interface and ID. All
+/// processes of the network namespace compete for it, and the kernel frees it when its holder ends
 /// (docs/internals/decisions/0014-one-answer-per-id.md).
 class IdLocks {
  public:
@@ -22,7 +22,8 @@ class IdLocks {
   /// Releases the lock of drive `id` on `interface`, if held.
   void release(const std::string& interface, int id);
   bool holds(const std::string& interface, int id) const;
-  /// Closes connections of programs that asked for the holder. Call regularly.
+  /// Closes the connections of programs that connected to a lock to get the PID of its holder. Call
+  /// regularly.
   void drain_queue() const;
 
  private:

@@ -29,7 +29,8 @@ using Message = nlohmann::ordered_json;
 using protocol::Frame;
 using protocol::FrameKind;
 
-/// A missing flag is false, as in python-can. Returns nullopt if it is not a boolean.
+/// Returns an attribute of `message`: false if it is missing, as in python-can; nullopt if it is
+/// not a boolean.
 std::optional<bool> flag(const Message& message, const char* name) {
   const auto found = message.find(name);
   if (found == message.end()) return false;
@@ -111,10 +112,11 @@ namespace {
 
 constexpr std::size_t kMaxDatagrams = 64;  // per batch
 
-/// Strips the payload of datagrams from a network; without it they count as malformed. The address
-/// of the sender proves nothing, as Linux accepts IPv6 packets that claim to be from this machine.
-/// The kernel marks datagrams sent on this machine (PACKET_LOOPBACK), or they come by `lo`, which
-/// is interface 1 of every network namespace.
+/// Attaches a filter to `socket` that strips the payload of datagrams from other machines, which
+/// then count as malformed. The sender's address proves nothing, as Linux accepts IPv6 packets that
+/// claim to be from this machine. Datagrams sent on this machine are marked by the kernel
+/// (PACKET_LOOPBACK), or come by `lo`, which is interface 1 of every network namespace. Returns
+/// false if the kernel refuses the filter.
 bool strip_datagrams_of_others(int socket) {
   constexpr auto kOf = [](int field) { return static_cast<std::uint32_t>(SKF_AD_OFF + field); };
   constexpr std::uint16_t kLoad = BPF_LD | BPF_ABS;
@@ -138,7 +140,7 @@ class MulticastPort final : public Port {
       : name_(name),
         socket_(loop),
         on_frames_(std::move(on_frames)),
-        bytes_(kLongestCanMsgpack + 1),  // longer datagrams are truncated to this
+        bytes_(kLongestCanMsgpack + 1),  // longer datagrams are truncated, and rejected
         accepts_remote_(group.ttl > 0),
         sender_(loop),
         own_addresses_(addresses_of_this_machine()) {
@@ -196,7 +198,7 @@ class MulticastPort final : public Port {
     return {received_, true, 0};
   }
 
-  /// Returns whether to accept `sender`: not this port; another machine only if `accepts_remote_`.
+  /// Returns true unless `sender` is this port, or another machine without `accepts_remote_`.
   bool accepts(const udp::endpoint& sender) {
     const bool near = own_addresses_.contains(without_scope(sender.address()));
     if (near) return sender.port() != sender_port_;
@@ -209,11 +211,11 @@ class MulticastPort final : public Port {
 
   void join(const ip::address& group) {
     socket_.open(group_.protocol());
-    socket_.set_option(udp::socket::reuse_address(true));  // other hosts bind it too
+    socket_.set_option(udp::socket::reuse_address(true));  // other hosts bind the same port
     if (!accepts_remote_ && !strip_datagrams_of_others(socket_.native_handle())) {
       spdlog::warn("{}: no socket filter here: other machines can forge frames of this one", name_);
     }
-    socket_.bind(group_);  // not any address: other groups of this port are other buses
+    socket_.bind(group_);  // not to any address: the port's other groups are other buses
     socket_.set_option(ip::multicast::join_group(group));
   }
 
@@ -244,7 +246,7 @@ class MulticastPort final : public Port {
   std::vector<ReceivedFrame> received_;
   bool accepts_remote_;  // accepts datagrams of other machines
   udp::endpoint group_;
-  udp::socket sender_;  // has its own port number, which marks our datagrams
+  udp::socket sender_;  // its port number identifies datagrams of this process
   std::uint16_t sender_port_ = 0;
   std::set<ip::address> own_addresses_;
 };

@@ -32,10 +32,10 @@ constexpr auto kPollPeriod = std::chrono::seconds(1);
   throw std::system_error(error, std::generic_category(), what);
 }
 
-/// Bytes; an answer on one interface has about 1 KiB without its traffic counters.
+/// Bytes. The kernel's answer about one interface has about 1 KiB, without its traffic counters.
 constexpr std::size_t kLongestAnswer = 16384;
 
-/// Returns the kernel's result of a request: 0 or an errno.
+/// Returns the result in the kernel's answer to a request: 0 or an errno.
 int verdict(std::span<const std::uint8_t> answer) {
   nlmsgerr verdict{};
   if (answer.size() < NLMSG_HDRLEN + sizeof verdict) return EPROTO;
@@ -84,7 +84,7 @@ class Request {
     answer.resize(static_cast<std::size_t>(size));
     return answer;
   }
-  /// Returns the kernel's result: 0 or an errno.
+  /// Sends the request and returns the kernel's result: 0 or an errno.
   int execute() { return verdict(ask()); }
 
  private:
@@ -99,7 +99,7 @@ class Request {
 
 constexpr std::uint16_t kTypeBits = 0xFFFF & NLA_TYPE_MASK;
 
-/// Attributes in `bytes`, by type; truncated ones are left out.
+/// Attributes in `bytes`, by type; omits truncated attributes.
 using Attributes = std::map<std::uint16_t, std::span<const std::uint8_t>>;
 Attributes attributes_in(std::span<const std::uint8_t> bytes) {
   Attributes all;
@@ -225,7 +225,7 @@ void LinkMonitor::wait() {
                          wait();
                          return;
                        }
-                       // The socket would stay readable for ever.
+                       // Does not wait again: a broken socket stays readable.
                        spdlog::warn("netlink: {}; interfaces are polled every second",
                                     std::generic_category().message(broken));
                      });
@@ -244,8 +244,8 @@ int LinkMonitor::drain() {
   std::array<char, 8192> ignored;
   for (;;) {
     const ssize_t size = ::recv(socket_.native_handle(), ignored.data(), ignored.size(), MSG_TRUNC);
-    if (size == 0) return EPIPE;  // a kernel socket never ends
-    // ENOBUFS: messages were lost; the next check makes up for that.
+    if (size == 0) return EPIPE;  // the kernel never closes its side
+    // ENOBUFS: messages were lost, which does no harm: `on_change` is called anyway.
     if (size > 0 || errno == ENOBUFS || errno == EINTR) continue;
     return errno == EAGAIN ? 0 : errno;
   }

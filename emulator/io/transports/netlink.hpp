@@ -16,12 +16,13 @@ struct LinkState {
   bool up = false;
   std::string name;  // the kernel's name; the interface may have alternative names
   std::string kind;  // "vcan", "vxcan", "can" …; empty: not reported by the driver
-  int peer = 0;      // index of the other end of a vxcan pair, if it is in this network namespace
+  int peer = 0;      // index of the other end of a vxcan pair; 0: none in this network namespace
 
   /// Returns true if no real drive can be on the interface.
   bool is_virtual() const { return kind == "vcan" || kind == "vxcan"; }
 };
-/// Throws std::system_error if the kernel does not answer.
+/// Returns the state of `interface`; index 0 if it does not exist. Throws std::system_error if the
+/// kernel does not answer.
 LinkState link_state(const std::string& interface);
 /// Which interfaces a run may use.
 enum class Interfaces : std::uint8_t { kVirtualOnly, kAll };
@@ -29,15 +30,15 @@ enum class Interfaces : std::uint8_t { kVirtualOnly, kAll };
 /// Returns the current name of interface `index`; empty if it is gone.
 std::string link_name(int index);
 
-/// Creates the vcan `interface` unless it exists, and brings it up. Throws std::system_error.
+/// Creates `interface` as a vcan unless it exists, and brings it up. Throws std::system_error.
 void create_vcan(const std::string& interface);
 
 /// Opens a socket that is readable when an interface is added, removed or changed. Throws
 /// std::system_error.
 int open_link_socket();
 
-/// Calls back when an interface may have changed, and every second. Messages only trigger a new
-/// check, so lost messages or a silent socket do no harm.
+/// Calls `on_change` when an interface may have changed, and every second. The content of the
+/// kernel's messages is not used, so lost messages or a broken socket only delay a call.
 class LinkMonitor {
  public:
   /// Takes ownership of `socket`.
@@ -47,7 +48,7 @@ class LinkMonitor {
  private:
   void wait();
   void poll();
-  /// Returns 0, or errno if the socket is unusable.
+  /// Discards all messages. Returns 0, or errno if the socket is unusable.
   int drain();
 
   boost::asio::posix::stream_descriptor socket_;

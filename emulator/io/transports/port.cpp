@@ -16,7 +16,7 @@ namespace lk::emulator {
 namespace {
 
 constexpr std::size_t kMaxPlaceLength = 85;
-/// For a CAN port: one robot's bus has few hosts.
+/// Limit for the clients of one bus; a robot's bus has few hosts.
 constexpr std::size_t kMaxClients = 32;
 
 }  // namespace

@@ -17,7 +17,7 @@
 
 namespace lk::emulator {
 
-/// Time stamp of frames that came by no CAN socket.
+/// Reading of the wall clock; the time stamp of frames from ports other than CAN sockets.
 inline std::chrono::nanoseconds wall_now() {
   return std::chrono::system_clock::now().time_since_epoch();
 }
@@ -29,18 +29,18 @@ struct ReceivedFrame {
   std::uint32_t sender = 0;  // as in TimedFrame
 };
 
-/// Counters of a port; the bus counts frames by cause.
+/// Counters of a port. BusStats counts what the bus did with the frames.
 struct PortStats {
   std::uint64_t kernel_drops = 0;  // frames the kernel had no room for
   std::uint64_t sent = 0;
-  std::uint64_t lost_link_down = 0;   // replies sent while the interface was down
+  std::uint64_t lost_link_down = 0;   // replies lost because the interface was down
   std::uint64_t lost_queue_full = 0;  // replies lost because the send buffer was full
   std::uint64_t pending = 0;          // replies not yet sent
   std::uint64_t waits_for_queue = 0;  // times the send queue was full
   std::uint64_t link_losses = 0;      // times the interface went down or vanished
   // Only for ports with clients or datagrams:
-  std::uint64_t lost_unread = 0;  // frames for clients that did not read, once per client
-  std::uint64_t malformed = 0;    // lines or packets answered as errors, or dropped
+  std::uint64_t lost_unread = 0;  // frames or answers lost by clients that did not read; per client
+  std::uint64_t malformed = 0;    // malformed lines or packets, answered as errors or dropped
   std::uint64_t foreign = 0;      // datagrams from other machines, dropped
   std::uint64_t refused = 0;      // clients refused because the port was full
 };
@@ -62,16 +62,17 @@ class Port {
   /// Longest wait of `kForOne`. A CAN socket rounds it up to the kernel's tick of 1 to 10 ms.
   static constexpr std::chrono::microseconds kReceiveTimeout{1000};
 
-  /// Checks the interface and follows its state. Call at the start, when the kernel reports a
-  /// change, and regularly: an open that failed is tried again.
+  /// Checks the interface; opens or closes the port accordingly. Call at the start, when the kernel
+  /// reports a change, and regularly, to retry an open that failed.
   virtual void check_link() = 0;
   virtual bool is_up() const = 0;
   /// Returns whether `receive` can wait.
   virtual bool can_wait() const = 0;
 
-  /// Passes frames to `take(std::span<const ReceivedFrame>)`; limited, to keep the loop responsive.
-  /// Returns true if more may follow. `Wait::kForOne` waits for the first frame. A batch without
-  /// frames ends the call: invalid bytes must not delay others.
+  /// Passes received frames to `take(std::span<const ReceivedFrame>)`, up to 16 batches, to keep
+  /// the loop responsive. Returns true if the port may hold more. `Wait::kForOne` waits for a first
+  /// frame. A batch without frames ends the call: a host that sends invalid bytes must not delay
+  /// others.
   template <typename Take>
   bool receive(Take&& take, Wait wait = Wait::kNot) {
     constexpr int kMaxBatches = 16;
@@ -87,17 +88,18 @@ class Port {
 
   /// Sends frames of drives.
   virtual void send(std::span<const protocol::Frame> frames) = 0;
-  /// Sends a frame of the host `sender` to the other hosts; unused where frames have no sender.
+  /// Sends a frame of the host number `sender` to the other hosts. Does nothing if the medium
+  /// itself delivers the frames of a host to the others.
   virtual void pass_on(const protocol::Frame& /*frame*/, std::uint32_t /*sender*/) {}
-  /// Flushes buffered replies and frames at the end of a turn.
+  /// Flushes buffered replies and frames. Call after each processing of received frames.
   virtual void end_turn() {}
-  /// For waiting on frames; −1: none.
+  /// Descriptor that is readable when frames have arrived; −1: the port is closed.
   virtual int descriptor() const = 0;
-  /// Replies not yet sent.
+  /// Number of replies not yet sent.
   virtual std::size_t pending() const = 0;
   virtual PortStats stats() const = 0;
-  /// Terminal settings of the host that changed the bytes received last; empty: raw, or no
-  /// terminal.
+  /// Settings of the host's terminal that may have changed the bytes received last; empty: raw
+  /// mode, or no terminal.
   virtual const TerminalFlags& host_flags() const { return kRaw; }
 
  private:
@@ -107,7 +109,8 @@ class Port {
   virtual void note_error(int /*error*/) {}
 };
 
-/// Calls back whenever a descriptor is readable. Its owner closes it, after `release`.
+/// Calls `on_readable` whenever a descriptor is readable. Does not close the descriptor: its owner
+/// does, after `release`.
 class Readiness {
  public:
   Readiness(boost::asio::io_context& loop, std::function<void()> on_readable)
@@ -116,7 +119,7 @@ class Readiness {
   Readiness& operator=(const Readiness&) = delete;
   ~Readiness() { release(); }
 
-  /// Returns the error if `fd` cannot be watched.
+  /// Starts to watch `fd`. Returns the error if that fails.
   boost::system::error_code watch(int fd) {
     boost::system::error_code error;
     descriptor_.assign(fd, error);
@@ -150,17 +153,17 @@ class Readiness {
 
   boost::asio::posix::stream_descriptor descriptor_;
   std::function<void()> on_readable_;
-  unsigned generation_ = 0;  // of the descriptor: callbacks of earlier ones are ignored
+  unsigned generation_ = 0;  // number of the descriptor: callbacks for earlier ones are ignored
 };
 
-/// Creates the port that the name of the bus selects. `on_frames` is called when there may be
-/// something to `receive`. Throws StartError.
+/// Creates the port that the name of the bus selects. The port calls `on_frames` when there may be
+/// frames to `receive`. Throws StartError.
 std::unique_ptr<Port> make_port(boost::asio::io_context& loop, const BusConfig& bus,
                                 Interfaces allowed, std::function<void()> on_frames);
 
 /// Checks that a bus with a path can be created there; ignores other buses. Throws StartError.
 void check_place(const std::string& bus);
-/// Returns one name for each place, for locks: two names of one place give the same result.
+/// Returns the canonical name of a bus, for locks: two names of the same bus give the same result.
 std::string place_of(const std::string& bus);
 
 }  // namespace lk::emulator

@@ -31,7 +31,7 @@ namespace {
 /// Bytes per read: as much as the kernel buffers for a terminal.
 constexpr std::size_t kReadBytes = 4096;
 
-/// Converts a byte that was sent with other settings: it arrives, but with another value.
+/// Returns what a drive reads of a byte that was sent with other line settings: a wrong value.
 constexpr std::uint8_t misread(std::uint8_t byte) {
   return static_cast<std::uint8_t>(byte * 167U + 59U) | 0x80U;
 }
@@ -82,13 +82,13 @@ class SerialPort final : public Port {
         ++stats_.lost_link_down;
         continue;
       }
-      if (!is_understood()) {  // the host would receive garbage
+      if (!is_understood()) {  // not sent, but counted: the host would receive garbage
         ++stats_.sent;
         continue;
       }
       const protocol::WireBytes bytes = protocol::wire_bytes(frame);
       const ssize_t written = ::write(descriptor(), bytes.bytes.data(), bytes.size);
-      // Unread bytes are lost, as in the buffer of a real port.
+      // If the host does not read and the buffer is full, the reply is lost, as on a real port.
       ++(written == static_cast<ssize_t>(bytes.size) ? stats_.sent : stats_.lost_queue_full);
     }
   }
@@ -160,13 +160,13 @@ class SerialPort final : public Port {
 
   std::string name_;
   std::string path_;
-  std::int64_t bitrate_;        // of the bus; 0: any rate that hosts set
+  std::int64_t bitrate_;        // of the bus, bit/s; 0: any rate that the host sets
   bool enforces_rate_;          // bytes of a host at another rate, or not at 8N1, are garbled
-  std::optional<PtyLink> pty_;  // either this
-  Descriptor fd_;               // or the serial port itself
-  Readiness readiness_;         // of it
+  std::optional<PtyLink> pty_;  // the pseudo-terminal, if it is one
+  Descriptor fd_;               // otherwise the real serial port
+  Readiness readiness_;         // of pty_ or fd_
   TerminalFlags host_flags_;
-  std::string mismatch_;  // of host and drives, for the log; empty: none
+  std::string mismatch_;  // present mismatch of host and drives, logged; empty: none
   bool missing_logged_ = false;
   PortStats stats_;
   std::vector<std::uint8_t> bytes_;

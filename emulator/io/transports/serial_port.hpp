@@ -5,16 +5,16 @@
 
 namespace lk::emulator {
 
-/// RS-485 over TCP: bytes of packets in both directions, unchanged.
+/// RS-485 over TCP: carries the bytes of packets unchanged in both directions.
 class SerialBytes final : public ClientProtocol {
  public:
   void parse(std::span<const std::uint8_t> bytes, Time now, ParsedInput& parsed) override;
   void encode(const protocol::Frame& frame, Time now, std::string& out) override;
 };
 
-/// Creates the port of an RS-485 bus for hosts: a pseudo-terminal with a link at `path`, or a real
-/// serial port there. Bytes of one write follow each other without a gap on the modelled wire, from
-/// their arrival on. Pre: `bus.serial`. Throws StartError.
+/// Creates the port of an RS-485 bus: a pseudo-terminal with a link at `path`, or a real serial
+/// port if there is one at `path`. On the modelled wire, the bytes of one write follow each other
+/// without a gap, from their arrival on. Pre: `bus.serial`. Throws StartError.
 std::unique_ptr<Port> make_serial_port(boost::asio::io_context& loop, const BusConfig& bus,
                                        const std::string& path, std::function<void()> on_frames);
 

@@ -88,7 +88,7 @@ void Slcan::parse(std::span<const std::uint8_t> bytes, Time /*now*/, ParsedInput
 }
 
 std::optional<std::string> Slcan::answer(std::string_view line, ParsedInput& parsed) {
-  while (line.starts_with('\n')) line.remove_prefix(1);  // sent by terminals
+  while (line.starts_with('\n')) line.remove_prefix(1);  // terminals end lines with "\r\n"
   if (line.empty()) return kOk;
   switch (line.front()) {
     case 't':
@@ -107,8 +107,8 @@ std::optional<std::string> Slcan::answer(std::string_view line, ParsedInput& par
     default:
       break;
   }
-  // Hosts close a closed channel and open an open one: refused as by an adapter, but not counted as
-  // malformed.
+  // Hosts often close a channel that is closed, or open one that is open: refused, as by an
+  // adapter, but not counted as malformed.
   if (line == "C") return std::exchange(open_, false) ? kOk : kBell;
   if (line == "F" && open_) {
     if (wrong_rate()) flags_ |= kBusError;

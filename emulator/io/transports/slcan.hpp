@@ -1,6 +1,6 @@
 #pragma once
 
-/// Protocol of Lawicel's adapters: CAN in ASCII lines (docs/guides/buses.md).
+/// Protocol slcan of Lawicel's adapters: CAN in ASCII lines (docs/guides/buses.md).
 
 #include <cstdint>
 #include <optional>
@@ -13,14 +13,14 @@ namespace lk::emulator {
 
 /// Parses a frame line such as "t1418…" or "R000001410"; nullopt if malformed.
 std::optional<protocol::Frame> parse_slcan_frame(std::string_view line);
-/// Returns the line without the carriage return. Pre: `frame` is kData or kRemote.
+/// Returns the line for `frame`, without the carriage return. Pre: `frame` is kData or kRemote.
 std::string slcan_frame(const protocol::Frame& frame);
 
-/// Adapter of one client.
+/// The adapter that one client sees.
 class Slcan final : public ClientProtocol {
  public:
-  /// `bitrate`: of the bus; 0: any rate of the client. `acknowledges`: answer each command; false:
-  /// answer only F, V, v and N.
+  /// `bitrate`: of the bus, bit/s; 0: the client may set any rate. `acknowledges`: answer each
+  /// command; false: answer only F, V, v and N.
   explicit Slcan(std::int64_t bitrate, bool acknowledges = true)
       : bitrate_(bitrate), acknowledges_(acknowledges) {}
 
@@ -41,7 +41,7 @@ class Slcan final : public ClientProtocol {
   std::optional<std::string> set_up(std::string_view line, ParsedInput& parsed);
   std::optional<std::string> open(std::string_view line);
   bool accepts(const protocol::Frame& frame) const;
-  /// Bit rates differ: neither side understands the other.
+  /// Returns true if the client has set another bit rate than the bus has: no frame passes.
   bool wrong_rate() const { return bitrate_ > 0 && rate_ && *rate_ != bitrate_; }
 
   std::int64_t bitrate_;
@@ -51,7 +51,7 @@ class Slcan final : public ClientProtocol {
   bool open_ = false;
   bool listens_only_ = false;
   bool stamps_ = false;
-  std::uint32_t code_ = 0;  // acceptance code and mask; mask bit 1: don't care
+  std::uint32_t code_ = 0;  // acceptance code; mask_: a bit 1 means "don't care"
   std::uint32_t mask_ = 0xFFFFFFFFU;
   std::uint8_t flags_ = 0;
 };

@@ -68,7 +68,7 @@ using boost::asio::ip::tcp;
 using boost::asio::local::stream_protocol;
 using boost::system::error_code;
 
-constexpr std::size_t kLongestPath = 107;  // bytes in sun_path without its zero
+constexpr std::size_t kLongestPath = 107;  // bytes in sun_path, without the final zero
 constexpr auto kPause = std::chrono::milliseconds(100);
 
 }  // namespace
@@ -85,7 +85,7 @@ SocketListener::SocketListener(boost::asio::io_context& loop, const std::filesys
   error_code error;
   acceptor_.open(stream_protocol{}, error);
   if (!error) {
-    const mode_t before = ::umask(0177);  // otherwise others could open it before its mode is set
+    const mode_t before = ::umask(0177);  // mode 0600 from the start: no other user can connect
     acceptor_.bind(stream_protocol::endpoint(name), error);
     ::umask(before);
   }

@@ -16,7 +16,8 @@
 
 namespace lk::emulator {
 
-/// Addresses of all interfaces, without scopes; empty if the system does not report them.
+/// Returns the addresses of all interfaces, without scopes; empty if the system does not report
+/// them.
 std::set<boost::asio::ip::address> addresses_of_this_machine();
 /// Converts fe80::1%eth0 to fe80::1.
 boost::asio::ip::address without_scope(const boost::asio::ip::address& address);
@@ -25,8 +26,8 @@ boost::asio::ip::address without_scope(const boost::asio::ip::address& address);
 /// or a log pipe that is not read, which would stop the program.
 class LogLimit {
  public:
-  /// Returns whether one more message may be logged. The first refusal is logged in the name of
-  /// `whom`.
+  /// Returns whether one more message may be logged, and counts it. Logs itself, with the prefix
+  /// `whom`, that further messages are suppressed.
   bool may_log(const std::string& whom);
 
  private:
@@ -34,27 +35,27 @@ class LogLimit {
   unsigned logged_ = 0;
 };
 
-/// Listens at a Unix socket or a TCP port and passes connections to a callback. Without free
-/// descriptors it retries ten times a second.
+/// Listens at a Unix socket or a TCP port and passes connections to a callback. If it cannot accept
+/// one, for lack of free descriptors, it retries ten times a second.
 class SocketListener {
  public:
   using Socket = boost::asio::generic::stream_protocol::socket;
   using OnConnect = std::function<void(Socket)>;
 
-  /// Opens a Unix socket for this user only; the destructor removes its file. Replaces a socket
-  /// that a dead process left there. Throws StartError.
+  /// Opens a Unix socket at `path`, for this user only; the destructor removes its file. Replaces a
+  /// socket that no process listens at any more. Throws StartError.
   SocketListener(boost::asio::io_context& loop, const std::filesystem::path& path,
                  OnConnect on_connect);
-  /// Port 0: any free port. Throws StartError.
+  /// Listens at a TCP port; 0: any free port. Throws StartError.
   SocketListener(boost::asio::io_context& loop, const boost::asio::ip::address& address,
                  std::uint16_t port, OnConnect on_connect);
   SocketListener(const SocketListener&) = delete;
   SocketListener& operator=(const SocketListener&) = delete;
   ~SocketListener();
 
-  /// Empty for TCP.
+  /// Path of the Unix socket; empty for TCP.
   const std::filesystem::path& path() const { return path_; }
-  /// 0 for a Unix socket.
+  /// TCP port; 0 for a Unix socket.
   std::uint16_t port() const { return port_; }
 
  private:

@@ -29,14 +29,15 @@ using std::chrono::nanoseconds;
 constexpr std::size_t kBatch = 64;
 constexpr int kReceiveBuffer = 4 << 20;  // bytes, about 5000 frames: over 0.5 s of a full bus
 
-/// Replies kept while the queue is full: 0.1 s of a full bus. Later ones are useless to a host.
+/// Limit of replies kept while the send queue is full: 0.1 s of a full bus. A reply that waits
+/// longer is useless to a host.
 constexpr std::size_t kMaxPending = 1024;
 constexpr auto kRetry = std::chrono::milliseconds(1);
 
 enum class SendResult : std::uint8_t {
   kSent,
-  kNotWritable,  // the socket's buffer is full: poll reports room
-  kQueueFull,    // the interface's queue is full: no event reports room
+  kNotWritable,  // the socket's send buffer is full; poll reports when it has room
+  kQueueFull,    // the interface's send queue is full; no event reports room
   kLinkDown,
 };
 
@@ -76,10 +77,11 @@ void set_option(int fd, int level, int name, const Value& value, const char* wha
   }
 }
 
-/// Passes 0x140..0x17F and 0x280..0x28F, and the same numbers as extended or remote frames.
+/// Sets a kernel filter: only identifiers 0x140..0x17F and 0x280..0x28F pass, also those of
+/// extended and remote frames.
 void pass_drive_frames_only(int fd) {
   constexpr canid_t kExtendedBits = CAN_EFF_MASK & ~CAN_SFF_MASK;
-  // Remote frames pass too (the masks omit their flag), to be counted.
+  // Remote frames pass too, as the masks omit CAN_RTR_FLAG: the bus counts them.
   const std::array<can_filter, 4> filters = {{
       {0x140, 0x7C0 | CAN_EFF_FLAG},
       {0x140 | CAN_EFF_FLAG, kExtendedBits | 0x7C0 | CAN_EFF_FLAG},
@@ -89,7 +91,7 @@ void pass_drive_frames_only(int fd) {
   set_option(fd, SOL_CAN_RAW, CAN_RAW_FILTER, filters, "CAN_RAW_FILTER");
 }
 
-/// Without privileges, the system's limit applies.
+/// Sets kReceiveBuffer; without privileges, the kernel reduces it to the system's limit.
 void enlarge_receive_buffer(int fd) {
   if (::setsockopt(fd, SOL_SOCKET, SO_RCVBUFFORCE, &kReceiveBuffer, sizeof kReceiveBuffer) == 0)
     return;
@@ -110,21 +112,21 @@ SendResult why_not_sent(int error) {
 
 /// Sets all options except the interface. Throws std::system_error.
 void configure(int fd, bool has_wire) {
-  // Own frames stay out by default (CAN_RAW_RECV_OWN_MSGS): our replies have the identifiers of
-  // queries, and our error frames come from no host.
-  if (!has_wire) pass_drive_frames_only(fd);  // otherwise each frame takes time on the wire
+  // By default a socket does not receive its own frames (CAN_RAW_RECV_OWN_MSGS). It must not: our
+  // replies have the identifiers of queries, and our error frames come from no host.
+  if (!has_wire) pass_drive_frames_only(fd);  // with a wire, all frames pass: each takes time
   enlarge_receive_buffer(fd);
   const can_err_mask_t all_errors = CAN_ERR_MASK;
   const int on = 1;
   set_option(fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, all_errors, "CAN_RAW_ERR_FILTER");
-  set_option(fd, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, on, "CAN_RAW_FD_FRAMES");  // to count them
+  set_option(fd, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, on, "CAN_RAW_FD_FRAMES");  // the bus counts them
   set_option(fd, SOL_SOCKET, SO_TIMESTAMPNS, on, "SO_TIMESTAMPNS");
   set_option(fd, SOL_SOCKET, SO_RXQ_OVFL, on, "SO_RXQ_OVFL");
   const timeval timeout{0, Port::kReceiveTimeout.count()};
   set_option(fd, SOL_SOCKET, SO_RCVTIMEO, timeout, "SO_RCVTIMEO");
 }
 
-/// Buffers of one recvmmsg or sendmmsg, set up once.
+/// Buffers for recvmmsg or sendmmsg, set up once for all calls.
 template <typename Raw>
 struct Messages {
   std::array<Raw, kBatch> frames{};
@@ -140,7 +142,7 @@ struct Messages {
   }
 };
 
-/// A raw CAN socket bound to one interface: only system calls, blocking only on request.
+/// A raw CAN socket bound to one interface. Blocks only in a `receive` with kForOne.
 class CanSocket {
  public:
   /// `has_wire`: frames take time on the modelled wire. Throws std::system_error; the interface may
@@ -164,11 +166,11 @@ class CanSocket {
   ~CanSocket() = default;
 
   int descriptor() const { return fd_.get(); }
-  /// Frames the kernel dropped because the receive buffer was full.
+  /// Number of frames that the kernel dropped because the receive buffer was full.
   std::uint32_t kernel_drops() const { return kernel_drops_; }
 
-  /// Restores blocking mode, which an event loop may have changed; `kForOne` needs it. Throws
-  /// std::system_error.
+  /// Restores blocking mode, which `receive` with kForOne needs: an event loop may have changed it.
+  /// Throws std::system_error.
   void set_blocking() const {
     const int flags = ::fcntl(fd_.get(), F_GETFL);
     if (flags < 0 || ::fcntl(fd_.get(), F_SETFL, flags & ~O_NONBLOCK) < 0) {
@@ -176,7 +178,7 @@ class CanSocket {
     }
   }
 
-  /// Returns waiting frames, up to a few dozen. With `kForOne`, waits for a first frame.
+  /// Returns received frames, up to kBatch. With `kForOne`, waits for a first frame.
   Port::Batch receive(Port::Wait wait) {
     for (auto& message : in_.messages) {
       message.msg_hdr.msg_controllen = sizeof(Control::bytes);
@@ -210,7 +212,7 @@ class CanSocket {
 
   struct Sent {
     std::size_t count;  // frames sent, from the first on
-    SendResult then;    // kSent: all
+    SendResult then;    // why the next frame was not sent; kSent: all were sent
   };
   Sent send(std::span<const protocol::Frame> frames) {
     std::size_t done = 0;
@@ -259,7 +261,7 @@ class SocketCanPort final : public Port {
         retry_(loop) {}
   SocketCanPort(const SocketCanPort&) = delete;
   SocketCanPort& operator=(const SocketCanPort&) = delete;
-  // NOLINTNEXTLINE(bugprone-exception-escape): a timer and a descriptor of ours can be let go of
+  // NOLINTNEXTLINE(bugprone-exception-escape): releasing our own timer and descriptor cannot fail
   ~SocketCanPort() override { close(); }
 
   bool is_up() const override { return link_ == Link::kUp; }
@@ -285,7 +287,7 @@ class SocketCanPort final : public Port {
       stats_.lost_link_down += frames.size();
       return;
     }
-    if (!waiting_to_flush_) send_out(frames);  // nothing is pending then
+    if (!waiting_to_flush_) send_out(frames);  // otherwise earlier replies are pending
     const std::size_t kept = std::min(frames.size(), kMaxPending - pending_.size());
     pending_.insert(pending_.end(), frames.begin(),
                     frames.begin() + static_cast<std::ptrdiff_t>(kept));
@@ -306,7 +308,7 @@ class SocketCanPort final : public Port {
 
   void note_error(int error) override {
     spdlog::debug("{}: receive: {}", interface_, std::generic_category().message(error));
-    // The socket has lost its interface; a new interface of that name needs a new socket.
+    // ENODEV: the interface was removed. A new interface of the same name needs a new socket.
     if (error == ENODEV) close();
     check_link();
   }
@@ -323,7 +325,7 @@ class SocketCanPort final : public Port {
       enter(Link::kNotAllowed);
       return;
     }
-    // Recreated under the same name, it is another interface: the old socket receives nothing.
+    // Another index: the interface was removed and created again, and the old socket is useless.
     if (socket_ && link.index != index_) {
       close();
       enter(Link::kMissing);
@@ -336,10 +338,10 @@ class SocketCanPort final : public Port {
     socket_.emplace(index, has_wire_);
     index_ = index;
     if (const auto error = readiness_.watch(socket_->descriptor())) {
-      socket_.reset();  // otherwise its frames would never be read
+      socket_.reset();  // without events its frames would never be read
       throw std::system_error(error, "epoll");
     }
-    // Asio makes the descriptor non-blocking. Calls that must not wait pass their own flag.
+    // Asio has made the descriptor non-blocking. Calls that must not wait pass MSG_DONTWAIT.
     socket_->set_blocking();
   }
 
@@ -383,7 +385,8 @@ class SocketCanPort final : public Port {
     }
   }
 
-  /// A renamed interface is another one: the user does not expect drives under the new name.
+  /// Logs that the interface is gone. A renamed one counts as gone: the user does not expect drives
+  /// under the new name.
   void log_missing() const {
     const std::string name = index_ != 0 ? link_name(index_) : "";
     if (name.empty() || name == interface_) {
@@ -448,9 +451,9 @@ class SocketCanPort final : public Port {
   boost::asio::steady_timer retry_;
   std::vector<protocol::Frame> pending_;
   bool waiting_to_flush_ = false;
-  unsigned closed_ = 0;  // sockets so far; their timers are ignored
+  unsigned closed_ = 0;  // number of sockets closed so far; their timers are ignored
   Link link_ = Link::kUnknown;
-  int index_ = 0;  // of the socket's current or last interface
+  int index_ = 0;  // of the present or last interface
   bool open_error_logged_ = false;
   PortStats stats_;
 };

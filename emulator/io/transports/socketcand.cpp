@@ -49,7 +49,8 @@ using protocol::FrameKind;
 
 constexpr const char* kDone = "< ok >";
 constexpr const char* kUnknown = "< error unknown command >";
-constexpr std::size_t kMaxWords = 14;  // add, seconds, microseconds, identifier, length, bytes
+// The longest message has 13: add, seconds, microseconds, identifier, length, eight bytes.
+constexpr std::size_t kMaxWords = 14;
 
 std::vector<std::string_view> words_of(std::string_view text) {
   std::vector<std::string_view> words;
@@ -62,7 +63,7 @@ std::vector<std::string_view> words_of(std::string_view text) {
   return words;
 }
 
-/// Eight digits, or a number above the standard range, make an extended identifier.
+/// Parses an identifier; one of eight digits, or above the standard range, is extended.
 std::optional<Frame> read_id(std::string_view digits) {
   const auto id = number_of(digits, 16, protocol::kMaxExtendedId);
   if (!id) return std::nullopt;
@@ -73,7 +74,7 @@ std::optional<Frame> read_id(std::string_view digits) {
   return frame;
 }
 
-/// "141 8 9A 0 0 0 0 0 0 0"
+/// Parses identifier, length and bytes: "141 8 9A 0 0 0 0 0 0 0".
 std::optional<Frame> read_frame(std::span<const std::string_view> words) {
   if (words.size() < 2) return std::nullopt;
   auto frame = read_id(words[0]);
@@ -88,7 +89,7 @@ std::optional<Frame> read_frame(std::span<const std::string_view> words) {
   return frame;
 }
 
-/// "1 500000": seconds and microseconds.
+/// Parses seconds and microseconds: "1 500000" is 1.5 s.
 std::optional<ClientProtocol::Time> read_time(std::string_view seconds, std::string_view us) {
   constexpr std::uint32_t kLongest_s = 1'000'000;
   const auto whole = number_of(seconds, 10, kLongest_s);
@@ -145,7 +146,7 @@ bool Socketcand::obey(std::string_view text, Time now, ParsedInput& parsed) {
 bool Socketcand::change_mode(std::string_view word, ParsedInput& parsed) {
   if (word != "rawmode" && word != "bcmmode") return false;
   mode_ = word == "rawmode" ? Mode::kRaw : Mode::kBroadcastManager;
-  jobs_.clear();  // a change of mode ends them
+  jobs_.clear();  // a change of mode ends jobs and subscriptions
   subscriptions_.clear();
   parsed.response += kDone;
   return true;
@@ -166,7 +167,8 @@ bool Socketcand::send(const Words& words, ParsedInput& parsed) {
   return true;
 }
 
-/// The first frame is due one cycle from now, as in the kernel's broadcast manager.
+/// Adds a cyclic frame, due for the first time one cycle from now, as in the kernel's broadcast
+/// manager.
 bool Socketcand::add_job(const Words& words, Time now) {
   if (words.size() < 5) return false;
   const auto cycle = read_time(words[1], words[2]);
@@ -259,7 +261,7 @@ void Socketcand::take_due(Time now, std::vector<Frame>& out) {
   for (auto& [key, job] : jobs_) {
     if (job.due > now) continue;
     out.push_back(job.frame);
-    job.due = std::max(job.due + job.cycle, now);  // missed cycles are skipped
+    job.due = std::max(job.due + job.cycle, now);  // makes up for at most one missed cycle
   }
 }
 

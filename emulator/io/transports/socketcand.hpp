@@ -1,6 +1,7 @@
 #pragma once
 
-/// Protocol of socketcand: CAN as words between angle brackets (docs/guides/buses.md).
+/// Protocol of socketcand: CAN in ASCII messages such as "< send 141 1 9A >"
+/// (docs/guides/buses.md).
 
 #include <array>
 #include <boost/asio/io_context.hpp>
@@ -41,9 +42,10 @@ class Beacon {
 /// Returns the text of the beacon.
 std::string beacon_text(const std::string& host, const std::string& address, std::uint16_t port);
 
+/// The server that one client sees.
 class Socketcand final : public ClientProtocol {
  public:
-  /// Limit for a client's cyclic frames, and for its subscriptions.
+  /// Limit for the number of a client's cyclic frames, and for that of its subscriptions.
   static constexpr std::size_t kMaxJobs = 256;
   static constexpr Time kShortestCycle = std::chrono::milliseconds(1);
 
@@ -54,30 +56,31 @@ class Socketcand final : public ClientProtocol {
   void take_due(Time now, std::vector<protocol::Frame>& out) override;
 
  private:
-  static constexpr std::size_t kLongestMessage = 200;  // longest `add`: below 100
+  static constexpr std::size_t kLongestMessage = 200;  // bytes; longest `add`: below 100
 
   enum class Mode : std::uint8_t { kNoBus, kBroadcastManager, kRaw };
-  /// Standard and extended identifiers with the same number differ.
+  /// Identifier of a frame: standard and extended identifiers with the same number differ.
   struct Key {
     std::uint32_t id;
     bool extended;
     auto operator<=>(const Key&) const = default;
   };
+  /// A frame that the server sends cyclically.
   struct Job {
     protocol::Frame frame;
     Time cycle{0};
     Time due{0};
   };
   struct Subscription {
-    Time pause{0};  // minimum time between two frames shown
+    Time pause{0};  // minimum time between two frames sent to the client
     std::optional<std::array<std::uint8_t, protocol::kCanBytes>> mask =
-        {};  // only changes of these bits; nullopt: every frame
-    std::optional<protocol::Frame> last = {};
-    Time shown{0};
+        {};  // send only if these bits have changed; nullopt: every frame
+    std::optional<protocol::Frame> last = {};  // last frame sent to the client
+    Time shown{0};                             // when
   };
   using Words = std::vector<std::string_view>;
 
-  /// Executes the text between the brackets. Returns false if it is not understood.
+  /// Executes a message, without its brackets. Returns false if it is malformed or not allowed now.
   bool obey(std::string_view text, Time now, ParsedInput& parsed);
   bool change_mode(std::string_view word, ParsedInput& parsed);
   bool send(const Words& words, ParsedInput& parsed);

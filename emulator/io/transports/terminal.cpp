@@ -38,7 +38,7 @@ std::string target_of(const std::string& path) {
   return size > 0 ? std::string(target.data(), static_cast<std::size_t>(size)) : "";
 }
 
-/// A link that lk-emu made and could not remove: its terminal is gone.
+/// Returns true for a link to a pseudo-terminal that is gone: left by an lk-emu that was killed.
 bool is_dead_link(const std::string& path) {
   struct stat found {};
   return target_of(path).starts_with(kTerminals) && ::stat(path.c_str(), &found) != 0;
@@ -113,7 +113,8 @@ void check_terminal_path(const std::string& name, const std::string& path) {
 
 PtyLink::PtyLink(boost::asio::io_context& loop, const std::string& name, std::string path, bool raw)
     : path_(std::move(path)), events_(loop) {
-  // Before the open: the new terminal may get the number of the old one.
+  // Before posix_openpt: the new terminal may get the number of the old one, and the link would
+  // then not be dead.
   if (is_dead_link(path_)) ::unlink(path_.c_str());
   master_ = Descriptor(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   std::array<char, 64> terminal{};
@@ -128,7 +129,7 @@ PtyLink::PtyLink(boost::asio::io_context& loop, const std::string& name, std::st
     throw StartError(name + ": cannot make the link " + path_ + ": " + errno_text(errno));
   }
   terminal_name_ = terminal.data();
-  // If the user's inotify limit is reached, unread bytes stay for the next host.
+  // Without inotify, as at the user's limit, unread bytes stay for the next host.
   const int events = ::inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
   if (events < 0) return;
   events_.assign(events);
@@ -148,16 +149,17 @@ void PtyLink::wait_for_hosts() {
                      });
 }
 
-/// Asks the kernel, as inotify merges equal events and a count would be wrong. The master hangs up
-/// when no process has the terminal open, so this process closes it for a moment. The changes of
-/// `watch` keep that close and open out of the events.
+/// Returns whether a host has the terminal open. A count of events would be wrong, as inotify
+/// merges equal events. The master reports POLLHUP when no process has the terminal open, so this
+/// process closes `terminal_` for a moment. The calls of `watch` hide this close and open from
+/// inotify.
 bool PtyLink::host_has_it_open() {
   int is_exclusive = 0;
   ::ioctl(terminal_.get(), TIOCGEXCL, &is_exclusive);
-  ::ioctl(terminal_.get(), TIOCNXCL);  // otherwise it cannot be opened again
+  ::ioctl(terminal_.get(), TIOCNXCL);  // an exclusive terminal could not be opened again
   watch(IN_OPEN);
   terminal_ = Descriptor();
-  watch(IN_CLOSE);  // a host that closes it from here on causes an event
+  watch(IN_CLOSE);  // a host that closes it after this causes an event
   pollfd master{.fd = master_.get(), .events = 0, .revents = 0};
   ::poll(&master, 1, 0);
   const bool has_host = (master.revents & POLLHUP) == 0;
@@ -181,14 +183,14 @@ void PtyLink::handle_host_events() {
       std::memcpy(&event, events.data() + at, sizeof event);
       at += sizeof event + event.len;
       if ((event.mask & IN_CLOSE) != 0) is_closed = is_closed_last = true;
-      // Opened after a close: most likely the host has restarted.
+      // An open after a close counts as a first one: most likely the host has restarted.
       if ((event.mask & IN_OPEN) == 0) continue;
       if (is_closed || !has_host_) is_opened_as_first = true;
       has_host_ = true;
       is_closed_last = false;
     }
   }
-  // If the last event is an open, a host is there and its close will cause an event.
+  // After an open as the last event, a host has the terminal open; its close will cause an event.
   if (is_closed_last) has_host_ = host_has_it_open();
   if (is_opened_as_first || (is_closed && !has_host_)) ::ioctl(terminal_.get(), TCFLSH, TCIFLUSH);
 }
