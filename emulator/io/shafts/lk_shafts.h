@@ -35,8 +35,8 @@ enum {
 /* lk_shafts_accept.owner: which side computes the motion of a joint. */
 enum {
   LK_SHAFTS_NOT_COUPLED = 0, /* not taken: the drive keeps the load of its robot file */
-  LK_SHAFTS_SIMULATOR = 1,   /* simulator: applies the torque, and adds the armature */
-  LK_SHAFTS_DRIVE = 2        /* drive: gets the inertia and the torque of its load */
+  LK_SHAFTS_SIMULATOR = 1,   /* simulator: applies the torque of TORQUES, adds the armature */
+  LK_SHAFTS_DRIVE = 2        /* drive: gets inertia and torque of its load from STATES */
 };
 
 /* lk_shafts_accept.flags */
@@ -55,7 +55,7 @@ struct lk_shafts_head {
 
 struct lk_shafts_offer {
   char name[LK_SHAFTS_NAME_BYTES]; /* "vcan0:1": bus and ID; zero-terminated */
-  double armature_kg_m2;           /* as in TORQUES, for the first step */
+  double armature_kg_m2;           /* to be added to the joint, in the first step */
   double angle_rad;                /* present angle of the output shaft */
 };
 
@@ -67,8 +67,8 @@ struct lk_shafts_accept {
 struct lk_shafts_state { /* owner DRIVE: lk-emu ignores angle and speed */
   double angle_rad;
   double speed_rad_s;
-  double inertia_kg_m2; /* SIMULATOR: inertia on the shaft, with the armature; 0: unknown.
-                           DRIVE: of the load, without the drive's own; 0 or more */
+  double inertia_kg_m2; /* SIMULATOR: inertia that the shaft feels, with the armature; 0: unknown.
+                           DRIVE: inertia of the load, without the drive's own; 0 or more */
   double torque_Nm;     /* sum of the torques on this inertia, without the drive's */
 };
 
