@@ -50,7 +50,7 @@ struct Activity {
   /// files exist.
   std::function<Json(TableReader& request, bool same_user)> start;
   std::function<Json()> stop;    // for DELETE
-  std::function<Json()> state;   // for /status; null if none was started
+  std::function<Json()> state;   // for /status; null: no recording runs, or no scenario yet
   std::function<Json()> report;  // for GET
 };
 
