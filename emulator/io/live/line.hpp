@@ -123,7 +123,7 @@ class Line {
  private:
   void put_on_bus(const TimedFrame& in);
   void take_from_backlog();
-  /// Returns true if the backlog waits for the wire.
+  /// Returns true if queued frames have to wait for room on the bus, or for a quiet line.
   bool backlog_waits() const;
   /// Advances to `until`, calls watchers, and sends replies that are due.
   void advance_watched(SimTime until);
@@ -139,8 +139,8 @@ class Line {
   std::size_t advice_reported_ = 0;
   std::unique_ptr<Port> port_;
   std::deque<TimedFrame> backlog_;  // frames for the bus: time stands still, or the bus has no room
-  bool waits_for_quiet_line_ = false;  // after a slip: frames wait until the line is quiet,
-  SimTime waits_at_least_until_{0};    // at least until then
+  bool waits_for_quiet_line_ = false;  // after a slip: frames wait until the line is quiet
+  SimTime waits_at_least_until_{0};    // earliest end of this wait
   bool flooded_ = false;               // too many frames to space them: they wait only for room
   bool advancing_ = false;             // watchers are running; they may call `accept`
   std::uint64_t address_changes_ = 0;  // address changes of the bus at the last check

@@ -157,7 +157,7 @@ World::Taken World::take_in(Line& line, Port::Wait wait) {
       const TimedFrame frame{.at = clock_.time_at(stamps_.arrival(in.stamp, seen_)),
                              .frame = in.frame,
                              .sender = in.sender};
-      // A line with a body must not get ahead of the other lines.
+      // Coupled lines advance together, so `accept` must not advance one alone.
       const bool later = clock_.mode().stepped || coupling_;
       later ? line.enqueue(frame) : line.accept(frame);
     }

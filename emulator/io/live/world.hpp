@@ -32,7 +32,7 @@ class World {
   /// Body whose joints the drives turn; null: none, or `start` was not called yet.
   const Mechanism* body() const { return coupling_ ? coupling_->body() : nullptr; }
 
-  /// Starts time.
+  /// Starts time, with the coupling of the lines if the robot needs one.
   void start();
   /// Stops time for good: nothing more happens on the buses.
   void stop();
@@ -115,7 +115,7 @@ class World {
   SlipReporter slip_reporter_;
   std::vector<std::unique_ptr<Line>> lines_;
   std::vector<Bus*> buses_;           // by line
-  std::optional<Coupling> coupling_;  // if the robot has a body
+  std::optional<Coupling> coupling_;  // for a body, a common battery, or a simulator
   bool body_is_ready_ = false;        // the next step may begin
   WakeTimer timer_;
   boost::asio::steady_timer reply_timer_;
