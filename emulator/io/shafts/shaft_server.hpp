@@ -103,7 +103,7 @@ class ShaftServer {
   MonoTime step_deadline_{0};
   MonoTime poll_until_{0};
   ClockMode clock_before_;
-  bool clock_is_stopped_ = false;  // because the simulator was lost
+  bool clock_is_stopped_ = false;  // by this server, until a simulator connects
   bool step_is_due_ = false;       // STATES came while the clock was still advancing
   SimTime step_{std::chrono::milliseconds(1)};
   unsigned simulators_ = 0;
