@@ -15,8 +15,8 @@ namespace lk::emulator {
 class IdLocks {
  public:
   /// Locks the drive `id` on `interface`, and on the other end of a vxcan pair. `link`: state of
-  /// the interface, which need not exist. Throws StartError with the holder and what to do: stop
-  /// it, or `remedy`.
+  /// the interface, which need not exist. Throws StartError if a lock is held; the message names
+  /// the holder and what to do: stop it, or `remedy`.
   void take(const std::string& interface, const LinkState& link, int id,
             const std::string& remedy = "give other --ids");
   /// Releases the lock of drive `id` on `interface`, if held.
