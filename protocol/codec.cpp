@@ -14,7 +14,7 @@ using namespace row_codec;
 
 namespace {
 
-/// Returns an array with a function for each row of a table.
+/// Returns an array with the result of `make` for each row of a table.
 template <const auto& kRows, class Make>
 constexpr auto for_each_row(Make make) {
   return [&]<std::size_t... kPlaces>(std::index_sequence<kPlaces...>) {
@@ -65,7 +65,7 @@ std::size_t place_of(const CommandInfo& command, bool serial) {
   return static_cast<std::size_t>(&command - first);
 }
 
-/// Returns true if a field that selects something has an unknown value.
+/// Returns true if a field that selects a parameter or setting has a value that no drive knows.
 bool has_unknown(std::span<const Field> fields, const Payload& data, const WireFormat& format) {
   return std::ranges::any_of(fields, [&](const Field& field) {
     return field.beyond == Beyond::kUnknownCommand && present(field, data, format) &&
@@ -122,7 +122,8 @@ bool is_on_wire(const Frame& frame, const WireFormat& format) {
   return framing_of(frame) == format.dialect.framing;
 }
 
-/// Returns true if the length of a reply is that of its command.
+/// Returns true if the reply has the length that `command` defines. Accepts any length if no field
+/// describes the reply.
 bool has_length(const CommandInfo& command, const Frame& frame, const WireFormat& format) {
   if (frame.dlc == 0) return false;
   if (command.echoed || command.reply.empty()) return true;
@@ -234,7 +235,7 @@ std::variant<Query, Reject> for_drive(int id, const Query& query, const WireForm
 }
 
 std::variant<ReplyFrame, Reject> decode_reply(const Frame& frame, const WireFormat& format) {
-  // Replies with their own identifiers pass the same checks as queries.
+  // Replaces the reply's identifier by the query's, so that address() can check the frame.
   Frame as_query = frame;
   as_query.id = frame.id - format.dialect.reply_id_base + kSingleDriveId;
   const auto addressed = address(as_query);

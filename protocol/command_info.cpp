@@ -9,7 +9,7 @@
 namespace lk::protocol {
 namespace {
 
-/// The fields of a query or reply, without their members.
+/// The Field of each FieldRow of a query or reply.
 template <const auto& kRows, row_codec::Side kSide, std::size_t kPlace>
 constexpr auto kFields = []<std::size_t... N>(std::index_sequence<N...>) {
   return std::array<Field, sizeof...(N)>{
@@ -57,7 +57,7 @@ static_assert(ascends(kCommands, &CommandInfo::opcode) &&
                   ascends(kMultiDriveCommands, &CommandInfo::identifier),
               "codes ascend, so each stands once");
 
-/// Index of the command of a byte; 0xFF: none.
+/// Index of the command with DATA[0] = n in `kInfo`; 0xFF: none.
 template <const auto& kInfo>
 constexpr std::array<std::uint8_t, 256> kPlaces = [] {
   std::array<std::uint8_t, 256> places{};

@@ -1,8 +1,8 @@
 #pragma once
 
-/// @file The whole protocol: a row for each command, with one for each field of its query and
-/// reply. Other commands get no reply. Used for the codec, DBC files, the dissector, the table of
-/// docs/reference/protocol.md, the words of decode and of scenarios, and the ranges of advice.
+/// @file The whole protocol: a row for each command, with a row for each field of its query and
+/// reply. Drives do not reply to other commands. The codec, DBC files, the dissector, the table of
+/// docs/reference/protocol.md, decode, scenarios and advice use these rows.
 
 #include <variant>
 
@@ -23,7 +23,7 @@ struct CommandRow {
   using ReplyType = Reply;
   CommandTraits traits;
   QueryFields query;  // FieldRow values
-  ReplyFields reply;  // empty for echoes
+  ReplyFields reply;  // FieldRow values; empty if the reply repeats the query
 };
 
 namespace table {
@@ -42,7 +42,7 @@ inline constexpr auto kNoFields = rows();
 }  // namespace table
 
 // clang-format off
-/// Single-drive commands, sorted by their bytes.
+/// Single-drive commands on CAN, sorted by DATA[0].
 inline constexpr auto kCommandRows = [] {
   using namespace table;
   return rows(
@@ -90,13 +90,14 @@ inline constexpr auto kCommandRows = [] {
     command<Position5, State2>({.name = "position 5, increment", .name_zh = "增量位置 5", .word = "position_5", .source = Source::kHardware, .printed = Position3::kOpcode}, kIncrement, kState2),
     command<Position6, State2>({.name = "position 6, increment, max speed", .name_zh = "增量位置 6，限速", .word = "position_6", .source = Source::kHardware, .printed = Position4::kOpcode}, joined(kIncrement, kMaxSpeed), kState2),
     command<ReadParameter, ParameterValue>({.name = "read parameter", .name_zh = "读取参数", .word = "read_parameter", .source = Source::kNewerManuals, .when = kParameterCommands},
-      // Has its own name, because no other field depends on it here.
+      // The name differs from that in kParameter, because no other field of this query depends on
+      // it.
       rows(row(&ReadParameter::id, {.name = "read_parameter", .label = "Parameter", .key = "parameter", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .values = kParameters})), kParameter),
     command<WriteParameter, ParameterValue>({.name = "write parameter to RAM", .name_zh = "写入参数到 RAM", .word = "write_parameter", .source = Source::kNewerManuals, .when = kParameterCommands}, kParameter, kParameter));
 }();
 
-/// Commands to the drives 1..4 in multi-drive mode, sorted by their identifiers. Each drive replies
-/// as to the command of its slot.
+/// Commands to the drives 1..4 in multi-drive mode, sorted by identifier. Each drive replies as it
+/// does to the single-drive command in its slot.
 inline constexpr auto kMultiDriveRows = [] {
   using namespace table;
   return rows(
@@ -130,7 +131,7 @@ struct WithMore<std::variant<Those...>, More...> {
 
 }  // namespace table
 
-/// Any query of a host: an alternative for each row, and for each that only serial_table.hpp has.
+/// Any query of a host: a type for each row here, and for each row that only serial_table.hpp has.
 using Command = table::WithMore<
     decltype(table::variant_of<table::Query>(joined(kCommandRows, kMultiDriveRows))), Connect,
     Disconnect, ReadProduct, ReadSettingsBlock, WriteSettingsBlock, ReadCalibration,

@@ -2,8 +2,9 @@
 
 /// @file Queries to one drive. Positions of their bytes: command_table.hpp.
 ///
-/// Angles, counts and gains stay integers of the wire: drives compute with them, and 0.01° has no
-/// exact binary fraction. Quantities whose LSB depends on drive or wire, or in dps, are doubles.
+/// Angles, counts and gains are the integers on the wire: drives compute with integers, and 0.01°
+/// has no exact binary fraction. Speeds are doubles, and quantities whose LSB depends on the drive
+/// or the wire.
 
 #include <array>
 #include <cstdint>
@@ -45,7 +46,7 @@ struct ReadMaxTorque : NoFields<0x37> {};
 
 struct WriteMaxTorque {
   static constexpr Opcode kOpcode{0x38};
-  std::int32_t max_torque_lsb = 0;  // LSB of the iq command; per mille of the power on MS
+  std::int32_t max_torque_lsb = 0;  // in LSB of the iq command; on MS per mille of the power
   bool operator==(const WriteMaxTorque&) const = default;
 };
 
@@ -53,7 +54,7 @@ struct WriteMaxTorque {
 
 struct ReadStoredSetting {
   static constexpr Opcode kOpcode{0x40};
-  StoredSetting setting;  // its value is unused
+  StoredSetting setting;  // `gains` and `number` are unused
   bool operator==(const ReadStoredSetting&) const = default;
 };
 
@@ -63,7 +64,7 @@ struct WriteStoredSetting {
   bool operator==(const WriteStoredSetting&) const = default;
 };
 
-// DATA[2] that 0x44 needs to be executed.
+// Drives execute 0x44 only if DATA[2] has this value.
 inline constexpr std::uint8_t kSaveItem = 0xFA;
 
 struct SaveSettings {
@@ -77,7 +78,7 @@ struct Off : NoFields<0x80> {};
 struct Stop : NoFields<0x81> {};
 struct Run : NoFields<0x88> {};
 
-// Actions of 0x8C. The decoder passes the byte on, because the drive checks it.
+// Actions of 0x8C. The decoder accepts any byte, because the drive checks it.
 inline constexpr std::uint8_t kBrakeEngage = 0x00;
 inline constexpr std::uint8_t kBrakeRelease = 0x01;
 inline constexpr std::uint8_t kBrakeRead = 0x10;
@@ -88,7 +89,7 @@ struct Brake {
   bool operator==(const Brake&) const = default;
 };
 
-// Types of 0x90, if it has a type (RS-485).
+// Values of the type in 0x90, for drives on RS-485 whose 0x90 has a type.
 inline constexpr std::uint8_t kEncoderZeroed = 0;
 inline constexpr std::uint8_t kEncoderRaw = 1;
 
@@ -150,7 +151,7 @@ struct Position2 {
   bool operator==(const Position2&) const = default;
 };
 
-// Direction to a single-turn target. The decoder passes the byte on, because the drive checks it.
+// Direction to a single-turn target. The decoder accepts any byte, because the drive checks it.
 inline constexpr std::uint8_t kClockwise = 0;
 inline constexpr std::uint8_t kCounterClockwise = 1;
 

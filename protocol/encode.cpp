@@ -1,4 +1,4 @@
-// Encoder: commands and replies to frames.
+// Encodes commands and replies as frames.
 
 #include <algorithm>
 #include <cassert>
@@ -12,7 +12,7 @@ using namespace row_codec;
 
 namespace {
 
-/// Writes a query by its row in `kRows`. Returns the number of bytes used.
+/// Writes the fields of a query by its row in `kRows`. Returns the number of bytes used.
 template <const auto& kRows, class Kind>
 std::uint8_t write_query(Payload& data, const Kind& command, const WireFormat& format) {
   constexpr std::size_t kPlace = query_place<kRows, Kind>();
@@ -45,7 +45,7 @@ void write_frame(Frame& frame, const Kind& command, const WireFormat& format) {
   }
 }
 
-/// Writes a reply by the rows of its wire. Returns the number of bytes used.
+/// Writes a reply by the rows of CAN or RS-485. Returns the number of bytes used.
 template <const auto& kRows>
 struct ReplyWriter {
   Payload& data;

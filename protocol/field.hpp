@@ -13,7 +13,8 @@
 
 namespace lk::protocol {
 
-/// A little-endian integer. The multi-turn angle has seven bytes on CAN and eight on RS-485.
+/// Type of a little-endian integer on the wire. The multi-turn angle is kI56 on CAN, kI64 on
+/// RS-485.
 enum class Wire : std::uint8_t { kU8, kI8, kU16, kI16, kU32, kI32, kI56, kU24, kI64 };
 
 constexpr int bytes_of(Wire wire) {
@@ -53,7 +54,7 @@ enum class Unit : std::uint8_t {
   kDegreePerSecond2,
 };
 
-/// Unit in ASCII, and as people write it. Counts have no unit.
+/// Text of a unit: in ASCII, and with symbols such as °. Encoder counts have no text.
 struct UnitTexts {
   std::string_view ascii, symbol;
 };
@@ -64,9 +65,9 @@ constexpr UnitTexts texts_of(Unit unit) {
   return kTexts[static_cast<std::size_t>(unit)];
 }
 
-/// Range of a field, mostly in integers of the wire.
+/// Range of a field. Numbers are integers on the wire.
 enum class Range : std::uint8_t {
-  kWidth,         // all values of its bits
+  kWidth,         // all values that fit in the field
   kWords,         // one of Field::values
   kIqCommand,     // ±Dialect::iq_command_limit_lsb
   kIqLimit,       // 0..Dialect::iq_command_limit_lsb
@@ -74,44 +75,44 @@ enum class Range : std::uint8_t {
   kOpenLoop,      // ±Dialect::open_loop_limit_permille
   kPowerReply,    // ±1000 per mille
   kTurn,          // 0..35999
-  kCircle,        // 0..the largest value of 0x94 of the drive
+  kCircle,        // 0..the largest angle in the drive's reply to 0x94
   kMaxSpeed,      // ± the drive's Max Speed
   kMaxAngle,      // ± the drive's Max Angle
   kEncoder,       // 0..the drive's largest count
-  kNotNegative,   // 0..
-  kMaxCurrent,    // a Max Torque Current, on MS a Max Power
-  kSpeedSetting,  // a Max Speed
-  kAngleSetting,  // a Max Angle
-  kCurrentRamp,   // a current ramp
-  kMaxTorque,     // a Max Torque Current or Power in 0x38
+  kNotNegative,   // 0..the largest value that fits in the field
+  kMaxCurrent,    // valid values of Max Torque Current, on MS of Max Power
+  kSpeedSetting,  // valid values of Max Speed
+  kAngleSetting,  // valid values of Max Angle
+  kCurrentRamp,   // valid values of the current ramp
+  kMaxTorque,     // valid values of Max Torque Current or Max Power in 0x38
   kBetween,       // Field::min..Field::max
 };
 
-/// Treatment of a value out of range.
+/// Treatment of a query with a value out of range.
 enum class Beyond : std::uint8_t {
-  kClamped,         // clamped by the codec
-  kDriveClamps,     // clamped by the drive, which knows the range
-  kNotExecuted,     // a reply, but no execution
-  kUnknownCommand,  // no reply
+  kClamped,         // the codec clamps the value
+  kDriveClamps,     // the drive clamps the value, because only the drive knows the range
+  kNotExecuted,     // the drive replies but does not execute the query
+  kUnknownCommand,  // the drive does not reply
 };
 
-/// Period after which a value wraps around.
+/// Where a value wraps around: not at all, after a turn of the encoder, after a turn of 0x94.
 enum class Period : std::uint8_t { kNone, kEncoder, kCircle };
 
-/// Meaning of a number.
+/// A number of a field and the word for its meaning.
 struct Value {
   unsigned number = 0;
   std::string_view word;
 };
 
-/// A bit of a field with its own meaning.
+/// Name and label of one bit of a field.
 struct Flag {
   std::string_view name, label;
 };
 
 /// Condition under which a command or a field exists.
 struct When {
-  std::string_view words;  // for people: the quirk that decides
+  std::string_view words;  // for people: the quirk that decides, e.g. "pid_commands = true"
   bool (*on)(const WireFormat& format);
 };
 inline constexpr When kAlways{"", [](const WireFormat&) { return true; }};
@@ -119,8 +120,8 @@ inline constexpr When kAlways{"", [](const WireFormat&) { return true; }};
 struct Field {
   std::string_view name = {};   // in DBC and Wireshark; equal names mean equal bits
   std::string_view label = {};  // for people
-  std::string_view key = {};    // of its quantity, which defines the unit
-  std::string_view word = {};   // in scenarios; empty: the key
+  std::string_view key = {};    // of the field's Quantity, which defines the unit
+  std::string_view word = {};   // name in scenarios; empty: `key`
   std::uint8_t byte = 0;        // DATA[byte] is its lowest byte
   Wire wire = Wire::kU8;
   Scale scale = Scale::kOne;
@@ -128,17 +129,17 @@ struct Field {
   Range range = Range::kWidth;
   Beyond beyond = Beyond::kClamped;
   When when = kAlways;
-  int parameter = -1;             // >= 0: exists only if DATA[1] is this
-  int item = -1;                  // >= 0: and only if DATA[2] is this
+  int parameter = -1;             // >= 0: the field exists only if DATA[1] has this value
+  int item = -1;                  // >= 0: the field exists only if DATA[2] has this value
   std::int32_t min = 0, max = 0;  // of Range::kBetween
   Period period = Period::kNone;
-  bool zero_means_absent = false;         // 0 means no value
+  bool zero_means_absent = false;         // a frame with 0 gives no value
   bool is_optional_in_scenarios = false;  // optional in scenarios; default 0
   // For RS-485, whose packets have a length:
-  std::uint8_t end = 0;   // zeros follow up to DATA[end]; 0: none
-  bool optional = false;  // packets may end before it
+  std::uint8_t end = 0;   // the packet has zeros up to DATA[end - 1]; 0: no zeros
+  bool optional = false;  // packets may end before this field
   std::span<const Value> values = {};
-  std::span<const Flag> flags = {};  // from bit 0 on
+  std::span<const Flag> flags = {};  // of the field's bits, from bit 0 on
 
   /// Returns the name of the field in scenarios.
   constexpr std::string_view input_key() const { return word.empty() ? key : word; }

@@ -16,7 +16,7 @@
 
 namespace lk::protocol {
 
-/// A field, and the member of the command or reply with its value, as for std::invoke.
+/// A field and its `member`: std::invoke(member, x) is the field's value in the command or reply x.
 template <class Member>
 struct FieldRow {
   Member member;
@@ -47,7 +47,7 @@ inline constexpr auto kAcceleration = rows(
 inline constexpr auto kOffset = rows(
     row([](auto& c) -> auto& { return c.offset_counts; }, {.name = "encoder_offset", .label = "Encoder offset", .key = "offset_counts", .word = "offset", .byte = 6, .wire = Wire::kU16, .range = Range::kEncoder, .beyond = Beyond::kDriveClamps, .period = Period::kEncoder}));
 
-/// The new zero of 0x19.
+/// Reply to 0x19: the new encoder offset.
 inline constexpr auto kZeroWritten = rows(
     row(&ZeroWritten::offset_counts, {.name = "encoder_offset", .label = "Encoder offset", .key = "offset_counts", .word = "offset", .byte = 6, .wire = Wire::kU16, .when = kNarrowZero, .period = Period::kEncoder}),
     row(&ZeroWritten::offset_counts, {.name = "zero_offset", .label = "Encoder offset", .key = "offset_counts", .word = "offset", .byte = 4, .wire = Wire::kU32, .when = kWideZero, .period = Period::kEncoder}));
@@ -133,12 +133,13 @@ inline constexpr auto kStoredSettingId = rows(
     row([](auto& c) -> auto& { return c.setting.table; }, {.name = "setting", .label = "Setting", .key = "parameter", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .values = kSettingTables}),
     row([](auto& c) -> auto& { return c.setting.item; }, {.name = "setting_item", .label = "Setting, its number", .key = "item", .byte = 2, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .parameter = kNamedSettings, .values = kSettingItems}));
 
-/// These have their own names, because no other field of a read query depends on them.
+/// Fields of a read query. Their names differ from those in kStoredSettingId, because no other
+/// field of a read query depends on them.
 inline constexpr auto kReadStoredSetting = rows(
     row([](auto& c) -> auto& { return c.setting.table; }, {.name = "read_setting", .label = "Setting", .key = "parameter", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .values = kSettingTables}),
     row([](auto& c) -> auto& { return c.setting.item; }, {.name = "read_setting_item", .label = "Setting, its number", .key = "item", .byte = 2, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .parameter = kNamedSettings, .values = kSettingItems}));
 
-/// Describes a setting that DATA[2] selects.
+/// Completes the field of a setting that DATA[2] selects.
 constexpr Field stored(StoredSettingId id, Field field) {
   field.byte = 4;
   field.beyond = Beyond::kNotExecuted;
@@ -147,7 +148,7 @@ constexpr Field stored(StoredSettingId id, Field field) {
   if (field.range == Range::kWidth) field.range = Range::kBetween;
   return field;
 }
-/// Describes Kp, Ki or Kd of a loop.
+/// Completes the field of a Kp, Ki or Kd.
 constexpr Field stored_gain(StoredSettingId id, Field field) {
   field.wire = Wire::kU16, field.range = Range::kBetween, field.max = kMaxGain;
   field.beyond = Beyond::kNotExecuted;
@@ -185,7 +186,8 @@ inline constexpr auto kSavedReply = rows(
     row(&SettingsSaved::table, {.name = "save", .label = "What is saved", .key = "parameter", .byte = 1, .values = kSaveTable}),
     row(&SettingsSaved::saved, {.name = "saved", .label = "Saved", .key = "saved", .byte = 2, .scale = Scale::kFlag, .values = kSaved}));
 
-/// Repeats a field for each of the drives 1..4. Pre: `member` is an array.
+/// Returns `field` once for each of the drives 1..4. Pre: `member` is an array with a value for
+/// each.
 template <class Member>
 constexpr auto slots(Member member, Field field, const std::array<std::string_view, kMultiDriveSlots>& names) {
   constexpr std::array<std::string_view, kMultiDriveSlots> kLabels = {"Drive 1", "Drive 2", "Drive 3", "Drive 4"};

@@ -3,7 +3,7 @@
 namespace lk::protocol {
 namespace {
 
-/// Returns the divisor of scales that divide; 0 for scales that multiply by an LSB.
+/// Returns the divisor of kHundredth and kThousandth; 0 for scales that multiply by an LSB.
 double parts(Scale scale) {
   return scale == Scale::kHundredth ? 100 : scale == Scale::kThousandth ? 1000 : 0;
 }
@@ -11,7 +11,7 @@ double parts(Scale scale) {
 }  // namespace
 
 std::int64_t raw(const Field& field, const Payload& data) {
-  // Shifts the field up, then down again with or without its sign.
+  // Shifts the field up to the highest bits, then down again with or without sign extension.
   const int unused = 64 - 8 * bytes_of(field.wire);
   const std::uint64_t top = get_le<std::uint64_t>(data, field.byte) << unused;
   return is_signed(field.wire) ? static_cast<std::int64_t>(top) >> unused

@@ -38,14 +38,15 @@ struct RawRange {
   std::int64_t min, max;
 };
 
-/// Returns the range of a field's bits.
+/// Returns the range of the numbers that fit in the field.
 constexpr RawRange width(Wire wire) {
   const int bits = 8 * bytes_of(wire) - (is_signed(wire) ? 1 : 0);
   const auto max = static_cast<std::int64_t>((std::uint64_t{1} << bits) - 1);
   return {is_signed(wire) ? -max - 1 : 0, max};
 }
 
-/// Returns the range of a field on the wire; its width if the drive's settings decide.
+/// Returns the range of a field on the wire. If only the drive's settings define the range, returns
+/// all numbers that fit in the field.
 constexpr RawRange raw_range(Range range, Wire wire, const WireFormat& format) {
   const std::int64_t iq = format.dialect.iq_command_limit_lsb;
   switch (range) {
@@ -84,29 +85,29 @@ constexpr RawRange raw_range(const Field& field, const WireFormat& format) {
   return raw_range(field.range, field.wire, format);
 }
 
-/// Returns true if frames with this DATA have the field.
+/// Returns true if a frame with this DATA has the field.
 constexpr bool present(const Field& field, const Payload& data, const WireFormat& format) {
   return (field.parameter < 0 || field.parameter == data[1]) &&
          (field.item < 0 || field.item == data[2]) && field.when.on(format);
 }
 
-/// Returns the number that a drive uses for a number from the host.
+/// Returns the number that a drive uses if the host sends `raw`: clamped if the codec clamps it.
 constexpr std::int64_t taken(const Field& field, std::int64_t raw, const WireFormat& format) {
   if (field.beyond != Beyond::kClamped) return raw;
   const RawRange range = raw_range(field, format);
   return std::clamp(raw, range.min, range.max);
 }
 
-/// Returns the number of a field in DATA.
+/// Reads the number of a field from DATA.
 std::int64_t raw(const Field& field, const Payload& data);
 
-/// Writes the number to DATA. Pre: it is within the field's width.
+/// Writes the number of a field to DATA. Pre: the number fits in the field.
 void put(const Field& field, std::int64_t raw, Payload& data);
 
-/// Converts a number of the wire to the unit of the field's key.
+/// Converts a number on the wire to the unit of the field's key.
 double quantity(const Field& field, std::int64_t raw, const WireFormat& format);
-/// Converts a quantity to the nearest number within the field's width. Not for kFlag and kBridge,
-/// which only replies have.
+/// Converts a quantity to the nearest number that fits in the field. Pre: the scale is not kFlag or
+/// kBridge, which only replies have.
 std::int64_t raw_of(const Field& field, double quantity, const WireFormat& format);
 
 }  // namespace lk::protocol

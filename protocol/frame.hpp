@@ -7,7 +7,7 @@
 namespace lk::protocol {
 
 /// Kind of a frame. On CAN, only `kData` frames with a standard identifier carry the protocol. On
-/// RS-485, `kSerial` is a packet with right sums, and `kBytes` are other bytes.
+/// RS-485, `kSerial` is a packet with correct checksums, and `kBytes` are all other bytes.
 enum class FrameKind : std::uint8_t { kData, kRemote, kError, kFd, kSerial, kBytes };
 
 /// Largest identifiers of 11 and of 29 bits.
@@ -17,13 +17,13 @@ inline constexpr std::uint32_t kMaxExtendedId = 0x1FFFFFFF;
 inline constexpr std::size_t kCanBytes = 8;
 /// Largest LEN of a packet on RS-485 (docs/reference/rs485.md).
 inline constexpr std::size_t kMaxLen = 112;
-/// Size of that packet: 3E, CMD, ID, LEN, a sum, the data, another sum.
+/// Size of a packet with `kMaxLen`: 3E, CMD, ID, LEN, a checksum, the data, another checksum.
 inline constexpr std::size_t kMaxBytes = 6 + kMaxLen;
 
-/// Bytes after `dlc` are 0.
+/// Data of a Frame. Bytes from index `dlc` on are 0.
 using Payload = std::array<std::uint8_t, kMaxBytes>;
 
-/// One frame of either wire as a value.
+/// One frame on CAN or RS-485.
 ///
 /// CAN: `id` holds 11 bits, or 29 if `extended`. `dlc` is 0..8. Payloads of CAN FD are not kept: LK
 /// drives do not use CAN FD, and such frames are only counted.

@@ -11,8 +11,8 @@ namespace {
 /// State of CRC and bit stuffing after the bits so far.
 struct BitState {
   std::uint32_t crc = 0;
-  // Run of equal bits that the next bit may continue: `last`, 1 to 4 times. The idle bus is
-  // recessive, and the frame starts dominant.
+  // The last `run` bits (1 to 4) are equal to `last`, and the next bit may be equal too. Initially
+  // the bus is idle, i.e. recessive; a frame starts with a dominant bit.
   bool last = true;
   std::uint32_t run = 1;
   int stuff_bits = 0;
@@ -42,15 +42,16 @@ constexpr BitState take_byte(std::uint32_t byte, BitState s) {
   return s;
 }
 
-/// Convert a run to a number below 8, and back.
+/// Convert `last` and `run` to a number below 8, and back.
 constexpr std::uint32_t packed_run(const BitState& s) { return (s.last ? 4U : 0U) + s.run - 1; }
 constexpr void unpack_run(std::uint32_t packed, BitState& s) {
   s.last = packed >= 4;
   s.run = packed % 4 + 1;
 }
 
-/// Tables for `take_byte`, because every frame of a bus needs it. CRC by byte XOR the high bits of
-/// the old CRC. Stuffing by run and byte: 8·stuff bits + run.
+/// Tables that make `take_byte` fast, because every frame on a bus calls it. Index of `crc`: byte
+/// XOR the high bits of the old CRC. Indices of `stuffing`: packed run, byte; entry: 8·(stuff bits)
+/// + new packed run.
 struct ByteTables {
   std::array<std::uint16_t, 256> crc{};
   std::array<std::array<std::uint8_t, 256>, 8> stuffing{};
@@ -71,10 +72,10 @@ constexpr ByteTables byte_tables() {
 }
 constexpr ByteTables kTables = byte_tables();
 
-/// Processes the frame's bits in the order of the wire; updates the CRC and counts stuff bits.
+/// Processes a frame's bits in the order on the wire: updates the CRC and counts stuff bits.
 class BitCounter {
  public:
-  /// Adds the low `width` bits of `value`, most significant first.
+  /// Processes the low `width` bits of `value`, most significant first.
   void field(std::uint32_t value, unsigned width) {
     bits_ += static_cast<int>(width);
     for (; width % 8 != 0; --width) {

@@ -14,8 +14,8 @@ inline constexpr int kInterframeBits = 3;
 /// (11-bit identifier, 8 bytes) takes 108..132 bits.
 int frame_bits(const Frame& frame);
 
-/// Returns the arbitration bits as a number: of two frames that start together, the lower one wins.
-/// Order: identifier; data before remote; standard before extended.
+/// Returns the arbitration bits as a number: of two frames that start together, the one with the
+/// lower number wins. With equal identifiers, data wins over remote, and standard over extended.
 std::uint32_t arbitration_field(const Frame& frame);
 
 /// Returns the CRC-15 of the bits from start of frame to the end of data, as sent in the frame.

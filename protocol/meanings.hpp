@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What numbers in fields mean.
+/// @file Meanings of numbers and bits in fields.
 
 #include <cstdint>
 
@@ -18,7 +18,7 @@ inline constexpr Value kSerialRates[] = {
 inline constexpr Value kCanRates[] = {
     {0, "100000"}, {1, "125000"}, {2, "250000"}, {3, "500000"}, {4, "1000000"}};
 
-/// Returns the rate of a row, bit/s.
+/// Returns the bit rate of an entry of kSerialRates or kCanRates, bit/s.
 constexpr std::int64_t bit_rate(const Value& row) {
   std::int64_t rate = 0;
   for (const char digit : row.word) rate = 10 * rate + (digit - '0');

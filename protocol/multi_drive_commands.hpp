@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Queries to several drives in one frame.
+/// @file Queries to the drives 1..4 in one frame; array element n is for drive n + 1.
 
 #include <array>
 #include <cstdint>

@@ -8,8 +8,8 @@
 
 namespace lk::protocol {
 
-/// Identifier of a drive's queries is kSingleDriveId + ID, ID 1..32. Real drives use it for replies
-/// too (Dialect::reply_id_base).
+/// A query to one drive has the identifier kSingleDriveId + ID, with an ID of 1..32. Real drives
+/// reply with the same identifier (see Dialect::reply_id_base).
 inline constexpr std::uint32_t kSingleDriveId = 0x140;
 inline constexpr int kMinId = 1;
 inline constexpr int kMaxId = 32;
@@ -22,14 +22,14 @@ constexpr int drive_at(std::uint32_t identifier, std::uint32_t base) {
   const std::int64_t id = std::int64_t{identifier} - base;
   return id >= kMinId && id <= kMaxId ? static_cast<int>(id) : 0;
 }
-/// Returns the drive that replies with this identifier but is queried with another; 0 if none.
+/// Returns the drive whose replies have this identifier while its queries have another; 0 if none.
 constexpr int drive_at_own(std::uint32_t identifier) {
   return drive_at(identifier, kReplyIdBases[1]) + drive_at(identifier, kReplyIdBases[2]);
 }
 
 /// Multi-drive commands address the drives 1..4.
 inline constexpr int kMultiDriveSlots = 4;
-/// Slot of a MultiCommand without a command for the drive.
+/// Value of a MultiCommand's slot that has no command for its drive.
 inline constexpr std::uint8_t kNoCommand = 0x00;
 
 /// DATA[0] of a query to a single drive. Each command defines it, e.g. Torque::kOpcode.

@@ -25,7 +25,7 @@ enum class ParameterId : std::uint8_t {
   kCurrentRamp = 0x24,
   kSpeedRamp = 0x26,
 };
-/// The gains of one loop; 16 bits on the scale of the bytes of 0x30.
+/// Gains of one loop as 16-bit numbers, on the same scale as the bytes of 0x30.
 struct LoopGains {
   std::uint16_t kp = 0, ki = 0, kd = 0;
   bool operator==(const LoopGains&) const = default;
@@ -38,15 +38,17 @@ struct Parameter {
   bool operator==(const Parameter&) const = default;
 };
 
-// Largest values of parameters and settings, as printed. Exception: Max Speed. The printed 6000 dps
-// is below the 16800 dps of delivered drives; 72000 dps is printed for the boards of MG drives.
+// Largest values of parameters and settings, as the manuals print them. Exception: Max Speed. Its
+// printed 6000 dps is below the 16800 dps of delivered drives, so this is the 72000 dps that is
+// printed for the boards of MG drives.
 inline constexpr std::int32_t kMaxGain = 2000;
 inline constexpr std::int32_t kMaxTorque_lsb = 2000;
 inline constexpr std::int32_t kMaxSpeed_cdps = 7'200'000;
 inline constexpr std::int32_t kMaxCurrentRamp_mA_s = 30'000;
 inline constexpr std::int32_t kMaxSpeedRamp_dps_s = 600'000;
 
-/// Settings of 0x40 and 0x42 on CAN: DATA[1], or 0x05 there and DATA[2] in the high byte.
+/// Settings of 0x40 and 0x42 on CAN. The low byte is DATA[1]. If it is 0x05, the high byte is
+/// DATA[2].
 enum class StoredSettingId : std::uint16_t {
   kDriverId = 0x0A05,          // 0: from the DIP switch
   kBusType = 0x0B05,           // BusType
@@ -61,7 +63,7 @@ enum class StoredSettingId : std::uint16_t {
   kSpeedGains = 0x00A4,
   kCurrentGains = 0x00A8,
 };
-/// DATA[1] of settings that DATA[2] selects.
+/// Value of DATA[1] if DATA[2] selects the setting.
 inline constexpr std::uint8_t kNamedSettings = 0x05;
 
 /// Bus that a drive is set to use.
@@ -69,7 +71,7 @@ enum class BusType : std::uint8_t { kNone, kSerial, kCan };
 
 struct StoredSetting {
   std::uint8_t table = kNamedSettings;  // DATA[1]
-  std::uint8_t item = 0;                // DATA[2] of kNamedSettings
+  std::uint8_t item = 0;                // DATA[2], if `table` is kNamedSettings
   LoopGains gains;                      // 0xA0, 0xA4, 0xA8
   std::int32_t number = 0;              // the others
   constexpr StoredSettingId id() const {

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Quantities of fields: keys, units, and words for people.
+/// @file Quantities of fields: their keys, units and names.
 
 #include <algorithm>
 #include <iterator>
@@ -10,11 +10,11 @@
 
 namespace lk::protocol {
 
-/// Name of a field's quantity in decode, logs and scenarios.
+/// Names of a field's quantity: the key in decode, logs and scenarios, and names for people.
 struct Quantity {
   std::string_view key;  // ends with its unit
   Unit unit = Unit::kNone;
-  std::string_view en = {}, zh = {};  // empty: the values are words
+  std::string_view en = {}, zh = {};  // for people; empty: the value is shown as a word only
 };
 
 // clang-format off

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Replies of a drive. Positions of their bytes: command_table.hpp.
+/// @file Replies of a drive. command_table.hpp has the positions of their bytes.
 
 #include <cstdint>
 #include <variant>
@@ -12,7 +12,7 @@
 
 namespace lk::protocol {
 
-/// The query as received, unused bytes included.
+/// Reply that repeats the query as received, including unused bytes.
 struct Echo {
   Payload data{};
   std::uint8_t size = kCanBytes;  // bytes of `data`
@@ -21,11 +21,11 @@ struct Echo {
 
 struct ZeroWritten {
   std::uint32_t offset_counts = 0;
-  std::uint8_t encoder = 0;  // only on RS-485: 0 is the encoder of the motor
+  std::uint8_t encoder = 0;  // on RS-485: which encoder, 0 is that of the motor; on CAN unused
   bool operator==(const ZeroWritten&) const = default;
 };
 
-/// The reply to 0x18; all 0 when the drive did not begin.
+/// Reply to 0x18. All members are 0 if the drive did not start the calibration.
 struct Calibrated {
   std::uint32_t align_value = 0;
   std::uint16_t align_ratio = 0;  // per mille of the commanded travel
@@ -40,7 +40,7 @@ struct MaxTorque {
   bool operator==(const MaxTorque&) const = default;
 };
 
-/// Value of a setting, now or after the next start.
+/// Value of a setting, in force now or after the next start of the drive.
 struct StoredSettingValue {
   StoredSetting setting;
   Opcode command = ReadStoredSetting::kOpcode;  // of the query
@@ -72,7 +72,7 @@ struct Encoder {
   std::uint16_t encoder_counts = 0;
   std::uint16_t raw_counts = 0;
   std::uint16_t offset_counts = 0;
-  // If 0x90 has a type (RS-485): the requested position in full.
+  // On RS-485 if 0x90 has a type: the type in the query, and the position with all its bits.
   std::uint8_t type = 0;
   std::uint32_t full_counts = 0;
   bool operator==(const Encoder&) const = default;
@@ -93,8 +93,8 @@ struct State1 {
   double temperature_C = 0;
   double voltage_V = 0;
   std::uint8_t errors = 0;
-  double bus_current_A = 0;  // of the third layout only
-  bool bridge_on = true;     // of the third layout only
+  double bus_current_A = 0;  // only with State1Layout::kCentiVoltAndBusCurrent
+  bool bridge_on = true;     // only with State1Layout::kCentiVoltAndBusCurrent
   bool operator==(const State1&) const = default;
 };
 
@@ -104,7 +104,7 @@ struct State2 {
   double iq_A = 0;
   double speed_dps = 0;
   std::uint16_t encoder_counts = 0;
-  std::int16_t power_permille = 0;  // per mille of the largest voltage; MS only, which have no iq
+  std::int16_t power_permille = 0;  // per mille of the largest voltage; on MS, instead of iq_A
   bool operator==(const State2&) const = default;
 };
 
@@ -120,7 +120,7 @@ struct ParameterValue {
   bool operator==(const ParameterValue&) const = default;
 };
 
-// On RS-485 only.
+// Replies that only RS-485 has.
 
 struct SettingValue {
   Setting setting;
@@ -139,7 +139,7 @@ struct DeviceType {
   bool operator==(const DeviceType&) const = default;
 };
 
-/// Bytes that no field describes: product info, blocks of the tool, or none.
+/// Reply with bytes that no field describes: product info, a block of the PC tool, or no bytes.
 struct Block {
   Opcode command{};       // of the query
   Payload data{};         // from DATA[1] on
@@ -147,7 +147,7 @@ struct Block {
   bool operator==(const Block&) const = default;
 };
 
-/// No reply to an executed command.
+/// The drive executes the command without a reply.
 struct NoReply {
   bool operator==(const NoReply&) const = default;
 };

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Code generated from the rows of the tables at compile time, for codec.cpp and encode.cpp.
+/// @file Templates that read and write frames by the rows of the tables, for codec.cpp and
+/// encode.cpp.
 
 #include <algorithm>
 #include <array>
@@ -46,7 +47,8 @@ void put(Payload& data, std::size_t at, std::int64_t number) {
   }
 }
 
-/// Returns the limits of the codec: the range, or the width if only the drive knows the range.
+/// Returns the limits to which the codec clamps: the range if Beyond::kClamped, else all numbers
+/// that fit in the field.
 template <Range kRange, Beyond kBeyond, Wire kWire>
 RawRange held_to(const WireFormat& format) {
   constexpr bool kHeld = kBeyond == Beyond::kClamped && kRange != Range::kWidth;
@@ -57,7 +59,7 @@ RawRange held_to(const WireFormat& format) {
   }
 }
 
-/// Converts a number on the wire to a member's value.
+/// Converts a number on the wire to the value of a member of a command or reply.
 template <class Member, Scale kScale>
 Member value_of(std::int64_t number, const WireFormat& format) {
   if constexpr (std::is_floating_point_v<Member>) {
@@ -69,7 +71,7 @@ Member value_of(std::int64_t number, const WireFormat& format) {
   }
 }
 
-/// Converts a member's value to the number on the wire.
+/// Converts the value of a member to the number on the wire.
 template <Wire kWire, Scale kScale, class Member>
 std::int64_t number_of(Member value, const RawRange& range, const WireFormat& format) {
   if constexpr (std::is_floating_point_v<Member>) {
@@ -85,7 +87,7 @@ std::int64_t number_of(Member value, const RawRange& range, const WireFormat& fo
 
 enum class Side : std::uint8_t { kQuery, kReply };
 
-/// Returns the field rows of the command at `kPlace` of `kRows`.
+/// Returns the field rows of the query or reply of the command at index `kPlace` of `kRows`.
 template <const auto& kRows, std::size_t kPlace, Side kSide>
 constexpr const auto& field_rows() {
   if constexpr (kSide == Side::kQuery) {
@@ -95,7 +97,7 @@ constexpr const auto& field_rows() {
   }
 }
 
-/// Calls `act` with the index of each field, as a constant.
+/// Calls `act` with the index of each field as a std::integral_constant.
 template <const auto& kRows, std::size_t kPlace, Side kSide, class Act>
 void for_fields(Act act) {
   using Fields = std::remove_cvref_t<decltype(field_rows<kRows, kPlace, kSide>())>;
@@ -113,7 +115,7 @@ void read_fields(Owner& owner, const Payload& data, const WireFormat& format) {
     constexpr const Field& field = row.field;
     if (!present(field, data, format)) return;
     std::int64_t number = get<field.wire>(data, field.byte);
-    // A drive clamps fields of queries; fields of replies are already clamped.
+    // Clamps fields of queries, as drives do. A drive has clamped the fields of a reply already.
     if constexpr (kSide == Side::kQuery) {
       const RawRange range = held_to<field.range, field.beyond, field.wire>(format);
       number = std::clamp(number, range.min, range.max);

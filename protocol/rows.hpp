@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file A list of values of different types, for tables. A std::tuple of that many rows costs each
-/// including file a second of compile time.
+/// @file A list of values of different types, for tables. Replaces std::tuple, which for so many
+/// rows would add a second to the compile time of each file that includes a table.
 
 #include <cstddef>
 #include <type_traits>
@@ -32,7 +32,7 @@ constexpr const T& at(const RowLeaf<kPlace, T>& leaf) {
   return leaf.value;
 }
 
-/// Returns the values of `first`, then those of `second`.
+/// Returns a list with the values of `first`, followed by the values of `second`.
 template <class First, class Second>
 constexpr auto joined(const First& first, const Second& second) {
   return [&]<std::size_t... kFirst, std::size_t... kSecond>(std::index_sequence<kFirst...>,
@@ -54,7 +54,7 @@ using QueryOf = typename Row::QueryType;
 template <class Row>
 using ReplyOf = typename Row::ReplyType;
 
-/// Returns the index of the first row whose `TypeOf` is `Kind`; kCount if there is none.
+/// Returns the index of the first row whose `TypeOf` is `Kind`; kCount if no row has it.
 template <const auto& kRows, template <class> class TypeOf, class Kind>
 constexpr std::size_t place() {
   return []<std::size_t... N>(std::index_sequence<N...>) {

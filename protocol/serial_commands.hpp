@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Queries on RS-485 only (docs/reference/rs485.md): settings, and queries of the vendor's PC
-/// tool. Positions of their bytes: serial_table.hpp.
+/// @file Queries that only RS-485 has (docs/reference/rs485.md): settings, and queries of the
+/// vendor's PC tool. serial_table.hpp has the positions of their bytes.
 
 #include <cstdint>
 
@@ -17,7 +17,7 @@ enum class SettingId : std::uint8_t {
   kCurrentGains = 0x98,
   kMaxTorqueCurrent = 0x99,  // Max Power on MS
   kMaxSpeed = 0x9A,
-  kMaxAngleLow = 0x9B,  // the low four bytes of an int64, 0.01°
+  kMaxAngleLow = 0x9B,  // low four bytes of an int64 in 0.01°; kMaxAngleHigh has the others
   kMaxAngleHigh = 0x9C,
   kCurrentRamp = 0x9D,
   kSpeedRamp = 0x9E,
@@ -25,8 +25,8 @@ enum class SettingId : std::uint8_t {
 
 struct Setting {
   SettingId id = SettingId::kAngleGains;
-  LoopGains gains;          // 0x96, 0x97, 0x98
-  std::int32_t number = 0;  // the others
+  LoopGains gains;          // value of 0x96, 0x97, 0x98
+  std::int32_t number = 0;  // value of the other settings
   bool operator==(const Setting&) const = default;
 };
 
@@ -54,8 +54,8 @@ struct Connect : NoFields<0x10> {};
 struct Disconnect : NoFields<0x11> {};
 struct ReadProduct : NoFields<0x12> {};
 
-// Sizes of the tool's blocks; contents: emulator/core/servo/tool_blocks.hpp. A write query carries
-// its block in Query::data.
+// Sizes of the blocks of data that the PC tool reads and writes. For their contents see
+// emulator/core/servo/tool_blocks.hpp. A write query carries the block in Query::data.
 inline constexpr std::uint8_t kSettingsBytes = 104;
 inline constexpr std::uint8_t kCalibrationBytes = 28;         // MS, MF, MH
 inline constexpr std::uint8_t kGearedCalibrationBytes = 108;  // MG

@@ -10,7 +10,7 @@
 namespace lk::protocol {
 namespace {
 
-/// Identifier on CAN of a 02 packet, minus its command.
+/// A 02 packet corresponds to the CAN identifier kBroadcastBase + CMD.
 constexpr std::uint32_t kBroadcastBase = 0x200;
 static_assert(kBroadcastBase + 0x80 == MultiTorque::kIdentifier);
 
@@ -21,7 +21,7 @@ constexpr bool is_broadcast_command(std::uint8_t command) {
 
 constexpr bool is_broadcast(const Frame& frame) { return frame.id >= MultiTorque::kIdentifier; }
 
-/// Converts a complete 3E packet. Pre: its sums are right.
+/// Converts a complete 3E packet to a frame. Pre: its sums are correct.
 Frame packet_of(std::span<const std::uint8_t> bytes) {
   Frame frame;
   frame.kind = FrameKind::kSerial;
@@ -44,7 +44,7 @@ Frame broadcast_of(std::span<const std::uint8_t> bytes) {
 bool has_good_header(std::span<const std::uint8_t> bytes) {
   return sum_of(bytes.first(kHeaderBytes - 1)) == bytes[kHeaderBytes - 1];
 }
-/// Pre: the header is good.
+/// Returns the bytes of a 3E packet with this header. Pre: the header's sum is correct.
 std::size_t packet_size(std::span<const std::uint8_t> bytes) {
   return bytes[3] == 0 ? kHeaderBytes : kHeaderBytes + bytes[3] + 1;
 }
@@ -152,7 +152,7 @@ std::optional<Frame> Receiver::feed(std::uint8_t byte, std::chrono::nanoseconds 
   }
   const auto broadcast = feed_broadcast(byte, rested);
   if (broadcast) {
-    // Its bytes may have looked like a packet or a bad header.
+    // feed_packet() may have taken bytes of this 02 packet for a 3E packet or a bad header.
     size_ = 0;
     dropping_ = false;
     return broadcast;
@@ -160,7 +160,8 @@ std::optional<Frame> Receiver::feed(std::uint8_t byte, std::chrono::nanoseconds 
   return feed_packet(byte);
 }
 
-/// Collects a possible 02 packet. feed_packet() gets its bytes too, because 02 may be any byte.
+/// Collects the bytes after an 02, which may start a packet. feed_packet() gets these bytes too,
+/// because 02 may also be a byte of something else.
 std::optional<Frame> Receiver::feed_broadcast(std::uint8_t byte, bool rested) {
   if (broadcast_size_ == 0 && !(rested && byte == kBroadcastStart)) return std::nullopt;
   if (broadcast_size_ == 0) before_broadcast_ = stats_;
@@ -201,7 +202,8 @@ std::optional<Frame> Receiver::feed_packet(std::uint8_t byte) {
   return std::nullopt;
 }
 
-/// Drops an invalid header. A 3E inside it may start another header, which is not complete yet.
+/// Drops an invalid header. With `scan`, keeps the bytes from the next 3E in it, which may start
+/// another packet.
 void Receiver::resync() {
   dropping_ = !rules_.scan;
   const auto begin = buffer_.begin() + 1;

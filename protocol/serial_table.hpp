@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file RS-485: the rows of command_table.hpp with their positions there, and the commands that
-/// CAN does not have. DATA[0] is the command and DATA[1 + n] is D[n] of docs/reference/rs485.md.
+/// @file Commands on RS-485: the rows of command_table.hpp with the byte positions of RS-485, and
+/// commands that CAN does not have. DATA[0] is the command, DATA[1 + n] is D[n] of
+/// docs/reference/rs485.md.
 
 #include <cstdint>
 #include <type_traits>
@@ -24,7 +25,7 @@ constexpr auto moved(RowList<Places, Rows...> fields, int by) {
   return fields;
 }
 
-/// Returns the fields, with zeros up to DATA[`end`] in unused bytes.
+/// Returns the fields for a packet that ends with DATA[`end` - 1] and has zeros in unused bytes.
 template <class Places, class... Rows>
 constexpr auto filled(RowList<Places, Rows...> fields, std::uint8_t end) {
   static_cast<RowLeaf<0, std::remove_cvref_t<decltype(at<0>(fields))>>&>(fields).value.field.end =
@@ -32,13 +33,13 @@ constexpr auto filled(RowList<Places, Rows...> fields, std::uint8_t end) {
   return fields;
 }
 
-/// Returns the row of the command on CAN.
+/// Returns the row of the command in the table of CAN.
 template <class Query>
 constexpr const auto& can_row() {
   return at<row_codec::query_place<kCommandRows, Query>()>(kCommandRows);
 }
 
-/// Returns the command as on CAN, with its fields moved.
+/// Returns the row of CAN with its fields moved by `query_by` and `reply_by` bytes.
 template <class Query>
 constexpr auto as_on_can(int query_by = 0, int reply_by = 0) {
   const auto& row = can_row<Query>();
@@ -46,7 +47,7 @@ constexpr auto as_on_can(int query_by = 0, int reply_by = 0) {
   return command<Query, Reply>(row.traits, moved(row.query, query_by), moved(row.reply, reply_by));
 }
 
-/// Returns the command as on CAN, with other query fields.
+/// Returns the row of CAN with `fields` as the fields of the query.
 template <class Query, class QueryFields>
 constexpr auto with_query(QueryFields fields) {
   const auto& row = can_row<Query>();
@@ -129,7 +130,7 @@ inline constexpr auto kSerialEncoder = rows(
 
 }  // namespace table
 
-/// Single-drive commands, sorted by their bytes.
+/// Single-drive commands on RS-485, sorted by DATA[0].
 inline constexpr auto kSerialRows = [] {
   using namespace table;
   return rows(
@@ -192,7 +193,8 @@ inline constexpr auto kSerialRows = [] {
     command<WriteParameter, ParameterValue>(traits_with<WriteParameter>(WrongLength::kSilent), filled(kParameter, 8), filled(kParameter, 8)));
 }();
 
-/// Commands to the drives 1..4 in multi-drive mode: 0x280 is CMD 0x80 of a packet that begins with 02.
+/// Commands to the drives 1..4 in multi-drive mode. The identifier is 0x200 + CMD of a packet that
+/// begins with 02.
 inline constexpr auto kSerialMultiDriveRows = kMultiDriveRows;
 // clang-format on
 

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Conditions of commands and fields, in the words of docs/reference/configuration.md.
+/// @file Conditions under which drives have a command or field. Their texts are the quirks of
+/// docs/reference/configuration.md.
 
 #include "protocol/field.hpp"
 

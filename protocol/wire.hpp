@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Conversion of bytes and numbers: the only place that knows byte order, and rounding of
-/// values to fields.
+/// @file Converts between bytes and numbers, and rounds values to fields. Only this file knows the
+/// byte order.
 
 #include <cassert>
 #include <concepts>
@@ -33,13 +33,13 @@ constexpr T get_le(const Payload& data, std::size_t at) {
 template <std::integral T>
 constexpr void put_le(Payload& data, std::size_t at, T value) {
   assert(at + sizeof(T) <= data.size());
-  const auto bits = static_cast<std::uint64_t>(value);  // NOLINT: what is beyond T is cut off
+  const auto bits = static_cast<std::uint64_t>(value);  // NOLINT: bits beyond T are cut off
   for (std::size_t k = 0; k < sizeof(T); ++k) {
     data[at + k] = static_cast<std::uint8_t>(bits >> (8 * k));
   }
 }
 
-// Range of the multi-turn angle: the wire carries its low seven bytes, DATA[1..7].
+// Range of the multi-turn angle on CAN, which has seven bytes for it: DATA[1..7].
 inline constexpr std::int64_t kInt56Max = (std::int64_t{1} << 55) - 1;
 inline constexpr std::int64_t kInt56Min = -(std::int64_t{1} << 55);
 
@@ -50,7 +50,7 @@ constexpr std::int64_t get_le56(const Payload& data) {
   return get_le<std::int64_t>(data, 0) >> 8;
 }
 
-/// Writes `value` to DATA[1..7], saturated to 56 bits; DATA[0] stays.
+/// Writes `value` to DATA[1..7], saturated to 56 bits; does not change DATA[0].
 constexpr void put_le56(Payload& data, std::int64_t value) {
   const std::int64_t held = value < kInt56Min ? kInt56Min : value > kInt56Max ? kInt56Max : value;
   for (std::size_t k = 0; k < 7; ++k) {
