@@ -1,8 +1,8 @@
 #pragma once
 
-/// @file The part of std::experimental::simd that the tick uses, built on a plain array, for
-/// standard libraries without it (libc++). Every element gets the same IEEE operations, hence the
-/// same bits. Names and meanings follow the Parallelism TS 2.
+/// @file The part of std::experimental::simd that the tick uses, built on a plain array. For
+/// standard libraries without std::experimental::simd (libc++). Each element gets the same IEEE
+/// operations, so results have the same bits. Names and meanings follow the Parallelism TS 2.
 
 #include <array>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <functional>
 
-// NOLINTBEGIN(readability-identifier-naming): the standard's
+// NOLINTBEGIN(readability-identifier-naming): names of the standard
 namespace lk::model::array_simd {
 
 template <std::size_t n>
@@ -18,7 +18,7 @@ struct Elements {
   static constexpr std::size_t kSize = n;
 };
 
-/// Returns the vector or mask whose element n is `act` of the elements n of `of`.
+/// Returns the vector or mask whose element n is `act(of[n]...)`.
 template <class Result, class Act, class... Of>
 Result each(const Act& act, const Of&... of) {
   return Result([&](std::size_t n) { return act(of[n]...); });
@@ -64,7 +64,7 @@ class simd {
   static constexpr std::size_t size() { return Abi::kSize; }
 
   simd() = default;
-  simd(T x) { element_.fill(x); }  // NOLINT(google-explicit-constructor): numbers mix
+  simd(T x) { element_.fill(x); }  // NOLINT(google-explicit-constructor): for 2.0 * x
   /// Element n is `of(n)`.
   template <std::invocable<std::size_t> Generator>
   explicit simd(const Generator& of) {
@@ -110,7 +110,7 @@ class simd {
   }
 
  private:
-  // Not initialised, as in the standard.
+  // The default constructor leaves the elements uninitialised, as in the standard.
   std::array<T, Abi::kSize> element_;
 };
 
@@ -136,7 +136,7 @@ template <class T, class Abi>
 class Chosen {
  public:
   Chosen(const simd_mask<T, Abi>& mask, simd<T, Abi>& x) : mask_(mask), x_(x) {}
-  // NOLINTNEXTLINE(*-assign-operator,*-copy-assignment-signature): of the choice nothing is left
+  // NOLINTNEXTLINE(*-assign-operator,*-copy-assignment-signature): a temporary
   void operator=(const simd<T, Abi>& a) && {
     x_ = simd<T, Abi>([&](std::size_t n) { return mask_[n] ? a[n] : x_[n]; });
   }

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Access to the data of one drive in a block.
+/// @file Reads and writes the data of one drive in a block.
 
 #include <algorithm>
 
@@ -9,7 +9,7 @@
 
 namespace lk::model {
 
-/// Copies a scalar struct of the tick into or out of one lane of its stored form.
+/// `put` copies a struct of one drive into a lane of its stored form; `get` copies it out.
 template <class Stored, class Scalar>
 void put(Stored& stored, std::size_t lane, const Scalar& value) {
   for_each_field(fields(stored), fields(value),

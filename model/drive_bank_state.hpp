@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Private state of DriveBank. Only its own sources include this header, because it depends
-/// on vector types.
+/// @file Private state of DriveBank. Only the sources of DriveBank include this header, because it
+/// depends on vector types.
 
 #include <cassert>
 #include <cstddef>
@@ -19,7 +19,7 @@
 namespace lk::model {
 
 struct DriveBank::State {
-  /// The slow, scalar part of one drive.
+  /// The part of one drive that is computed outside the fast tick, as scalars.
   struct Unit : DriveInputs {
     MotionParams motion_params;
     MotionState motion;
@@ -27,7 +27,7 @@ struct DriveBank::State {
     LifeState life;
     BrakeState brake;
     double supply_drop = 0.0;  // V
-    bool mounted = false;      // on a body; inertia faults do not scale its J
+    bool mounted = false;      // on a body; inertia faults do not scale the body's J
     bool mounted_stiff = false;
     double mount_offset = 0.0;  // rad: shaft angle minus body angle
     bool slow_sensors_faulty = false;
@@ -45,14 +45,14 @@ struct DriveBank::State {
   TickBlock<double> alone;            // used when there is exactly one drive
   std::vector<TickBlock<Wide>> wide;  // used otherwise, kLanes drives each
   NamedKernel kernel;
-  bool edge = false;     // a drive died or came alive in this stretch
-  bool stopped = false;  // this stretch has to end early
-  int stride = 1;        // ticks between possible runs of a motion loop
+  bool edge = false;     // a drive died or came alive in the present stretch
+  bool stopped = false;  // the present stretch has to end early
+  int stride = 1;        // ticks; greatest common divisor of all `motion_divider`
 
   State(std::span<const DriveInit> drives, NamedKernel chosen);
   explicit State(std::span<const DriveOf> drives);
 
-  /// Reserves the fast states of `count` drives.
+  /// Allocates blocks for `count` drives.
   void make_room(std::size_t count);
   /// Puts a drive at rest into each unused lane.
   void fill_spare_lanes();
@@ -74,18 +74,18 @@ struct DriveBank::State {
                         : access(wide[drive / kLanes], drive % kLanes);
   }
 
-  /// State of a drive's joint as a mounted body sees it, at the output.
+  /// State of a drive's joint, at the output, as a mounted body sees it.
   struct Joint {
     double theta, omega;  // rad, rad/s
-    double rotor_share;   // weight of the rotor in these, 0..1; the rest is the output's
+    double rotor_share;   // weight of the rotor in theta and omega, 0..1; the output has the rest
     double armature;      // kg·m²
   };
   Joint joint(std::size_t drive) const;
 
-  /// As the functions of DriveBank with the same names.
+  /// Implement the functions of DriveBank with the same names.
   bool advance_to_edge(std::int64_t until, std::size_t drive);
   void restart(std::size_t drive);
-  /// Runs the slow part of a drive, once every `motion_divider` ticks.
+  /// Runs brake, controller life and motion loops of a drive. Call every `motion_divider` ticks.
   void run_firmware(std::size_t drive);
   void run_motion_loops(std::size_t drive);
   void die(std::size_t drive);

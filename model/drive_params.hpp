@@ -2,12 +2,14 @@
 
 /// @file Parameters of one drive in SI units, as a motor profile states them.
 ///
-/// Symbols are those of docs/internals/model.md. Angles in rad, speeds in rad/s of the *rotor*
-/// unless a name says `_out` (behind the gear). `configs/motors/` gives the source of every number.
+/// Symbols are those of docs/internals/model.md. Angles (rad) and speeds (rad/s) are those of the
+/// *rotor*, unless a name contains `_out` (behind the gear). `configs/motors/` gives the source of
+/// every number.
 
 namespace lk::model {
 
-/// Permanent-magnet synchronous machine in amplitude-invariant dq, d on the magnet flux.
+/// Permanent-magnet synchronous machine in amplitude-invariant dq coordinates. The d axis is that
+/// of the magnet flux.
 struct MotorParams {
   int pole_pairs = 14;        // 1..64
   double R_s = 0.14;          // Ω, phase, at 25 °C
@@ -25,7 +27,7 @@ struct InverterParams {
   double R_on = 10e-3;         // Ω, one switch
   double v_diode = 0.8;        // V, body diode
   double timer_counts = 2625;  // per half period; the duty's resolution is 1/timer_counts
-  double duty_max = 0.98;      // largest duty of a leg, smallest is 1 − duty_max
+  double duty_max = 0.98;      // largest duty of a leg; the smallest is 1 − duty_max
   double i_dead_zone = 0.1;  // A, > 0: below it the dead-time voltage error fades linearly to zero
 };
 
@@ -36,11 +38,11 @@ struct MechanicsParams {
   double backlash_out = 0.0;        // rad at the output, total play
   double gear_stiffness_out = 0.0;  // Nm/rad at the output; 0 = rigid coupling without play
   double gear_damping_out = 0.0;    // Nm·s/rad at the output, while the teeth touch
-  double J_out = 0.0;             // kg·m², output flange itself; > 0 with gear_stiffness_out > 0
-  double tau_coulomb_out = 0.0;   // Nm at the output, seals and bearings behind the gear
-  double tau_coulomb = 0.0;       // Nm
-  double tau_static = 0.0;        // Nm, break-away torque, ≥ tau_coulomb
-  double omega_stribeck = 1.0;    // rad/s, where the break-away excess has fallen to a half
+  double J_out = 0.0;               // kg·m², output flange; > 0 if gear_stiffness_out > 0
+  double tau_coulomb_out = 0.0;     // Nm at the output, seals and bearings behind the gear
+  double tau_coulomb = 0.0;         // Nm
+  double tau_static = 0.0;          // Nm, break-away torque, ≥ tau_coulomb
+  double omega_stribeck = 1.0;    // rad/s, at which tau_static − tau_coulomb has fallen to a half
   double B = 0.0;                 // Nm·s/rad, viscous
   double hysteresis_share = 0.0;  // 0..1 of tau_coulomb: lost in the stator's iron
   double eddy_share = 0.0;        // 0..1 of B: lost in the stator's iron
@@ -48,7 +50,7 @@ struct MechanicsParams {
   int cogging_per_turn = 84;      // periods per rotor turn
 };
 
-/// An end stop at this angle means none: no shaft gets there.
+/// Angle of an end stop that does not exist: no shaft gets there.
 inline constexpr double kNoStop = 1e9;  // rad
 
 /// Load on the output shaft; can be changed while running.
@@ -65,24 +67,25 @@ struct SupplyParams {
   double R_source = 0.05;    // Ω
   double C_link = 470e-6;    // F
   double i_regen_max = 1e3;  // A, largest current into the source; 0 = a rectifier
-  double i_logic = 0.0;      // A at 24 V, what the drive's electronics draw from the link
+  double i_logic = 0.0;      // A at 24 V, drawn from the link by the drive's electronics
 };
 
 /// Voltage limits and boot time of the drive's controller.
 struct LogicParams {
   double v_reset = 5.0;             // V at the link, below it the controller is in reset
-  double v_reset_hysteresis = 0.5;  // V above v_reset at which it starts
-  double boot_time = 0.05;          // s from that start until it answers
+  double v_reset_hysteresis = 0.5;  // V; the controller starts at v_reset + v_reset_hysteresis
+  double boot_time = 0.05;          // s from the start of the controller until it answers
 };
 
-/// Power-off brake on the rotor: a spring holds it, a coil releases it.
+/// Power-off brake on the rotor: a spring engages the brake, a coil releases it.
 struct BrakeParams {
   double tau = 0.0;            // Nm at the rotor; 0 = none fitted
   double engage_time = 0.02;   // s from coil off to full torque
   double release_time = 0.03;  // s from coil on to no torque
 };
 
-/// Two-body motor (winding, housing) and a power stage, against ambient.
+/// Thermal model: the motor has two bodies (winding, housing), the power stage is one. Housing and
+/// stage lose heat to ambient.
 struct ThermalParams {
   double R_winding_housing = 1.5;  // K/W
   double C_winding = 30.0;         // J/K
@@ -95,7 +98,7 @@ struct ThermalParams {
 
 struct EncoderParams {
   int bits = 14;             // 10..18
-  int direction = 1;         // +1 or −1: sign of counts against the rotor angle
+  int direction = 1;         // +1 or −1: counts grow or fall with the rotor angle
   double offset = 0.0;       // rad, mounting angle of the magnet: raw angle at rotor angle 0
   double inl_1 = 0.0;        // rad, integral non-linearity, once per turn
   double inl_1_phase = 0.0;  // rad
@@ -120,16 +123,17 @@ struct SlowSensorParams {
   double v_lsb = 0.01;    // V, bus voltage ADC
   double v_noise = 0.02;  // V rms
   double temp_lsb = 0.5;  // K, temperature ADC
-  // Share of (board − housing) temperature that the motor's thermistor, on the board, adds.
+  // The motor's thermistor is on the board: it reads the winding's temperature plus this share of
+  // (board − housing).
   double board_share = 0.0;
 };
 
-/// Rates of the firmware, and the rule that converts byte gains into physical ones
-/// (docs/internals/model.md §11). A bandwidth is proportional to its byte; the value here is for
-/// the reference byte.
+/// Rates of the firmware, and the rule that converts gain bytes to physical gains
+/// (docs/internals/model.md §11). A bandwidth is proportional to its gain byte; the values here are
+/// for the reference bytes `ref_…`.
 struct ControlParams {
   int motion_divider = 4;             // current-loop periods per speed/position-loop period
-  bool has_current_loop = true;       // false: MS series, the loops set the voltage vector
+  bool has_current_loop = true;       // false (MS series): the loops set the voltage vector
   double current_bandwidth = 6283.0;  // rad/s at current Kp, Ki = ref_current_byte
   double speed_bandwidth = 200.0;     // rad/s at speed Kp = ref_speed_kp_byte and inertia J_nominal
   double speed_integral_rate = 20.0;  // 1/s, Ki/Kp at the reference speed bytes
@@ -140,7 +144,7 @@ struct ControlParams {
   double ref_current_byte = 50.0;
   double ref_speed_kp_byte = 50.0;
   double ref_speed_ki_byte = 40.0;
-  double J_nominal = 933e-7;  // kg·m², rotor side, the speed gain was designed for
+  double J_nominal = 933e-7;  // kg·m² at the rotor, for which the speed gain was designed
 };
 
 /// All parameters of one drive; load, supply and ambient may change while it runs.

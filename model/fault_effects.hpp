@@ -1,14 +1,14 @@
 #pragma once
 
 /// @file Tests whether a fault has an effect now (docs/internals/model.md §14): computes the next
-/// period with it and without it, from the same state.
+/// period from the same state with and without the fault.
 
 #include "model/plant/thermal.hpp"
 #include "model/tick.hpp"
 
 namespace lk::model {
 
-/// Input of a drive's next period, without noise: its plant, its state, and what acts on it.
+/// Inputs of a drive's next period. The comparisons ignore sensor noise, unless a fault adds noise.
 struct Period {
   const PlantParams<double>& plant;
   const PlantState<double>& state;
@@ -16,12 +16,12 @@ struct Period {
   const LaneFaults& faults;
 };
 
-/// Returns true if currents or link voltage differ by a step of their converter, or if the motion
-/// of the shafts or a temperature differs.
+/// Returns true if currents or link voltage differ by at least one LSB of their ADC, or if the
+/// motion of the shafts or a temperature differs.
 bool plants_differ(const Period& with, const Period& without, const SlowSensors& steps);
 
-/// Returns true if a heat flow differs. Temperatures then differ after seconds or minutes, which no
-/// single period shows.
+/// Returns true if a heat flow differs. The temperatures will then differ only after seconds or
+/// minutes, so plants_differ() does not detect that.
 bool heat_flows_differ(const Period& with, const Period& without);
 
 /// Returns true if the fast sensors show different values.

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Injectable faults of one drive (docs/internals/model.md §14): a plain value in SI units,
-/// healthy by default. `DriveBank::set_faults` activates it.
+/// @file Injectable faults of one drive (docs/internals/model.md §14), in SI units. The default is
+/// a healthy drive. `DriveBank::set_faults` activates the faults.
 
 #include <array>
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace lk::model {
 
-/// One half bridge and the wire to its phase.
+/// Fault of a leg: one half bridge and the wire to its phase.
 enum class LegFault : std::uint8_t {
   kNone,
   kPhaseOpen,    // the phase wire is broken: no current
@@ -23,7 +23,7 @@ enum class LegFault : std::uint8_t {
 
 enum class EncoderFault : std::uint8_t {
   kNone,
-  kStuck,       // keeps the reading from when the fault began
+  kStuck,       // repeats the reading at the begin of the fault
   kGarbage,     // a random angle within the turn, new for each sample
   kLostMagnet,  // the last angle seen, plus a mean-reverting random walk and large noise
 };
@@ -34,7 +34,8 @@ struct Faults {
   double encoder_offset = 0;   // rad, added to the magnet's angle: a jump or slow drift
   double encoder_noise = 0;    // rad rms, ≥ 0, added to the sensor's own noise in quadrature
   double encoder_latency = 0;  // s, ≥ 0, added to the sensor's own latency
-  /// The channel reads gain·x + offset, x being the healthy reading without noise, or `stuck`.
+  /// The channel reads `stuck` if set, else gain·x + offset. x is the healthy reading without
+  /// noise.
   struct Current {
     double offset = 0;              // A
     double gain = 1;                // 1
@@ -49,7 +50,7 @@ struct Faults {
   double temp_motor_offset = 0, temp_driver_offset = 0;           // K
 
   // Power stage
-  bool bridge_dead = false;        // the switches never close; the firmware does not notice
+  bool bridge_dead = false;        // no switch ever closes; the firmware does not notice
   double commutation_offset = 0;   // rad electrical, added to the firmware's commutation angle
   std::array<LegFault, 3> legs{};  // phases a, b, c
 
@@ -61,11 +62,11 @@ struct Faults {
   double friction = 1;     // ≥ 0, factor on Coulomb, static, viscous and output friction
   double inertia = 1;      // > 0, factor on rotor, flange and load
   double backlash = 1;     // ≥ 0, factor; no effect on a gear without stiffness
-  double load_torque = 0;  // Nm at the output, added to the load's
+  double load_torque = 0;  // Nm at the output, added to the torque of the load
   /// Rotor and output are disconnected, each with its own inertia, friction and torques. When the
   /// fault ends, the output moves to the rotor's angle.
   bool coupling_broken = false;
-  double theta_min = -kNoStop, theta_max = kNoStop;  // rad at the output, besides the load's
+  double theta_min = -kNoStop, theta_max = kNoStop;  // rad at the output; stops besides the load's
   double brake_delay = 0;  // s, ≥ 0, from switching the coil until the brake begins to move
 
   // Power
@@ -77,9 +78,9 @@ struct Faults {
   double R_housing_ambient = 1;  // > 0, factor on the resistance; > 1 cools worse
 
   // Controller
-  /// Speed of the drive's clock relative to true time; > 1 runs fast. One second of the drive lasts
-  /// 1/clock_ratio seconds, so all times and speeds of the firmware are wrong. The PWM frequency
-  /// does not change.
+  /// Speed of the drive's clock relative to true time; > 1: the clock is fast. One second of the
+  /// drive lasts 1/clock_ratio seconds, so all times and speeds of the firmware are wrong. The PWM
+  /// frequency does not change.
   double clock_ratio = 1;  // > 0
 
   friend bool operator==(const Faults&, const Faults&) = default;

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file The fast tick of eight drives, compiled for several instruction sets and chosen at start.
+/// @file Kernels: the fast tick of eight drives, compiled for several instruction sets. The program
+/// chooses one at start.
 
 #include <cstddef>
 #include <string_view>
@@ -33,10 +34,10 @@ void run_lanes_avx512(TickBlock<Wide>& block, const Stretch& stretch);
 void run_lanes_faulty_baseline(TickBlock<Wide>& block, const Stretch& stretch);
 void run_lanes_faulty_avx2(TickBlock<Wide>& block, const Stretch& stretch);
 void run_lanes_faulty_avx512(TickBlock<Wide>& block, const Stretch& stretch);
-/// For a bank of one faulty drive; one build serves every processor.
+/// Runs a bank of one faulty drive; the same build runs on every processor.
 void run_alone_faulty(TickBlock<double>& block, const Stretch& stretch);
 
-/// Returns the fastest kernel for this processor. All kernels give the same bits.
+/// Returns the fastest kernel for this processor. All kernels give bit-identical results.
 NamedKernel best_lane_kernel();
 /// Returns the kernel of that name; `run` is null if this build or processor does not have it.
 NamedKernel lane_kernel(std::string_view name);

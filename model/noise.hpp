@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Repeatable sensor noise: one generator per drive, the same bits on every machine.
+/// @file Repeatable sensor noise: one generator per drive, which gives the same bits on every
+/// machine.
 
 #include "model/real.hpp"
 #include "model/rounding.hpp"
@@ -18,7 +19,7 @@ struct NoiseState<double> {
   std::array<std::uint64_t, 1> word{1};
 };
 
-/// Non-zero generator state from any seed (splitmix64, Steele et al. 2014).
+/// Returns a non-zero generator state for any seed (splitmix64, Steele et al. 2014).
 constexpr std::uint64_t noise_seed(std::uint64_t seed) {
   seed += 0x9E3779B97F4A7C15U;
   seed = (seed ^ (seed >> 30U)) * 0xBF58476D1CE4E5B9U;
@@ -31,7 +32,7 @@ inline namespace LKEMU_ISA {
 
 /// Returns a deviate of mean 0 and variance 1: the sum of the four 16-bit quarters of xorshift64
 /// (Marsaglia 2003), without a logarithm. Irwin–Hall, n = 4: bounded by ±3.46, kurtosis 2.7. `Word`
-/// is one generator or a register of them.
+/// is one generator or a register of generators. Advances the generators.
 template <class Word>
 inline auto normal_deviate(Word& word) {
   word ^= word << 13;
@@ -40,8 +41,8 @@ inline auto normal_deviate(Word& word) {
   const Word quarters = 0x0000FFFF0000FFFFU;
   const Word pairs = (word & quarters) + ((word >> 16) & quarters);
   const Word sum = (pairs & Word(0x1FFFFU)) + (pairs >> 32);
-  // Puts the sum into the low mantissa bits of 2^52, then subtracts 2^52 and the mean (4·65535/2).
-  // Standard deviation: sqrt(4·(65536² − 1)/12) = 37837.2.
+  // Converts the sum to a double: puts it into the low mantissa bits of 2^52, then subtracts 2^52
+  // and the mean (4·65535/2). Standard deviation: sqrt(4·(65536² − 1)/12) = 37837.2.
   const auto centred = as_number(sum | Word(0x4330000000000000U)) - (0x1p52 + 131070.0);
   return centred * (1.0 / 37837.227);
 }
@@ -50,7 +51,7 @@ inline Pair normal_deviate(WordPair& words) {
   return {normal_deviate(words.low), normal_deviate(words.high)};
 }
 
-// Copies generators from and to their stored form, starting at drive `first` of the block.
+// Copy generators from and to their stored form, starting at drive `first` of the block.
 template <class Word>
 inline void load(Word& word, const NoiseState<double>& stored, std::size_t /*first*/) {
   word = stored.word[0];

@@ -3,9 +3,9 @@
 /// @file The number type of the fast tick: one drive (`double`) or several drives in vector
 /// registers (`Lanes`).
 ///
-/// All code of the tick is a template over `Real`. Only the functions here differ by type. All
-/// types do the same IEEE operations in the same order, so a drive gives the same bits alone or in
-/// a lane.
+/// All code of the tick is a template over `Real`. Only the functions in this file differ by type.
+/// All types do the same IEEE operations in the same order, so the results of a drive have the same
+/// bits alone or in a lane.
 ///
 /// LKEMU_ISA names an inline namespace for each instruction set. It keeps the linker from merging
 /// functions that were compiled for different instruction sets.
@@ -58,8 +58,9 @@ struct Pair {
 
   Vector low, high;
 
-  Pair() {}  // NOLINT(modernize-use-equals-default): `{}` of thousands must not write zeros
-  Pair(double x) : low(x), high(x) {}  // NOLINT(google-explicit-constructor): numbers mix
+  Pair() {
+  }  // NOLINT(modernize-use-equals-default): initializing thousands with `{}` must not write zeros
+  Pair(double x) : low(x), high(x) {}  // NOLINT(google-explicit-constructor): for 2.0 * pair
   Pair(const Vector& l, const Vector& h) : low(l), high(h) {}
 
   static constexpr std::size_t size() { return 2 * Vector::size(); }
@@ -99,7 +100,8 @@ using SimdMask = stdx::simd_mask<double, Abi>;
 template <class Abi>
 inline Simd<Abi> select(const SimdMask<Abi>& mask, const Simd<Abi>& a, const Simd<Abi>& b) {
 #if defined(__clang__) && defined(__AVX512F__)
-  // libstdc++ treats the mask as one bool here (simd_x86.h: "a boolean choice, not a blend").
+  // Avoids the blend of libstdc++, which treats the mask as one bool here (simd_x86.h: "a boolean
+  // choice, not a blend").
   return Simd<Abi>([&](std::size_t lane) { return mask[lane] ? a[lane] : b[lane]; });
 #else
   Simd<Abi> result = b;
@@ -130,8 +132,9 @@ inline Pair abs(const Pair& x) { return {abs(x.low), abs(x.high)}; }
 using Lanes = std::conditional_t<Vector::size() < kLanes, Pair, Vector>;
 static_assert(kLanes % Lanes::size() == 0);
 
-/// Number type of a single drive: the same number twice. A select in a register needs no branch.
-/// The branches of a `double` depend on sensor noise, and half of them would be mispredicted.
+/// Number type of a single drive: a register with the same number twice. A select in a register
+/// needs no branch. With `double` there would be branches that depend on sensor noise, and half of
+/// them would be mispredicted.
 using Solo = Simd<stdx::simd_abi::deduce_t<double, 2>>;
 static_assert(!std::is_same_v<Solo, Lanes>);
 
@@ -140,8 +143,8 @@ inline bool any(bool mask) { return mask; }
 inline double sqrt(double x) { return std::sqrt(x); }
 inline double abs(double x) { return std::abs(x); }
 
-// For equal arguments, min and max return the same one as those of stdx, which argument-dependent
-// look-up prefers for lanes.
+// If both arguments are equal, min and max return the same argument as min and max of stdx, which
+// argument-dependent look-up selects for lanes.
 inline double min(double a, double b) { return a < b ? a : b; }
 inline double max(double a, double b) { return a > b ? a : b; }
 inline double clamp(double x, double low, double high) { return min(high, max(low, x)); }
@@ -163,8 +166,8 @@ inline Simd<Abi> clamp(const Simd<Abi>& x, const Simd<Abi>& low, const Simd<Abi>
   return min(high, max(low, x));
 }
 
-/// Returns select(mask, a, b) if `can`; else `b`, without any computation. `can`: a drive of this
-/// build of the tick may set the mask.
+/// Returns select(mask, a, b) if `can`, else `b` without any computation. `can` is false if no
+/// drive in this build of the tick can set the mask.
 template <bool can, class Mask, class Real>
 inline Real select_if(const Mask& mask, const Real& a, const Real& b) {
   if constexpr (can) {

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Rounding and parity of doubles, by their bits.
+/// @file Rounds doubles and finds the parity of integers, by operations on their bits.
 
 #include "model/real.hpp"
 
@@ -42,7 +42,8 @@ inline auto as_bits(const Simd<Abi>& x) {
   return std::bit_cast<stdx::rebind_simd_t<std::uint64_t, Simd<Abi>>>(x);
 }
 
-/// Returns −x if `n`, from shifted_nearest(), is odd, else x: its last bit flips the sign.
+/// Returns −x if `n` is odd, else x: the last bit of `n` flips the sign. Pre: `n` is a result of
+/// shifted_nearest().
 template <class Real>
 inline Real negate_if_odd(const Real& x, const Real& n) {
   return as_number(as_bits(x) ^ (as_bits(n) << 63));

@@ -31,13 +31,13 @@ struct Lead {
 };  // rad/s, electrical
 using Setpoint = std::variant<Off, Idle, Torque, Speed, Position, OpenLoop, Lead>;
 
-/// Gains as sent on the wire: bytes in `legacy`, 16 bits in `v236`, on one scale.
-/// docs/internals/model.md gives the rule that makes them physical.
+/// Gains as on the wire: 8 bits in `legacy`, 16 bits in `v236`, both on the same scale.
+/// docs/internals/model.md gives the rule that converts them to physical gains.
 struct GainBytes {
   std::uint16_t angle_kp = 100, angle_ki = 100;
   std::uint16_t speed_kp = 50, speed_ki = 40;
   std::uint16_t current_kp = 50, current_ki = 50;
-  std::uint16_t angle_kd = 0, speed_kd = 0, current_kd = 0;  // kept and read back only
+  std::uint16_t angle_kd = 0, speed_kd = 0, current_kd = 0;  // stored and read back, without effect
   friend bool operator==(const GainBytes&, const GainBytes&) = default;
 };
 
@@ -56,19 +56,20 @@ inline constexpr int kErrorKinds = 8;
 using ErrorBits = std::uint8_t;  // bit n = Error(n)
 constexpr ErrorBits bit(Error e) { return static_cast<ErrorBits>(1U << static_cast<unsigned>(e)); }
 
-/// One protection: trips when the quantity has been beyond `threshold` for `delay`; its cause ends
-/// when it is back by `hysteresis`. Units in the order of Error: V, V, °C, °C, A, A, s, s.
+/// One protection: trips when its quantity has been beyond `threshold` for `delay`. The cause of
+/// the error ends when the quantity has returned `hysteresis` beyond the threshold to the good
+/// side. Units of threshold and hysteresis, in the order of Error: V, V, °C, °C, A, A, s, s.
 struct Protection {
   bool enabled = false;
   double threshold = 0;
   double hysteresis = 0;
   double delay = 0;         // s
-  bool recoverable = true;  // false: only a power cycle clears it
+  bool recoverable = true;  // false: only a power cycle or restart clears the error
   friend bool operator==(const Protection&, const Protection&) = default;
 };
 
-/// The registers of the drive that the loops and protections read. Host-visible limits in SI, rotor
-/// side.
+/// Registers of the drive that the loops and protections read. Limits that the host can set are in
+/// SI units, at the rotor.
 struct ControlSettings {
   GainBytes gains;
   double i_q_max = 16.0;      // A, > 0: "Max Torque Current" (not for Setpoint Torque)
@@ -85,7 +86,7 @@ struct Telemetry {
   double temp_driver = 0;  // °C
   double v_bus = 0;        // V
   double i_bus = 0;        // A, estimated from duties and phase currents
-  double i_q = 0;          // A; MS series: v_q/v_bus as a fraction −1..1 is in `power`
+  double i_q = 0;          // A; 0 on the MS series, see `power`
   double power = 0;        // −1..1, v_q as a share of the largest voltage the bus allows
   double i_a = 0, i_b = 0, i_c = 0;   // A
   double omega = 0;                   // rad/s, rotor
@@ -109,8 +110,8 @@ struct Truth {
   std::array<double, 3> duty_abc{};
 };
 
-/// Energy since power-up, J. `supply` = the sum of all the others plus the change of `stored`, up
-/// to the integrator's error (docs/internals/model.md §8).
+/// Energy since power-up, J. Up to the integrator's error, `supply` is the sum of all other members
+/// except `stored`, plus the change of `stored` (docs/internals/model.md §8).
 struct EnergyLedger {
   double supply = 0;  // at the drive's terminals
   double copper = 0;

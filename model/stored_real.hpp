@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Conversions between a `Real`, its stored form in a block, and the value of one drive.
+/// @file Converts between a `Real`, its stored form in a block, and the value of one drive.
 
 #include "model/real.hpp"
 
@@ -34,7 +34,7 @@ inline constexpr std::size_t kSizeOf<double> = 1;
 template <>
 inline constexpr std::size_t kSizeOf<Solo> = 1;
 
-// Copies a `Real` from and to its stored form, starting at drive `first` of the block.
+// Copy a `Real` from and to its stored form, starting at drive `first` of the block.
 inline void load(double& value, const double& stored, std::size_t /*first*/) { value = stored; }
 inline void load(Solo& value, const double& stored, std::size_t /*first*/) { value = stored; }
 inline void load(Lanes& value, const Wide& stored, std::size_t first) {
@@ -46,7 +46,7 @@ inline void store(const Lanes& value, Wide& stored, std::size_t first) {
   value.copy_to(stored.lane.data() + first, stdx::vector_aligned);
 }
 
-// Access to the value of one drive, for code that branches per drive.
+// Read and write the value of one drive in a `Real`, for code that branches per drive.
 inline double get_lane(double x, std::size_t /*lane*/) { return x; }
 inline double get_lane(const Solo& x, std::size_t /*lane*/) { return x[0]; }
 inline double get_lane(const Lanes& x, std::size_t lane) { return x[lane]; }

@@ -16,7 +16,7 @@
 
 namespace lk::model {
 
-/// All data of the fast tick, of one drive (`Store` = double) or of eight (Wide).
+/// All data of the fast tick of one drive (`Store` = double) or of eight drives (`Store` = Wide).
 template <class Store>
 struct TickBlock {
   PlantParams<Store> plant_params;
@@ -25,15 +25,18 @@ struct TickBlock {
   CurrentLoopState<Store> loop;
   CurrentOrders<Store> orders;
   NoiseState<Store> noise;
-  std::array<std::int64_t, std::tuple_size_v<decltype(noise.word)>> at{};  // ticks done, by lane
+  std::array<std::int64_t, std::tuple_size_v<decltype(noise.word)>>
+      at{};  // completed ticks, by lane
   std::array<LaneFaults, std::tuple_size_v<decltype(noise.word)>> faults{};
-  bool faulty = false;  // `any()` of a drive: the block needs the tick with faults
+  bool faulty =
+      false;  // true: LaneFaults::any() for a drive, so the block needs the tick with faults
 };
 
-/// Ticks up to end − 1 of the drives computed together, starting at `drive` of the block. Before
-/// each tick that is a multiple of `stride`, the kernel calls `give_orders` for drives first to
-/// first + count − 1. The callback reads the block and may change its orders only. If anything else
-/// changed, it returns true, and these drives stop after that tick.
+/// Work of a kernel: the ticks up to `end` − 1 of the drives that it computes together, from drive
+/// `drive` of the block on. Before each tick that is a multiple of `stride`, the kernel calls
+/// `give_orders` for the drives `first` to `first + count − 1`. The callback may read the block and
+/// change its orders. If other data changed too, it must return true: these drives then stop after
+/// that tick.
 struct Stretch {
   std::int64_t end;
   int stride;
@@ -44,9 +47,9 @@ struct Stretch {
 
 inline namespace LKEMU_ISA {
 
-/// Computes one period of drives that need no more than `parts`. The bridge uses the duties of the
-/// previous period: the one-sample delay of every digital drive. `faults` of these drives are read
-/// only if `parts.faults`.
+/// Computes one period of drives that need no other parts than `parts`. The bridge uses the duties
+/// from the previous period: the one-sample delay of every digital drive. Reads `faults` only if
+/// `parts.faults`.
 template <Parts parts, class Real>
 inline void tick(const PlantParams<Real>& plant_params, PlantState<Real>& plant,
                  const CurrentLoopParams<Real>& loop_params, CurrentLoopState<Real>& loop,
@@ -65,7 +68,7 @@ inline void tick(const PlantParams<Real>& plant_params, PlantState<Real>& plant,
   advance<parts>(plant_params, plant, duty, bridge, i_abc, theta_e, faults);
 }
 
-/// Returns true if the common parts suffice until the next orders.
+/// Returns true if the drives need only kCommonParts until the next orders.
 template <class Real>
 inline bool is_common(const PlantParams<Real>& p, const CurrentLoopState<Real>& loop,
                       const CurrentOrders<Real>& orders) {
@@ -81,8 +84,8 @@ inline void for_each_field(To to, From from, Op op) {
   (std::make_index_sequence<std::tuple_size_v<To>>{});
 }
 
-/// Runs `stretch` for the drives of a block that one `Real` holds. Their data stays in registers
-/// and on the stack from one order to the next.
+/// Runs `stretch` for the drives of a block that one `Real` holds. Between two calls of
+/// `give_orders`, the drives' data stays in registers and on the stack.
 template <class Real, bool faulty = false, class Store>
 inline void run_block(TickBlock<Store>& block, const Stretch& stretch) {
   const std::size_t first = kSizeOf<Real> < block.at.size() ? stretch.drive : 0;

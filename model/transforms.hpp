@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Amplitude-invariant Clarke and Park transforms; d on the magnet flux.
+/// @file Amplitude-invariant Clarke and Park transforms. The d axis is that of the magnet flux.
 
 #include "model/trig.hpp"
 
@@ -48,7 +48,7 @@ inline AlphaBeta<Real> inverse_park(const Dq<Real>& x, const SinCos<Real>& theta
   return {x.d * theta.cos - x.q * theta.sin, x.d * theta.sin + x.q * theta.cos};
 }
 
-/// sin and cos of the sum of two angles.
+/// Returns sin and cos of the sum of two angles.
 template <class Real>
 inline SinCos<Real> rotate(const SinCos<Real>& theta, const SinCos<Real>& by) {
   return {theta.sin * by.cos + theta.cos * by.sin, theta.cos * by.cos - theta.sin * by.sin};

@@ -16,7 +16,8 @@ struct SinCos {
   Real sin, cos;
 };
 
-/// An angle minus its whole half turns, |x| ≤ π/2. Each half turn negates sine and cosine.
+/// An angle as a number of half turns and a remainder x, |x| ≤ π/2. Each half turn negates sine and
+/// cosine.
 template <class Real>
 struct HalfTurn {
   Real x;
@@ -33,7 +34,7 @@ inline HalfTurn<Real> within_half_turn(const Real& theta) {
 /// sin x = x + x³·P(x²) for |x| ≤ π/2, P the minimax polynomial of degree 4: error < 2e-11.
 template <class Real>
 inline Real sine_series(const Real& x, const Real& x2, const Real& x4) {
-  // Pairs of terms instead of Horner's chain: the halves of a polynomial are computed in parallel.
+  // Pairs of terms instead of Horner's scheme, so that the processor computes them in parallel.
   const Real tail =
       (-0.16666666606467134 + x2 * 0.008333330495676389) +
       x4 * ((-1.9840804039771915e-4 + x2 * 2.7522618881175285e-6) + x4 * -2.384669445306741e-8);
