@@ -17,12 +17,14 @@
 namespace lk::model {
 namespace {
 
-/// Converts to an integer. NaN and values from 9e18 on, of impossible motors, give 0.
+/// Converts counts to an integer. NaN and values from ±9e18 on, which only impossible motors have,
+/// give 0.
 std::int64_t whole_counts(double counts) {
   return std::abs(counts) < 9e18 ? static_cast<std::int64_t>(counts) : 0;
 }
 
-/// Returns a plant at rest at `theta_m`, all parts at `temp`, its link charged if `connected`.
+/// Returns the state of a plant at rest: rotor angle `theta_m`, all parts at `temp` °C, link
+/// charged if `connected`.
 PlantState<double> plant_at_rest(const DriveParams& p, double theta_m, double temp,
                                  bool connected = true) {
   PlantState<double> s;
@@ -43,7 +45,7 @@ constexpr auto kCountsOf = [](const auto& block, std::size_t lane) {
   return lane_of(block.loop.encoder_counts, lane);
 };
 
-/// Returns the drive's estimate of its supply current: electrical power over link voltage, A.
+/// Returns the drive's estimate of its supply current, A: electrical power over link voltage.
 /// Without current sensors, i_q follows from R·i_q = v_q − ω·ψ.
 double bus_current(const MotionParams& p, const CurrentLoopState<double>& loop, double omega,
                    double v_bus) {
@@ -127,8 +129,8 @@ void DriveBank::State::take_in(const State& other, std::size_t drive) {
   });
 }
 
-/// A drive at rest without load, bridge on, causes no infinities and needs no more parts of the
-/// tick than its neighbours.
+/// The added drives are at rest without load, bridge on. Such a drive causes no infinities and
+/// needs no parts of the tick that the other drives do not need.
 void DriveBank::State::fill_spare_lanes() {
   DriveParams resting = units.back().params;
   resting.load = LoadParams{};
@@ -181,7 +183,7 @@ PlantParams<double> DriveBank::State::plant_of(const Unit& unit, const Faults& f
   DriveParams params = with_faults(unit.params, faults);
   if (unit.mounted) params.load.J = unit.params.load.J;
   params.supply.v_source = source_voltage(unit, faults);
-  if (!unit.connected || faults.supply_cut) {  // 0 V, and no current back into it
+  if (!unit.connected || faults.supply_cut) {  // source of 0 V that accepts no current
     params.supply.i_regen_max = 0.0;
   }
   params.mechanics.tau_coulomb += params.brake.tau * unit.brake.pressed;
@@ -211,11 +213,11 @@ void DriveBank::State::derive_control(std::size_t drive) {
 
 void DriveBank::State::run_firmware(std::size_t drive) {
   Unit& unit = units[drive];
-  const double T_m = unit.motion_params.T_m;  // by the drive's clock
+  const double T_m = unit.motion_params.T_m;  // s of the drive's clock
   if (unit.params.brake.tau > 0.0 && move_brake(unit.params.brake, T_m / unit.faults.clock_ratio,
                                                 unit.brake, unit.faults.brake_delay)) {
     derive_plant(drive);
-    stopped = true;  // the tick keeps plant parameters in registers
+    stopped = true;  // the kernel must load the new plant parameters
   }
   const double v_link = with_block(
       drive, [](const auto& block, std::size_t lane) { return lane_of(block.plant.v_link, lane); });
@@ -228,7 +230,7 @@ void DriveBank::State::run_firmware(std::size_t drive) {
   }
 }
 
-/// Opens all switches and the brake coil, as without a controller.
+/// Opens all switches of the bridge and switches the brake coil off, as without a controller.
 void DriveBank::State::die(std::size_t drive) {
   Unit& unit = units[drive];
   unit.setpoint = Off{};
@@ -317,7 +319,7 @@ bool DriveBank::State::advance_to_edge(std::int64_t until, std::size_t drive) {
   BlockDrives drives{this, drive - drive % kLanes};
   Stretch stretch{until, stride, give_orders, &drives};
   const auto run = [&](auto& block, auto tick_kernel) {
-    // A stretch that ended early continues, unless the caller has to handle an edge first.
+    // Continues after a stretch that ended early, unless the caller has to handle an edge first.
     while (!edge && block.at[stretch.drive] < until) {
       tick_kernel(block, stretch);
     }
@@ -353,7 +355,7 @@ void DriveBank::configure(std::size_t drive, const ControlSettings& settings) {
   settings_changed(settings.protections, unit.protection);
   state_->derive_control(drive);
   if (had_no_ramp && unit.motion_params.accel_max > 0.0) {
-    // Without a ramp, the references are at the target. The new ramp starts at the shaft's state,
+    // Without a ramp, the references were at the target. The new ramp starts at the shaft's state,
     // as if the setpoint were commanded now.
     unit.motion.omega_ref = unit.motion.omega_hat;
     setpoint_changed(unit.motion_params, Speed{}, unit.setpoint,
@@ -409,7 +411,7 @@ void DriveBank::turn_shaft(std::size_t drive, double angle) {
     if (unit.faults.encoder != EncoderFault::kNone) {
       return;
     }
-    // A hand turns slowly: the encoder has followed, and the estimator must not see a speed.
+    // A hand turns the shaft slowly: the encoder follows, and the estimator sees no speed.
     lane_of(block.loop.encoder_counts, lane) += nearest(turn * unit.motion_params.counts_per_rad);
     accept_encoder_jump(unit.motion_params, lane_of(block.loop.encoder_counts, lane), unit.motion);
   });

@@ -30,18 +30,15 @@ struct Mount {
   double J = 0.0;                   // kg·m², > 0: without the drive's own inertia
   double tau = 0.0;                 // Nm
   /// True: the gear is compliant, but too stiff for the body's time step. The body sees rotor and
-  /// output as one inertia at their inertia-weighted mean angle; the drive computes their relative
-  /// vibration.
+  /// output as one inertia at their inertia-weighted mean angle. The drive computes the vibration.
   bool stiff = false;
-  /// True: the shaft was put at `theta` without turning there, as by hand; drive and body are at
-  /// rest.
+  /// True: the shaft was put at `theta` by hand, without turning; drive and body are at rest.
   bool posed = false;
 };
 /// State of a mounted shaft, for the body simulation.
 struct MountedShaft {
   double theta = 0.0, omega = 0.0;  // rad, rad/s, at the output
-  double armature =
-      0.0;  // kg·m²: inertia of the flange, plus the rotor's if `Mount::stiff` or rigid
+  double armature = 0.0;  // kg·m²: flange, plus the rotor if the body sees both as one inertia
 };
 
 /// Inputs of a drive: all that the owner of the bank has set.
@@ -65,8 +62,8 @@ struct DriveOf {
 /// physical state. Drives do not influence each other: a drive gives the same results in any bank.
 class DriveBank {
  public:
-  /// Pre: at least one drive; all `f_pwm` are equal. Every connected drive starts as after
-  /// power-up: bridge on, Idle, no errors. Only tests pass `kernel`.
+  /// Pre: at least one drive; all `f_pwm` are equal. A drive whose supply is connected and has at
+  /// least `v_reset` starts as after power-up: bridge on, Idle, no errors. `kernel` is for tests.
   explicit DriveBank(std::span<const DriveInit> drives, NamedKernel kernel = best_lane_kernel());
   /// Copies drives out of one or several banks. Pre: at least one drive; all have the same `f_pwm`
   /// and are at the same tick. The kernel is that of the first drive's bank.
@@ -101,11 +98,9 @@ class DriveBank {
 
   void set_load(std::size_t drive, const LoadParams& load);
   void set_supply_voltage(std::size_t drive, double v_source);
-  /// Sets the voltage drop that other drives cause at the source, V; initially 0. Call on each
-  /// change.
+  /// Sets the voltage drop that other drives cause at the source, V; initially 0.
   void set_supply_drop(std::size_t drive, double v_drop);
-  /// Connects or disconnects the supply. A disconnected drive runs until its link capacitor is
-  /// empty.
+  /// Connects or disconnects the supply. A disconnected drive runs from its link until it is empty.
   void connect_supply(std::size_t drive, bool connected);
   /// Switches the current through the brake's coil, which releases the brake. A drive that loses
   /// power switches the coil off.

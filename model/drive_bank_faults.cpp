@@ -23,8 +23,8 @@ double held(const PlantParams<double>& p, double omega) {
   return std::clamp(omega, -p.omega_max, p.omega_max);
 }
 
-/// Reconnects rotor and output: the output moves to the rotor's angle. With a rigid gear, both get
-/// the speed that keeps their momentum. `J_rotor`: inertia of the rotor alone, kg·m².
+/// Reconnects rotor and output: moves the output to the rotor's angle. With a rigid gear, gives
+/// both the speed that conserves their momentum. `J_rotor`: inertia of the rotor alone, kg·m².
 void join(const PlantParams<double>& p, double J_rotor, PlantState<double>& s) {
   s.theta_out = s.theta * p.inv_gear;
   if (p.compliant == 0.0) {
@@ -67,7 +67,7 @@ void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
         lane_faults(unit.params, faults, block.faults[lane], counts, unit.slow_noise);
     block.faulty = any_faulty(block);
   });
-  // The body keeps its angle, so the offset between shaft and body changes.
+  // Reconnecting a coupling may move the joint. The body keeps its angle, so the offset changes.
   if (unit.mounted) unit.mount_offset += state_->joint(drive).theta - joint_before;
 }
 
@@ -79,7 +79,7 @@ bool DriveBank::takes_effect(std::size_t drive, const Faults& one) const {
   return state_->with_block(drive, [&](const auto& block, std::size_t lane) {
     const auto s = get<PlantState<double>>(block.plant, lane);
     const auto loop = get<CurrentLoopState<double>>(block.loop, lane);
-    // An encoder fault that is not active yet starts now.
+    // Assumes that an encoder fault that is not active starts now.
     const LaneFaults lane_of_one =
         lane_faults(unit.params, one, block.faults[lane], loop.encoder_counts, 1);
     const LaneFaults none;

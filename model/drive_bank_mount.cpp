@@ -11,11 +11,12 @@
 namespace lk::model {
 namespace {
 
-/// rad, rad/s: largest rounding error of a joint after a pass through the body simulation.
+/// rad, rad/s: largest rounding error of a joint's angle and speed in the body simulation.
 constexpr double kRounding = 1e-12;
 
-/// Moves rotor and output to the body's joint angle and speed; the twist between them stays. Skips
-/// changes within rounding: a shaft at rest must stay exactly at rest for the friction model.
+/// Moves the joint to the body's angle `theta` and speed `omega`. If the rotor is part of the
+/// joint, keeps the twist between rotor and output. Ignores changes within rounding: for the
+/// friction model, a shaft at rest must stay exactly at rest.
 template <class State, class Joint>
 void move(State& plant, std::size_t lane, double ratio, const Joint& joint, double theta,
           double omega) {

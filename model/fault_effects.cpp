@@ -8,15 +8,16 @@
 namespace lk::model {
 namespace {
 
-// Smallest change of shaft motion that counts as an effect (assumed); far above rounding.
+// Smallest changes of shaft motion that count as an effect (assumed); far above rounding errors.
 constexpr double kSpeedStep = 1e-7;  // rad/s within a period
 constexpr double kAngleStep = 1e-9;  // rad
-// More than a current sensor's step heats a winding in a period, and a thousandth of the heating at
-// rated torque (assumed).
+// Smallest temperature change that counts (assumed): more than one LSB of current causes in a
+// period, and a thousandth of what the rated torque causes.
 constexpr double kHeatStep = 1e-6;  // K within a period
-// A hundredth of an encoder's power, and a billion times the rounding errors (assumed).
+// Smallest change of a heat flow that counts (assumed): a hundredth of an encoder's power, and a
+// billion times the rounding errors.
 constexpr double kHeatFlowStep = 1e-3;  // W
-/// For states that follow from others: these differ as well, or differ a period later.
+/// For states that are not compared: other states then differ, now or a period later.
 constexpr double kFollows = HUGE_VAL;
 
 /// Largest value of normal_deviate(), a sum of four 16-bit numbers (noise.hpp).
@@ -79,7 +80,7 @@ bool plants_differ(const Period& with, const Period& without, const SlowSensors&
                  kFollows,   steps.v_lsb, kFollows,    // omega_change, v_link, i_link
                  kHeatStep,  kHeatStep,   kHeatStep,   // winding, housing, stage
                  kFollows,                             // tau_e
-                 kFollows,   kFollows,    kFollows,    // the ledger of energy
+                 kFollows,   kFollows,    kFollows,    // energy ledger
                  kFollows,   kFollows,    kFollows};
   const auto one = values(a);
   const auto other = values(b);

@@ -23,7 +23,7 @@ enum class LegFault : std::uint8_t {
 
 enum class EncoderFault : std::uint8_t {
   kNone,
-  kStuck,       // repeats the reading at the begin of the fault
+  kStuck,       // repeats the reading of when the fault began
   kGarbage,     // a random angle within the turn, new for each sample
   kLostMagnet,  // the last angle seen, plus a mean-reverting random walk and large noise
 };
@@ -34,8 +34,7 @@ struct Faults {
   double encoder_offset = 0;   // rad, added to the magnet's angle: a jump or slow drift
   double encoder_noise = 0;    // rad rms, ≥ 0, added to the sensor's own noise in quadrature
   double encoder_latency = 0;  // s, ≥ 0, added to the sensor's own latency
-  /// The channel reads `stuck` if set, else gain·x + offset. x is the healthy reading without
-  /// noise.
+  /// The channel reads `stuck` if set, else gain·x + offset. x: healthy reading without noise.
   struct Current {
     double offset = 0;              // A
     double gain = 1;                // 1

@@ -5,7 +5,7 @@
 
 namespace lk::model {
 
-// `flatten` inlines every call, so that the tick is straight-line code.
+// `flatten` inlines all calls, so that the tick is straight-line code.
 [[gnu::flatten]] void run_alone_baseline(TickBlock<double>& block, const Stretch& stretch) {
   run_block<Solo>(block, stretch);
 }
@@ -33,7 +33,8 @@ NamedKernel lane_kernel(std::string_view name) {
   }
   if (name == "avx512" && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
       __builtin_cpu_supports("avx512vl")) {
-    // A single drive does not fill a register; AVX-512 masks would make its selects slower.
+    // A single drive uses the AVX2 kernel: it does not fill a register, and AVX-512 masks would
+    // make its selects slower.
     return {"avx512", run_lanes_avx512, run_alone_avx2, kLanes, run_lanes_faulty_avx512};
   }
 #endif

@@ -1,7 +1,6 @@
 #pragma once
 
-/// @file Repeatable sensor noise: one generator per drive, which gives the same bits on every
-/// machine.
+/// @file Repeatable sensor noise: one generator per drive, with the same bits on every machine.
 
 #include "model/real.hpp"
 #include "model/rounding.hpp"

@@ -58,8 +58,7 @@ struct Pair {
 
   Vector low, high;
 
-  Pair() {
-  }  // NOLINT(modernize-use-equals-default): initializing thousands with `{}` must not write zeros
+  Pair() {}  // NOLINT(modernize-use-equals-default): `{}` must not write zeros, as that takes time
   Pair(double x) : low(x), high(x) {}  // NOLINT(google-explicit-constructor): for 2.0 * pair
   Pair(const Vector& l, const Vector& h) : low(l), high(h) {}
 
@@ -100,8 +99,8 @@ using SimdMask = stdx::simd_mask<double, Abi>;
 template <class Abi>
 inline Simd<Abi> select(const SimdMask<Abi>& mask, const Simd<Abi>& a, const Simd<Abi>& b) {
 #if defined(__clang__) && defined(__AVX512F__)
-  // Avoids the blend of libstdc++, which treats the mask as one bool here (simd_x86.h: "a boolean
-  // choice, not a blend").
+  // Not by `where`: libstdc++ would treat the mask as one bool (simd_x86.h: "a boolean choice, not
+  // a blend").
   return Simd<Abi>([&](std::size_t lane) { return mask[lane] ? a[lane] : b[lane]; });
 #else
   Simd<Abi> result = b;

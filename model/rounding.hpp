@@ -42,8 +42,7 @@ inline auto as_bits(const Simd<Abi>& x) {
   return std::bit_cast<stdx::rebind_simd_t<std::uint64_t, Simd<Abi>>>(x);
 }
 
-/// Returns −x if `n` is odd, else x: the last bit of `n` flips the sign. Pre: `n` is a result of
-/// shifted_nearest().
+/// Returns −x if `n` is odd, else x: the last bit of `n` flips the sign. `n`: a shifted_nearest().
 template <class Real>
 inline Real negate_if_odd(const Real& x, const Real& n) {
   return as_number(as_bits(x) ^ (as_bits(n) << 63));

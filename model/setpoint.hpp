@@ -57,8 +57,8 @@ using ErrorBits = std::uint8_t;  // bit n = Error(n)
 constexpr ErrorBits bit(Error e) { return static_cast<ErrorBits>(1U << static_cast<unsigned>(e)); }
 
 /// One protection: trips when its quantity has been beyond `threshold` for `delay`. The cause of
-/// the error ends when the quantity has returned `hysteresis` beyond the threshold to the good
-/// side. Units of threshold and hysteresis, in the order of Error: V, V, °C, °C, A, A, s, s.
+/// the error ends when the quantity has come back past the threshold by `hysteresis`. Units of
+/// threshold and hysteresis, in the order of Error: V, V, °C, °C, A, A, s, s.
 struct Protection {
   bool enabled = false;
   double threshold = 0;

@@ -25,11 +25,9 @@ struct TickBlock {
   CurrentLoopState<Store> loop;
   CurrentOrders<Store> orders;
   NoiseState<Store> noise;
-  std::array<std::int64_t, std::tuple_size_v<decltype(noise.word)>>
-      at{};  // completed ticks, by lane
+  std::array<std::int64_t, std::tuple_size_v<decltype(noise.word)>> at{};  // ticks done, by lane
   std::array<LaneFaults, std::tuple_size_v<decltype(noise.word)>> faults{};
-  bool faulty =
-      false;  // true: LaneFaults::any() for a drive, so the block needs the tick with faults
+  bool faulty = false;  // true: LaneFaults::any() of a drive; needs a kernel with faults
 };
 
 /// Work of a kernel: the ticks up to `end` − 1 of the drives that it computes together, from drive
@@ -48,8 +46,8 @@ struct Stretch {
 inline namespace LKEMU_ISA {
 
 /// Computes one period of drives that need no other parts than `parts`. The bridge uses the duties
-/// from the previous period: the one-sample delay of every digital drive. Reads `faults` only if
-/// `parts.faults`.
+/// of the previous period: the one-sample delay of every digital drive. Without `parts.faults`,
+/// does not read `faults`.
 template <Parts parts, class Real>
 inline void tick(const PlantParams<Real>& plant_params, PlantState<Real>& plant,
                  const CurrentLoopParams<Real>& loop_params, CurrentLoopState<Real>& loop,

@@ -16,8 +16,7 @@ struct SinCos {
   Real sin, cos;
 };
 
-/// An angle as a number of half turns and a remainder x, |x| ≤ π/2. Each half turn negates sine and
-/// cosine.
+/// An angle as whole half turns and a rest x, |x| ≤ π/2. Each half turn negates sine and cosine.
 template <class Real>
 struct HalfTurn {
   Real x;

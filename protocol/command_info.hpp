@@ -99,8 +99,7 @@ struct PayloadLength {
 PayloadLength payload_length(std::span<const Field> fields, const Payload& data,
                              const WireFormat& format);
 
-/// Returns the words of all quantities in replies, each once. Excludes replies that repeat the
-/// query.
+/// Returns the words of all quantities in replies, each once. Excludes echoes of the query.
 std::vector<std::string_view> reply_words();
 /// Returns the quantity `word` of a reply, in its unit; empty if the reply does not have it.
 std::optional<double> reply_quantity(std::string_view word, const Payload& data,

@@ -90,8 +90,7 @@ inline constexpr auto kCommandRows = [] {
     command<Position5, State2>({.name = "position 5, increment", .name_zh = "增量位置 5", .word = "position_5", .source = Source::kHardware, .printed = Position3::kOpcode}, kIncrement, kState2),
     command<Position6, State2>({.name = "position 6, increment, max speed", .name_zh = "增量位置 6，限速", .word = "position_6", .source = Source::kHardware, .printed = Position4::kOpcode}, joined(kIncrement, kMaxSpeed), kState2),
     command<ReadParameter, ParameterValue>({.name = "read parameter", .name_zh = "读取参数", .word = "read_parameter", .source = Source::kNewerManuals, .when = kParameterCommands},
-      // The name differs from that in kParameter, because no other field of this query depends on
-      // it.
+      // The name differs from that in kParameter, because here no other field depends on it.
       rows(row(&ReadParameter::id, {.name = "read_parameter", .label = "Parameter", .key = "parameter", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .values = kParameters})), kParameter),
     command<WriteParameter, ParameterValue>({.name = "write parameter to RAM", .name_zh = "写入参数到 RAM", .word = "write_parameter", .source = Source::kNewerManuals, .when = kParameterCommands}, kParameter, kParameter));
 }();

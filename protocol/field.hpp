@@ -13,8 +13,7 @@
 
 namespace lk::protocol {
 
-/// Type of a little-endian integer on the wire. The multi-turn angle is kI56 on CAN, kI64 on
-/// RS-485.
+/// Type of a little-endian integer. The multi-turn angle is kI56 on CAN and kI64 on RS-485.
 enum class Wire : std::uint8_t { kU8, kI8, kU16, kI16, kU32, kI32, kI56, kU24, kI64 };
 
 constexpr int bytes_of(Wire wire) {

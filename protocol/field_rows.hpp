@@ -186,8 +186,7 @@ inline constexpr auto kSavedReply = rows(
     row(&SettingsSaved::table, {.name = "save", .label = "What is saved", .key = "parameter", .byte = 1, .values = kSaveTable}),
     row(&SettingsSaved::saved, {.name = "saved", .label = "Saved", .key = "saved", .byte = 2, .scale = Scale::kFlag, .values = kSaved}));
 
-/// Returns `field` once for each of the drives 1..4. Pre: `member` is an array with a value for
-/// each.
+/// Returns a row for each of the drives 1..4. Pre: `member` is an array with their values.
 template <class Member>
 constexpr auto slots(Member member, Field field, const std::array<std::string_view, kMultiDriveSlots>& names) {
   constexpr std::array<std::string_view, kMultiDriveSlots> kLabels = {"Drive 1", "Drive 2", "Drive 3", "Drive 4"};

@@ -47,8 +47,7 @@ inline constexpr std::int32_t kMaxSpeed_cdps = 7'200'000;
 inline constexpr std::int32_t kMaxCurrentRamp_mA_s = 30'000;
 inline constexpr std::int32_t kMaxSpeedRamp_dps_s = 600'000;
 
-/// Settings of 0x40 and 0x42 on CAN. The low byte is DATA[1]. If it is 0x05, the high byte is
-/// DATA[2].
+/// Settings of 0x40 and 0x42 on CAN. Low byte: DATA[1]. High byte: DATA[2] if DATA[1] is 0x05.
 enum class StoredSettingId : std::uint16_t {
   kDriverId = 0x0A05,          // 0: from the DIP switch
   kBusType = 0x0B05,           // BusType

@@ -1,7 +1,6 @@
 #pragma once
 
-/// @file Templates that read and write frames by the rows of the tables, for codec.cpp and
-/// encode.cpp.
+/// @file Templates for codec.cpp and encode.cpp: read and write frames by the rows of the tables.
 
 #include <algorithm>
 #include <array>

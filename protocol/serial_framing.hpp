@@ -49,12 +49,11 @@ void append_frames(std::span<const std::uint8_t> bytes, std::vector<Frame>& out)
 
 /// Rules of a drive's receiver (docs/reference/rs485.md; all rules are assumed).
 struct ReceiverRules {
-  std::uint8_t max_len = kMaxLen;           // a larger LEN is an error
-  bool scan = true;                         // true: search a bad header for the next 3E
-                                            // false: wait until the line is idle for `gap`
-  std::chrono::nanoseconds gap{5'000'000};  // an idle time this long inside a packet drops it
-  std::chrono::nanoseconds broadcast_gap{
-      0};  // idle time needed before, forbidden inside 02 packets
+  std::uint8_t max_len = kMaxLen;             // a larger LEN is an error
+  bool scan = true;                           // true: search a bad header for the next 3E
+                                              // false: wait until the line is idle for `gap`
+  std::chrono::nanoseconds gap{5'000'000};    // an idle time this long inside a packet drops it
+  std::chrono::nanoseconds broadcast_gap{0};  // required idle time before a 02 packet; none inside
 
   friend bool operator==(const ReceiverRules&, const ReceiverRules&) = default;
 };

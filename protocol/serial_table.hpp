@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file Commands on RS-485: the rows of command_table.hpp with the byte positions of RS-485, and
-/// commands that CAN does not have. DATA[0] is the command, DATA[1 + n] is D[n] of
-/// docs/reference/rs485.md.
+/// commands that CAN does not have. DATA[0] is CMD, DATA[1 + n] is D[n] (docs/reference/rs485.md).
 
 #include <cstdint>
 #include <type_traits>

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Conditions under which drives have a command or field. Their texts are the quirks of
-/// docs/reference/configuration.md.
+/// @file Conditions under which drives have a command or field. The texts name the quirks that
+/// docs/reference/configuration.md describes.
 
 #include "protocol/field.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file Field-oriented current control, once per PWM period (docs/internals/model.md §10), with
-/// space-vector PWM by min–max injection (§9). Sees measurements only.
+/// space-vector PWM by min–max injection (§9). Uses measurements, never the true state.
 
 #include <tuple>
 
@@ -14,8 +14,8 @@ namespace lk::model {
 inline namespace LKEMU_ISA {
 
 /// Returns the duties 0..1 of the three legs. The common mode −(max + min)/2 centres them, as in
-/// the symmetric space-vector sequence (Zhou & Wang 2002). Linear up to |v| = v_bus/√3. Rounds to
-/// the timer, then limits to duty_min..duty_max.
+/// the symmetric space-vector sequence (Zhou & Wang 2002). Linear up to |v| = v_bus/√3. Rounds
+/// duties to steps of the timer, then limits them to duty_min..duty_max.
 template <class Real>
 inline Abc<Real> svpwm(const AlphaBeta<Real>& v, const Real& inv_v_bus, const Real& timer_counts,
                        const Real& timer_lsb, const Real& duty_max) {
@@ -30,19 +30,19 @@ inline Abc<Real> svpwm(const AlphaBeta<Real>& v, const Real& inv_v_bus, const Re
 
 }  // namespace LKEMU_ISA
 
-/// Gains and calibration; they change when the host writes current gains.
+/// Gains and calibration of the current loop. They change when the host writes the current gains.
 template <class T>
 struct CurrentLoopParams {
   T closed{};                                        // 1: current loop; 0: voltage mode (MS series)
   T rad_e_per_count{}, rad_e_offset{};               // encoder counts → electrical angle
   T kp_d{}, kp_q{}, ki_T{}, unwind_d{}, unwind_q{};  // V/A, V/A per period, 1 per period
   T L_d{}, L_q{}, psi_f{};                           // nominal, for decoupling
-  T advance_time{};  // s, from a current sample to the middle of the duties it causes
+  T advance_time{};  // s, 1.5·T_s: from a current sample to the middle of the resulting duties
   T modulation{};    // largest |v| as a fraction of v_bus
   T timer_counts{}, timer_lsb{}, duty_max{};
 };
 
-/// Inputs from the slower loops; constant between their runs.
+/// Inputs from the motion loops, constant between two runs of these loops.
 template <class T>
 struct CurrentOrders {
   T i_q_ref{};  // A
@@ -50,16 +50,16 @@ struct CurrentOrders {
   T omega_e{};  // rad/s, estimated
   T v_bus{24.0};
   T bridge_on{};  // 1 or 0
-  T behind_e{};   // rad, electrical: angle of the frame behind the rotor in Lead, else 0
+  T behind_e{};   // rad, electrical: in Lead, rotor angle minus angle of the dq frame; else 0
 };
 
 template <class T>
 struct CurrentLoopState {
   T x_d{}, x_q{};                           // V, integrators
   T i_a{}, i_b{}, i_d{}, i_q{};             // A, measured
-  T encoder_counts{};                       // last measurement
+  T encoder_counts{};                       // counts, last measurement
   T v_d{}, v_q{};                           // V, requested, after limiting
-  T duty_a{0.5}, duty_b{0.5}, duty_c{0.5};  // acting in the next period
+  T duty_a{0.5}, duty_b{0.5}, duty_c{0.5};  // for the next period
   T bridge{};                               // 1 if the bridge is on in the next period
 };
 
@@ -92,12 +92,12 @@ template <class Real>
 struct Held {
   Real v_max, v_d_max;             // V, limits of |v| and of |v_d|
   Real inv_v_bus;                  // 1/V
-  SinCos<Real> advance;            // rotation by ω_e·1.5·T_s, until the duties act
+  SinCos<Real> advance;            // turn of the rotor until the duties act, ω_e·1.5·T_s
   Real omega_L_d, omega_L_q, emf;  // V/A, V/A, V: decoupling
 };
 
-/// Largest share of the voltage for the d axis (assumed). If d used all, none would remain for the
-/// q axis, and a motor reversed at full speed would lose control of its current.
+/// Largest share of the voltage for the d axis (assumed). If the d axis used all, none would remain
+/// for the q axis, and the current of a motor reversed at full speed would get out of control.
 inline constexpr double kFluxShare = 0.9;
 
 template <class Real>
@@ -112,9 +112,9 @@ inline Held<Real> hold(const CurrentLoopParams<Real>& p, const CurrentOrders<Rea
           orders.omega_e * p.psi_f};
 }
 
-/// Controller: v = K_p·(i_ref − i) + x + decoupling, limited to the voltage circle. The d axis
-/// comes first, up to its share: a motor out of voltage still turns as fast as its back-EMF allows.
-/// Anti-windup to the real voltage: x += K_i·T·e + unwind·(v_limited − v).
+/// PI controller: v = K_p·(i_ref − i) + x + decoupling, limited to the voltage circle. The d axis
+/// has priority up to kFluxShare, so that a motor at the voltage limit turns as fast as its
+/// back-EMF allows. Anti-windup by the limited voltage: x += K_i·T·e + unwind·(v_limited − v).
 template <class Real>
 inline Dq<Real> current_controller(const CurrentLoopParams<Real>& p,
                                    const CurrentOrders<Real>& orders, const Held<Real>& held,

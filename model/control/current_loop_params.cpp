@@ -20,7 +20,7 @@ CurrentLoopParams<double> current_loop_params(const DriveParams& drive,
   p.closed = c.has_current_loop ? 1.0 : 0.0;
   p.rad_e_per_count = drive.motor.pole_pairs * drive.encoder.direction * kTwoPi /
                       static_cast<double>(1 << drive.encoder.bits);
-  // Half a count: the middle of the measured interval.
+  // Adds half a count: a reading stands for the middle of its interval of angles.
   p.rad_e_offset = drive.motor.pole_pairs * drive.encoder.direction * drive.encoder.offset -
                    0.5 * p.rad_e_per_count;
   p.kp_d = bandwidth_p * drive.motor.L_d;

@@ -14,7 +14,7 @@ struct CurrentLoopParams;
 /// Returns the largest |v| / v_bus: the circle inside the voltage hexagon, reduced by duty_max.
 double modulation(const InverterParams& inverter);
 
-/// Call again whenever a register changes.
+/// Returns the parameters of the current loop. Call again whenever a register changes.
 CurrentLoopParams<double> current_loop_params(const DriveParams& drive,
                                               const ControlSettings& settings);
 

@@ -14,14 +14,14 @@ namespace {
 
 /// The angle integrator acts only within this distance of the target.
 constexpr double kTrimAngle = 0.02;  // rad, assumed
-/// Bits of the encoder field in replies, which the reported speed is made from. Assumed: a real
-/// drive at rest reports speeds in steps of about 5 °/s, 360°/65536 in a millisecond.
+/// Bits of the encoder field in replies. Assumed: drives compute the reported speed from this
+/// field, because a real drive at rest reports speeds in steps of about 5 °/s: 360°/65536 a ms.
 constexpr int kShownBits = 16;
-/// Below this speed, the sign of the estimate is noise, and no motion counts as braking.
+/// Below this speed, the sign of the speed estimate is noise, so no current counts as braking.
 constexpr double kRampSpeed = 0.5;  // rad/s, assumed
 
-/// Estimates the speed from the counts (docs/internals/model.md §11). For the loops: the difference
-/// of two readings, low-passed. For the replies: the distance within the last window, in whole
+/// Estimates the speed from the counts (docs/internals/model.md §11). The loops get the difference
+/// of two readings, low-passed. The replies get the distance within the last window, in whole
 /// counts of the reply.
 void observe(const MotionParams& p, double encoder_counts, MotionState& s) {
   const double difference = (encoder_counts - s.counts_before) * p.rad_s_per_count;
@@ -35,8 +35,8 @@ void observe(const MotionParams& p, double encoder_counts, MotionState& s) {
   }
 }
 
-/// Share of the current limit for Lead, and of the voltage in voltage mode (assumed). Enough for
-/// friction and cogging, too little to heat a jammed motor at once.
+/// Shares of the current limit and, in voltage mode, of the voltage limit that Lead uses (assumed).
+/// They suffice for friction and cogging, and heat a jammed motor only slowly.
 constexpr double kLeadCurrent = 0.5, kLeadVoltage = 0.25;
 
 double limit(double x, double most) { return std::clamp(x, -most, most); }
@@ -58,8 +58,8 @@ CurrentRange current_range(const MotionParams& p, double i_max, double v_bus,
           std::clamp((v_max - emf) / p.R_s, -i_max, i_max)};
 }
 
-/// Speed PI with conditional integration: the integrator does not push further into a limit, and is
-/// 0 without a gain.
+/// Speed PI controller with conditional integration: the integrator does not grow further into a
+/// limit. With a gain of 0, the integrator is 0.
 double speed_loop(const MotionParams& p, double omega_ref, const CurrentRange& range,
                   MotionState& s) {
   s.omega_ref = omega_ref;
@@ -76,14 +76,15 @@ double speed_loop(const MotionParams& p, double omega_ref, const CurrentRange& r
   return given;
 }
 
-/// Returns the largest speed from which the shaft can stop within `distance` at `accel`. Discrete
-/// form of √(2·a·d): the profile ends exactly on its target.
+/// Returns the largest speed from which the shaft can stop within `distance` at `accel`. This is
+/// the discrete form of √(2·a·d), so that the profile ends exactly on its target.
 double stopping_speed(double distance, double accel, double T) {
   const double steps = std::sqrt(0.25 + 2.0 * distance / (accel * T * T)) - 0.5;
   return std::min(accel * T * steps, distance / T);
 }
 
-/// Advances the trapezoid towards `target` by one period, under accel_max and `omega_max`.
+/// Advances the trapezoidal speed profile towards `target` by one period, with at most accel_max
+/// and `omega_max`.
 void trapezoid(const MotionParams& p, double target, double omega_max, MotionState& s) {
   const double distance = target - s.theta_ref;
   const double allowed =
@@ -94,8 +95,8 @@ void trapezoid(const MotionParams& p, double target, double omega_max, MotionSta
   s.theta_ref += s.omega_profile * p.T_m;
 }
 
-/// Angle integrator: acts only near the target and restarts when the error changes sign. It never
-/// asks for more speed than the limit, and is 0 without a gain.
+/// Angle integrator: acts only near the target and restarts when the error changes sign. Its output
+/// is at most `omega_max`. With a gain of 0, the integrator is 0.
 void trim(const MotionParams& p, double error, double omega_max, MotionState& s) {
   const bool other_side = error * s.angle_integral < 0.0;
   if (p.angle_ki == 0.0 || error == 0.0 || other_side || std::abs(error) > kTrimAngle) {
@@ -115,12 +116,12 @@ double position_loop(const MotionParams& p, const Position& setpoint, double enc
     s.theta_ref = setpoint.theta;
     s.omega_profile = 0.0;
   }
-  // The error is in whole counts, and 0 within the resolution of the wire.
+  // The error is in whole counts, and 0 if it is at most kHoldAngle.
   const double error_counts = nearest(s.theta_ref * p.counts_per_rad) - encoder_counts;
   const double distance = error_counts * p.rad_per_count;
   const double error = std::abs(distance) > kHoldAngle ? distance : 0.0;
   trim(p, error, omega_max, s);
-  // While the profile slows down to a new limit, the ramp's own speed is the limit.
+  // While the profile slows down to a lower `omega_max`, the limit is the profile's speed.
   const double omega_most = std::max(omega_max, std::abs(s.omega_profile));
   const double omega_ref =
       limit(s.omega_profile + p.angle_kp * error + s.angle_integral, omega_most);
@@ -142,8 +143,8 @@ bool follows(const Setpoint& setpoint) {
   return std::holds_alternative<Speed>(setpoint) || std::holds_alternative<Position>(setpoint);
 }
 
-/// Returns how far the control frame is behind the rotor, rad electrical. It starts at a quarter
-/// turn, where the current holds the rotor without torque.
+/// Returns the rotor angle minus the angle of the dq frame, rad electrical. Starts with a quarter
+/// turn, at which the current causes no torque and holds the rotor.
 double lead_behind(const MotionParams& p, const Lead& setpoint, double encoder_counts,
                    MotionState& s) {
   s.lead += setpoint.omega_e * p.T_m;
@@ -170,11 +171,11 @@ double wanted_current(const MotionParams& p, const Setpoint& setpoint, double en
   return 0.0;
 }
 
-/// Current ramp: limits the growth of the speed loop's current while it accelerates the shaft. The
-/// envelope grows by the ramp while it limits, and shrinks fifty times slower (assumed), so that
-/// noise is not rectified. Braking is never delayed, to keep the loop's damping. The envelope
-/// follows the braking current, which may have to hold a load at rest. The integrator stays inside
-/// it.
+/// Current ramp: limits the current of the speed loop to an envelope while the current accelerates
+/// the shaft. The envelope grows by the ramp while it limits the current. Else it shrinks, fifty
+/// times slower (assumed), so that noise is not rectified. Braking currents are not limited, to
+/// keep the loop's damping, but the envelope follows them: they may have to hold a load at rest.
+/// The integrator stays inside the envelope.
 double soft_start(const MotionParams& p, double wanted, MotionState& s) {
   const bool brakes = wanted * s.omega_hat < 0.0 && std::abs(s.omega_hat) > kRampSpeed;
   if (p.current_step <= 0.0) {
@@ -191,7 +192,7 @@ double soft_start(const MotionParams& p, double wanted, MotionState& s) {
   return limit(wanted, s.i_envelope);
 }
 
-/// Returns v_q, V. Without current sensors the loops set v_q = R·i_q + ω·ψ.
+/// Returns v_q [V] for a drive without current sensors: R·i_q + ω·ψ for the loops.
 double voltage_for(const MotionParams& p, const Setpoint& setpoint, double v_bus,
                    const MotionState& s) {
   if (const auto* open_loop = std::get_if<OpenLoop>(&setpoint)) {
@@ -239,7 +240,7 @@ MotionParams motion_params(const DriveParams& drive, const ControlSettings& sett
 
 bool near_limit(const MotionParams& p, const MotionState& s, double v_bus, double i_q, double v_q) {
   constexpr double kMax = 0.8;
-  constexpr double kNothing = 1e-3;  // A, assumed: smaller limits are never reached
+  constexpr double kNothing = 1e-3;  // A, assumed: with a smaller limit, no current is near it
   if (p.has_current_loop) {
     return s.i_limit > kNothing && std::abs(i_q) > kMax * s.i_limit;
   }

@@ -31,9 +31,9 @@ bool live(const LogicParams& p, double v_link, double T, LifeState& s) {
 
 namespace {
 
-constexpr double kStallSpeed = 1.0;  // rad/s, slower than this is standing still (assumed)
+constexpr double kStallSpeed = 1.0;  // rad/s, slower counts as standstill (assumed)
 
-/// Returns how far a quantity is beyond its threshold (> 0: beyond), in the unit of the threshold.
+/// Returns the distance of a quantity beyond its threshold, in the threshold's unit; > 0: beyond.
 double excess(Error error, const Protection& p, const Watched& w, const ProtectionState& s) {
   switch (error) {
     case Error::kUnderVoltage:

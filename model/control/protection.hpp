@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Protections: quantities watched, delays counted, errors latched (docs/internals/model.md
-/// §12). Reset, boot and brown-out of the controller (§13).
+/// @file Protections: watch quantities, count delays, latch errors (docs/internals/model.md §12).
+/// Reset, boot and brown-out of the controller (§13).
 
 #include <array>
 #include <cstdint>
@@ -18,8 +18,8 @@ struct LifeState {
   double boot_left = 0;  // s
 };
 
-/// Models a reset supervisor for `T` seconds with `v_link` volts at the link. Returns true if the
-/// controller came alive or died.
+/// Advances reset supervisor and boot by `T` seconds, with `v_link` volts at the link. Returns true
+/// if the controller came alive or died.
 bool live(const LogicParams& p, double v_link, double T, LifeState& s);
 
 /// Measurements for the protections, once per motion-loop period.
@@ -33,11 +33,11 @@ struct Watched {
 };
 
 struct ProtectionState {
-  std::array<double, kErrorKinds> beyond_for{};  // s, time of each quantity beyond its threshold
+  std::array<double, kErrorKinds> beyond_for{};  // s since each quantity went beyond its threshold
   double silent_for = 0;                         // s since the last accepted frame
-  double stalled_for = 0;                        // s at standstill near the limit
+  double stalled_for = 0;                        // s since standstill near the limit began
   ErrorBits enabled = 0;                         // enabled protections, set by `settings_changed`
-  ErrorBits cause = 0;                           // beyond, or not yet back by the hysteresis
+  ErrorBits cause = 0;                           // tripped and not yet back by the hysteresis
   ErrorBits latched = 0;
 };
 
@@ -45,14 +45,15 @@ struct ProtectionState {
 bool watch(const std::array<Protection, kErrorKinds>& settings, const Watched& watched, double T_m,
            ProtectionState& s);
 
-/// Call before the first `watch`, and after a change. Resets timers and causes of disabled
-/// protections; latched errors stay.
+/// Call before the first `watch` and after a change of the settings. Resets timers and causes of
+/// disabled protections; latched errors stay latched.
 void settings_changed(const std::array<Protection, kErrorKinds>& settings, ProtectionState& s);
 
-/// Call on each accepted frame: ends the cause of kLostInput. A latched error stays.
+/// Restarts the time-out of kLostInput and ends its cause. Call on each accepted frame. An error
+/// that is already latched stays latched.
 void feed_input(ProtectionState& s);
 
-/// Clears latched errors whose cause is over, unless they need a power cycle.
+/// Clears latched errors whose cause has ended, except errors that are not `recoverable`.
 void clear_errors(const std::array<Protection, kErrorKinds>& settings, ProtectionState& s);
 
 }  // namespace lk::model

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file A power-off brake: its spring closes it within `engage_time`, its coil opens it within
-/// `release_time` (docs/internals/model.md §4).
+/// @file Power-off brake: the spring closes the brake within `engage_time`, the coil opens it
+/// within `release_time` (docs/internals/model.md §4).
 
 #include <algorithm>
 
@@ -12,14 +12,14 @@ namespace lk::model {
 struct BrakeState {
   bool coil_on = false;
   double pressed = 1.0;         // 0..1, share of the brake's torque in force
-  double since_switched = 1e9;  // s
+  double since_switched = 1e9;  // s, since the coil was switched
 
   void switch_coil(bool on) {
     if (on == coil_on) return;
     coil_on = on;
     since_switched = 0.0;
   }
-  /// Returns true while the brake has not begun to follow its coil, `delay` seconds late.
+  /// Returns true until the brake begins to move, `delay` seconds after the coil was switched.
   bool waits(double delay) const {
     return since_switched < delay && pressed != (coil_on ? 0.0 : 1.0);
   }

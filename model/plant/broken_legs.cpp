@@ -32,7 +32,7 @@ Leg broken_leg(const LegParts& parts, LegFault fault, bool bridge_on, double dut
       return bridge_on ? Leg{Leg::Kind::kDiodes,      least,       1.0, (1.0 - least) * v_diode,
                              (1.0 - least) * v_diode, least * R_on}
                        : diodes;
-    // Shorted: connected to a rail, or to half the link while the other switch conducts too.
+    // The terminal is at a rail, or at half the link voltage while the other switch conducts too.
     case LegFault::kHighShorted: {
       const double share = 1.0 - 0.5 * shoot_through(parts, fault, bridge_on, duty);
       return {Leg::Kind::kSwitches, share, share, 0.0, 0.0, R_on};
@@ -63,7 +63,7 @@ BrokenBridgeStep broken_bridge_step(const LegBridgeInput& in, const LegParts& pa
     legs[n] = broken_leg(parts, bridge.legs[n], bridge.on, bridge.duty[n]);
     shorted += shoot_through(parts, bridge.legs[n], bridge.on, bridge.duty[n]);
   }
-  constexpr double kSlack = 1e-3;  // rad: turn by 1e5 rad/s² of 14 pole pairs within 32 µs
+  constexpr double kSlack = 1e-3;  // rad, electrical: 14 pole pairs at 1e5 rad/s² within 32 µs
   LegBridgeInput input = in;
   input.slack = kSlack;
   const LegBridgeStep solved = leg_bridge(input, legs);

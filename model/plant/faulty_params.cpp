@@ -27,7 +27,7 @@ void add_mechanical(const Faults& f, double jam_torque, MechanicsParams& m, Load
 }
 
 void add_sensors(const Faults& f, EncoderParams& encoder, CurrentSensorParams& current) {
-  // No square root without additional noise: a healthy drive keeps its exact bits.
+  // Computes no square root without additional noise: results of a healthy drive keep their bits.
   const auto add_noise = [](double more, double& noise) {
     noise = more > 0.0 ? std::sqrt(noise * noise + more * more) : noise;
   };
@@ -41,7 +41,7 @@ void add_sensors(const Faults& f, EncoderParams& encoder, CurrentSensorParams& c
   add_noise(f.current_noise, current.noise);
 }
 
-/// Returns the reading of a stuck current channel, rounded to a step of its converter.
+/// Returns the reading of a stuck current channel, rounded to an LSB of its ADC, A.
 std::optional<double> stuck_channel(const DriveParams& d, const Faults::Current& fault) {
   if (!fault.stuck || !d.control.has_current_loop) {
     return std::nullopt;

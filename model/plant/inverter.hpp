@@ -18,8 +18,8 @@ inline namespace LKEMU_ISA {
 
 /// duty_eff,x = duty_x − (t_dead·f_pwm)·sat(i_x/i_zone). While both switches are off, the current
 /// selects the diode: the leg spends the dead time at the wrong rail (Holmes & Lipo 2003, chapter
-/// 1). Valid for |i| well above the ripple; inside ±i_zone the error fades out (soft commutation,
-/// assumed). The Park transform is linear, so duty and error are transformed separately.
+/// 1). Valid for |i| well above the ripple; inside ±i_zone, the error falls linearly to zero (soft
+/// commutation, assumed). The Park transform is linear: duty and error are transformed separately.
 template <class Real>
 inline InverterOutput<Real> inverter(const PlantParams<Real>& p, const Abc<Real>& duty,
                                      const Abc<Real>& i, const SinCos<Real>& theta_e) {

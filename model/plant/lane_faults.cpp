@@ -6,11 +6,11 @@
 namespace lk::model {
 namespace {
 
-// An encoder chip without its magnet measures stray fields (all three numbers assumed): noise,
-// around an angle that drifts within bounds.
+// An encoder chip without its magnet measures stray fields: noise around an angle that drifts
+// within bounds. All three numbers are assumed.
 constexpr double kLostNoise = 0.02;     // turns rms
 constexpr double kLostWander = 0.0015;  // turns rms per sample
-constexpr double kLostReturn = 1e-4;    // per sample; gives a drift of 0.1 turns rms
+constexpr double kLostReturn = 1e-4;    // decay of the drift per sample: limits it to 0.1 turns rms
 
 double encoder_shows(LaneFaults& f, double healthy) {
   switch (f.encoder) {
@@ -19,7 +19,7 @@ double encoder_shows(LaneFaults& f, double healthy) {
     case EncoderFault::kStuck:
       return f.held_counts;
     case EncoderFault::kGarbage: {
-      normal_deviate(f.noise);  // one step of the generator; only its bits are used
+      normal_deviate(f.noise);  // only to advance the generator, whose bits are used below
       const double share = static_cast<double>(f.noise >> 11U) * 0x1p-53;
       const double turn = floored(f.held_counts / f.counts_per_turn);
       return floored((turn + share) * f.counts_per_turn);

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Faults of one drive of a block that no plant parameter can express
-/// (docs/internals/model.md §14). Only a tick with every part reads them, drive by drive.
+/// @file Faults of one drive that no plant parameter can express (docs/internals/model.md §14).
+/// Only a tick with kFaultyParts reads them, one drive after the other.
 
 #include "model/faults.hpp"
 #include "model/measurement.hpp"
@@ -15,7 +15,7 @@ struct LaneFaults {
   double held_counts = 0;          // reading of the encoder when the fault began
   double counts_per_turn = 1;      // counts
   double wander = 0;               // counts, drift of an encoder without its magnet
-  std::uint64_t noise = 1;         // generator of these faults only; sensors have their own
+  std::uint64_t noise = 1;         // generator for these faults only; the sensors have another
   std::optional<double> i_a, i_b;  // A, readings of stuck channels
   bool bridge_dead = false;
   std::array<LegFault, 3> legs{};
@@ -31,7 +31,7 @@ Measurement<double> falsified(LaneFaults& faults, const Measurement<double>& hea
 
 inline namespace LKEMU_ISA {
 
-/// Applies the faults to the measurements and the bridge state of the drives of a `Real`.
+/// Applies the faults to the measurements and bridge states of the drives in a `Real`.
 template <class Real>
 inline void falsify(LaneFaults* faults, Measurement<Real>& m, Real& bridge) {
   for (std::size_t n = 0; n < kSizeOf<Real>; ++n) {

@@ -9,9 +9,9 @@ namespace {
 using Phases = std::array<double, 3>;
 
 constexpr int kSubsteps = 16;          // 2 µs at 32 kHz, far below any L/R
-constexpr double kZeroCurrent = 1e-9;  // A, below it a phase does not conduct
+constexpr double kZeroCurrent = 1e-9;  // A; up to this current, diodes do not conduct
 
-/// Returns sin and cos of the rotor's angle to each phase axis.
+/// Returns sin and cos of the angle from each phase axis to the rotor.
 std::array<SinCos<double>, 3> phase_axes(double theta_e) {
   const SinCos<double> a = sincos(theta_e);
   constexpr double kSin = 0.5 * kSqrt3;
@@ -30,7 +30,7 @@ Dq<double> to_dq(const Phases& x, const SinCos<double>& theta) {
   return park(clarke(Abc<double>{x[0], x[1], x[2]}), theta);
 }
 
-/// di_dq/dt for the phase voltages v.
+/// Returns di_dq/dt [A/s] for the phase voltages `v`.
 Dq<double> slope(const LegBridgeInput& in, const Dq<double>& i, const Phases& v,
                  const SinCos<double>& theta) {
   const Dq<double> v_dq = to_dq(v, theta);
@@ -38,8 +38,8 @@ Dq<double> slope(const LegBridgeInput& in, const Dq<double>& i, const Phases& v,
           (v_dq.q - in.R_s * i.q - in.omega_e * (in.L_d * i.d + in.psi_f)) / in.L_q};
 }
 
-/// d(i_n)/dt of one phase, including the rotation of the axes. The phase is a template parameter,
-/// because indexed stores would add latency.
+/// Returns d(i_n)/dt [A/s] of phase n, including the rotation of the dq axes. The phase is a
+/// template parameter, because indexed stores would add latency.
 template <std::size_t n>
 double phase_slope(const LegBridgeInput& in, const Dq<double>& i, const Phases& v,
                    const std::array<SinCos<double>, 3>& axes) {
@@ -48,7 +48,8 @@ double phase_slope(const LegBridgeInput& in, const Dq<double>& i, const Phases& 
          in.omega_e * (i.d * axes[n].sin + i.q * axes[n].cos);
 }
 
-/// Returns the voltage at which a floating phase keeps its zero current: its slope is affine in it.
+/// Returns the voltage of phase n at which its current stays zero. Solves for it exactly: the slope
+/// of the current is an affine function of the voltage.
 template <std::size_t n>
 double floating_voltage(const LegBridgeInput& in, const Dq<double>& i, Phases v,
                         const std::array<SinCos<double>, 3>& axes) {
@@ -59,8 +60,8 @@ double floating_voltage(const LegBridgeInput& in, const Dq<double>& i, Phases v,
   return -at_zero / per_volt;
 }
 
-/// State of each leg; +1: current into the motor, −1: out of it, 0: floating. Legs that are always
-/// connected are 1 at any current.
+/// State of each leg: +1: current into the motor, −1: current out of the motor, 0: floating. Legs
+/// of kSwitches are +1 at any current.
 using Pattern = std::array<int, 3>;
 
 Pattern conducting(const Legs& legs, const Phases& i, double i_zero = kZeroCurrent) {
@@ -82,11 +83,11 @@ Pattern conducting(const Legs& legs, const Phases& i, double i_zero = kZeroCurre
 
 bool carries_current(const Pattern& pattern) { return std::ranges::count(pattern, 0) < 2; }
 
-/// Voltage of a leg's terminal, and losses of its current.
+/// Voltage of a leg's terminal, and data for the losses of the leg.
 struct Terminal {
   double v;      // V
-  double share;  // of the current that comes from the link
-  double drop;   // V, loss along the current, besides R·i
+  double share;  // of the leg's current that the link supplies
+  double drop;   // V, besides R·i; the leg loses drop·i
 };
 
 Terminal terminal(const LegBridgeInput& in, const Leg& leg, double i, int pattern) {
@@ -100,7 +101,8 @@ Terminal terminal(const LegBridgeInput& in, const Leg& leg, double i, int patter
   return {share * in.v_link - drop - leg.R * i, share, drop};
 }
 
-/// Returns the pattern after zero current: the pair with the largest driving back-EMF, if any.
+/// Returns the pattern for a motor without current: the pair of legs whose current the back-EMF
+/// drives hardest conducts, if there is one.
 Pattern starting(const LegBridgeInput& in, const Legs& legs,
                  const std::array<SinCos<double>, 3>& axes) {
   const Phases emf = to_phases({0.0, in.omega_e * in.psi_f}, axes);
@@ -130,7 +132,8 @@ using Terminals = std::array<Terminal, 3>;
 
 Phases voltages(const Terminals& t) { return {t[0].v, t[1].v, t[2].v}; }
 
-/// Sets the terminal of floating phase n. Beyond its diodes' blocking voltage it joins the pattern.
+/// Sets the terminal of the floating phase n. If its voltage is beyond the blocking range of the
+/// diodes, makes the phase conduct in `pattern`.
 template <std::size_t n>
 void float_phase(const LegBridgeInput& in, const Legs& legs, const Dq<double>& i,
                  const std::array<SinCos<double>, 3>& axes, Pattern& pattern, Terminals& result) {
@@ -148,7 +151,8 @@ void float_phase(const LegBridgeInput& in, const Legs& legs, const Dq<double>& i
   }
 }
 
-/// Returns the terminals of a pattern. Pre: at most one phase floats.
+/// Returns the terminals of all phases. Makes a floating phase conduct in `pattern` where its
+/// diodes no longer block. Pre: at most one phase floats.
 Terminals terminals(const LegBridgeInput& in, const Legs& legs, const Dq<double>& i,
                     const std::array<SinCos<double>, 3>& axes, Pattern& pattern) {
   const Phases current = to_phases(i, axes);
@@ -168,8 +172,8 @@ Terminals terminals(const LegBridgeInput& in, const Legs& legs, const Dq<double>
   return result;
 }
 
-/// Sets the current of a floating phase to zero, and of a phase whose diodes block the new
-/// direction. The others share the remainder.
+/// Sets the current of a floating phase to zero, and the current of a phase whose diodes block the
+/// new direction. The other two phases then carry opposite currents.
 Phases without_reversals(Phases i, const Legs& legs, const Pattern& pattern) {
   const auto reversed = [&](std::size_t n, double current) {
     return legs[n].kind != Leg::Kind::kSwitches && current * pattern[n] <= 0.0;
@@ -206,7 +210,7 @@ Legs open_switches(double v_diode) {
   const double dt = in.T_s * kShare;
   WindingStep<double> step{};
   double cut = 0.0;          // J
-  double p_backwards = 0.0;  // W, of diodes while their current reverses
+  double p_backwards = 0.0;  // W, negative losses of diodes in steps where their current reverses
   Dq<double> i = in.i;
   auto axes_end = phase_axes(in.theta_e);
   for (int k = 0; k < kSubsteps; ++k) {

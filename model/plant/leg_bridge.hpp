@@ -1,8 +1,7 @@
 #pragma once
 
-/// @file Windings behind legs that differ or are not driven: some have only diodes
-/// (docs/internals/model.md §3), some are broken (§14). Solves one drive in sixteen midpoint steps
-/// per period.
+/// @file Windings on legs with open switches, where only diodes conduct (docs/internals/model.md
+/// §3), or with faults (§14). Solves one drive in sixteen midpoint steps per period.
 
 #include <array>
 #include <cstdint>
@@ -17,11 +16,11 @@ namespace lk::model {
 struct Leg {
   enum class Kind : std::uint8_t {
     kOpen,     // carries no current at any voltage
-    kDiodes,   // carries none while its terminal is between the voltages of the two directions
-    kSwitches  // always connected; blends both directions linearly within ±i_zone
+    kDiodes,   // carries no current while the terminal is between the voltages for i < 0 and i > 0
+    kSwitches  // always conducts; changes linearly from one direction to the other within ±i_zone
   };
   Kind kind = Kind::kDiodes;
-  double share_in = 0, share_out = 1;  // of the link
+  double share_in = 0, share_out = 1;  // of v_link; in: i > 0, out: i < 0
   double drop_in = 0, drop_out = 0;    // V
   double R = 0;                        // Ω
 };
@@ -34,25 +33,25 @@ struct LegBridgeInput {
   double v_link, i_zone;    // V, A
   double R_s, L_d, L_q, psi_f;
   double T_s;
-  /// rad, possible error of theta_e against the end of the previous period. This error makes some
-  /// of the other phases' current appear in a phase without current.
+  /// rad, largest difference of theta_e to the angle at the end of the previous period. By this
+  /// difference, a phase without current seems to carry a part of the other phases' current.
   double slack = 0.0;
 };
 
 struct LegBridgeStep {
   WindingStep<double> step;
-  /// W, mean: energy of interrupted currents, lost in the switch, diode or arc.
+  /// W, mean: magnetic energy of interrupted currents, which the switch, diode or arc dissipates.
   double p_cut;
 };
 
 LegBridgeStep leg_bridge(const LegBridgeInput& in, const Legs& legs);
 
-/// Returns legs with all six switches open. Currents decay against the rails; a phase that reaches
-/// zero stays there. With no current, a phase pair conducts only while the line-to-line back-EMF
-/// exceeds the link plus two diodes.
+/// Returns legs with all six switches open. Currents decay against the rails; a phase current that
+/// reaches zero stays zero. Without current, a pair of phases conducts only while its back-EMF
+/// exceeds the link voltage plus two diode drops.
 Legs open_switches(double v_diode);
 
-// A bridge with broken legs (docs/internals/model.md §14): broken_legs.cpp.
+// Bridge with broken legs (docs/internals/model.md §14), in broken_legs.cpp.
 
 /// Electrical parameters of a leg.
 struct LegParts {
@@ -63,7 +62,7 @@ struct LegParts {
 /// Returns the model of a leg with a fault.
 Leg broken_leg(const LegParts& parts, LegFault fault, bool bridge_on, double duty);
 
-/// Returns the share of the period in which both switches of such a leg conduct.
+/// Returns the share of the period in which both switches of a leg with this fault conduct.
 double shoot_through(const LegParts& parts, LegFault fault, bool bridge_on, double duty);
 
 /// Input of one period: the bridge and its link.
@@ -71,13 +70,13 @@ struct BrokenBridge {
   std::array<LegFault, 3> legs;
   std::array<double, 3> duty;
   bool on;
-  double v_link, link_rate;  // V at the start, C/T_s
+  double v_link, link_rate;  // V at the start of the period; C/T_s
   double i_emptying;         // A, largest current the link can give (supply.hpp)
 };
 
 struct BrokenBridgeStep {
   WindingStep<double> step;  // i_link includes i_short, p_inverter does not
-  double i_short;            // A, mean, from rail to rail
+  double i_short;            // A, mean current through legs whose switches both conduct
 };
 
 /// Computes one period. While both switches of a leg conduct, the link discharges like a capacitor

@@ -23,15 +23,16 @@ struct MechanicsStep {
 
 inline namespace LKEMU_ISA {
 
-/// Returns the friction torque on a body whose momentum per period would be `drive` [Nm]: as much
-/// as stops it, at most `level`. A body at rest under less than `level` thus stays exactly at rest.
+/// Returns the friction torque on a body: `drive` [Nm], the friction that would stop the body
+/// within this period, but at most `level`. A body at rest under a torque below `level` thus stays
+/// exactly at rest.
 template <class Real>
 inline Real dry_friction(const Real& drive, const Real& level) {
   return clamp(drive, -level, level);
 }
 
-/// Gear with stiffness, damping and play: torque at the output [Nm] for the twist half a period
-/// ahead. The teeth push, they never pull. `total` includes `damping`.
+/// Torque at the output [Nm] of a gear with stiffness, damping and play, for the twist half a
+/// period ahead. The teeth can push but not pull. `total` includes `damping`.
 template <class Real>
 struct ToothTorque {
   Real total, damping;
@@ -49,22 +50,22 @@ inline ToothTorque<Real> tooth_torque(const PlantParams<Real>& p, const Motion<R
   return {total, total - spring};
 }
 
-/// τ_cog·sin(n·θ) at θ half a period ahead.
+/// Returns τ_cog·sin(n·θ) [Nm], with θ half a period ahead.
 template <class Real>
 inline Real cogging(const PlantParams<Real>& p, const Motion<Real>& m) {
   return p.tau_cogging * sine<Real>(p.cogging_per_turn * (m.theta + 0.5 * p.T_s * m.omega));
 }
 
-/// m·g·l·sin θ_out of an arm at the output, half a period ahead.
+/// Returns m·g·l·sin θ_out [Nm] of an arm at the output, with θ_out half a period ahead.
 template <class Real>
 inline Real gravity(const PlantParams<Real>& p, const Motion<Real>& m) {
   return p.tau_gravity * sine<Real>(m.theta_out + 0.5 * p.T_s * m.omega_out);
 }
 
-/// Hard, inelastic end stops at the output: a shaft that was at `before` gets no further out. A
-/// shaft already beyond a new stop may come back, but is not moved. Returns the mean power lost in
-/// the impact, W: kinetic energy minus the energy stored by the way back to the stop. That way is
-/// against `holding`, the torque of spring and gravity on the output [Nm].
+/// Applies hard, inelastic end stops at the output: a shaft that was at `before` moves no further
+/// out. A shaft already beyond a new stop may move back, but is not put back. Returns the mean
+/// power lost in the impact, W: the kinetic energy minus the energy stored by putting the shaft
+/// back on the stop against `holding`, the torque of spring and gravity on the output [Nm].
 template <class Real>
 inline Real stop_at_ends(const PlantParams<Real>& p, const Real& before, const Real& holding,
                          Motion<Real>& m) {
@@ -86,13 +87,13 @@ inline Real stop_at_ends(const PlantParams<Real>& p, const Real& before, const R
   return destroyed;
 }
 
-/// Rarely needed parts that a tick is built with. To leave out an unneeded part changes no bit of
-/// the results.
+/// Optional parts of the tick, chosen at compile time. If no drive needs a part, the results
+/// without the part have the same bits.
 struct Parts {
-  bool bridge_off;  // some bridge is off: diodes conduct
-  bool compliant;   // some gear has stiffness and play
-  bool end_stops;   // some output shaft has end stops
-  bool faults;      // some drive has faults of lane_faults.hpp
+  bool bridge_off;  // needed if a bridge is off: diodes conduct
+  bool compliant;   // needed if a gear has stiffness and play
+  bool end_stops;   // needed if an output shaft has end stops
+  bool faults;      // needed if a drive has faults of lane_faults.hpp
 };
 inline constexpr Parts kFaultyParts{true, true, true, true};
 inline constexpr Parts kEveryPart{true, true, true, false};
@@ -102,8 +103,8 @@ inline constexpr Parts kCommonParts{false, false, false, false};
 /// with forces at the middle of the period: position Verlet with implicit friction, second order.
 /// Stribeck: τ_dry ≤ τ_c + (τ_s − τ_c)/(1 + (ω/ω_s)²), the rational form that needs no exponential.
 /// The gear loses (1 − η) of the torque it transmits, as friction on the rotor, in either direction
-/// of motion. At rest, the direction of the torque counts. The rotor's speed is clamped to ω_max,
-/// beyond which the equations are not valid.
+/// of power flow. At rest, the direction of the torque decides. The rotor's speed is clamped to
+/// ω_max, beyond which the equations are not valid.
 template <Parts parts = kEveryPart, class Real>
 inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Real>& m,
                                      const Real& tau_e) {

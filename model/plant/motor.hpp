@@ -19,19 +19,20 @@ struct WindingStep {
 
 inline namespace LKEMU_ISA {
 
-/// A current over the period as a parabola: its mean, and its two parts of mean zero.
+/// A current over the period as a parabola: mean, linear part, and quadratic part (both of mean 0).
 template <class Real>
 struct Course {
   Real mean, slope, bulge;
 };
 
-/// The parabola through both ends with the given mean.
+/// Returns the parabola with these values at both ends and this mean.
 template <class Real>
 inline Course<Real> course(const Real& begin, const Real& end, const Real& mean) {
   return {mean, end - begin, 6.0 * mean - 3.0 * (begin + end)};
 }
 
-/// ∫₀¹ a·b ds; mean, s − ½ and s(1 − s) − 1/6 are orthogonal with squares 1, 1/12 and 1/180.
+/// Returns ∫₀¹ a·b ds. The functions 1, s − ½ and s(1 − s) − 1/6 are orthogonal; the integrals of
+/// their squares are 1, 1/12 and 1/180.
 template <class Real>
 inline Real mean_product(const Course<Real>& a, const Course<Real>& b) {
   return a.mean * b.mean + a.slope * b.slope * (1.0 / 12) + a.bulge * b.bulge * (1.0 / 180);
@@ -91,7 +92,7 @@ inline WindingStep<Real> driven_windings(const PlantParams<Real>& p, const Dq<Re
   return step;
 }
 
-/// τ_e = 3/2·p·(ψ_f·i_q + (L_d − L_q)·i_d·i_q), mean over the period.
+/// Returns τ_e = 3/2·p·(ψ_f·i_q + (L_d − L_q)·i_d·i_q) [Nm], mean over the period.
 template <class Real>
 inline Real torque(const PlantParams<Real>& p, const WindingStep<Real>& step, const Real& psi_f) {
   return 1.5 * p.pole_pairs * (psi_f * step.i_mean.q + (p.L_d - p.L_q) * step.mean_dq);

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file One PWM period of all the hardware (docs/internals/model.md §1): bridge → windings →
-/// mechanics → link and heat. The firmware's part is in control/.
+/// @file Advances the hardware of a drive by one PWM period (docs/internals/model.md §1): bridge →
+/// windings → mechanics → link and heat. The firmware is in control/.
 
 #include <tuple>
 
@@ -24,8 +24,8 @@ struct PlantState {
   T v_link{}, i_link{};                            // V, A
   T temp_winding{}, temp_housing{}, temp_stage{};  // °C
   T tau_e{};                                       // Nm, mean of the last period
-  // Energy ledger since the start: sums of period means, W; times T_s they are J
-  // (docs/internals/model.md §8)
+  // Energy ledger since the start: sums of the mean powers of all periods, W. The energy in J is
+  // the sum times T_s (docs/internals/model.md §8).
   T p_supply{}, p_copper{}, p_inverter{}, p_friction{}, p_gear{}, p_load{};
 };
 
@@ -69,8 +69,8 @@ inline void set_step(WindingStep<Real>& step, std::size_t n, const WindingStep<d
   set_lane(step.p_inverter, n, one.p_inverter);
 }
 
-/// Computes the windings of drives whose bridge is off and whose diodes conduct, one drive at a
-/// time: rare and full of branches. Writes the lanes of `mask` only.
+/// Computes the windings of drives whose bridge is off and whose diodes conduct. Handles one drive
+/// at a time, because the case is rare and has many branches. Writes the lanes of `mask` only.
 template <class Real, class Mask>
 inline void freewheel(const PlantParams<Real>& p, const PlantState<Real>& s, const Real& v_link,
                       const Real& R_s, const Real& psi_f, const Real& omega_e, const Mask& mask,
@@ -85,8 +85,8 @@ inline void freewheel(const PlantParams<Real>& p, const PlantState<Real>& s, con
   }
 }
 
-/// Computes the windings of drives with a broken leg, one drive at a time. Part of the link's
-/// current, `i_short`, flows from rail to rail.
+/// Computes the windings of drives with a broken leg, one drive at a time. `i_short` is the part of
+/// the link's current that flows through a leg from rail to rail.
 template <class Real>
 inline void broken_bridge(const LaneFaults* faults, const PlantParams<Real>& p,
                           const PlantState<Real>& s, const Real& v_link, const Real& R_s,
@@ -122,18 +122,18 @@ inline void clear_where(const Mask& mask, WindingStep<Real>& step) {
 }
 
 /// Advances the plant by T_s under constant duties. Current `i_abc` and angle `theta_e` (sin, cos)
-/// are those at the start of the period. Faults of these drives are read only if `parts.faults`.
+/// are those at the start of the period. Without `parts.faults`, does not read `faults`.
 template <Parts parts = kEveryPart, class Real>
 inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<Real>& duty,
                     const Real& bridge_on, const Abc<Real>& i_abc, const SinCos<Real>& theta_e,
                     [[maybe_unused]] const LaneFaults* faults = nullptr) {
-  // Speed and link voltage half a period ahead: second order without iterating.
+  // Speed and link voltage half a period ahead make the step second order without an iteration.
   const Real omega_middle = s.omega + 0.5 * s.omega_change;
   const Real omega_e = p.pole_pairs * omega_middle;
   const Real v_middle = 0.5 * (s.v_link + link(p, s.v_link, s.i_link).v_next);
 
   const Real R_s = p.R_25 * (1.0 + p.alpha_cu * (s.temp_winding - 25.0));
-  // Far beyond the limits of a magnet its flux is zero; it must not change its sign.
+  // Far above a magnet's temperature limit, the flux is zero: the formula must not change its sign.
   const Real psi_f = max(p.psi_25 * (1.0 + p.alpha_pm * (s.temp_winding - 25.0)), Real(0.0));
 
   const SinCos<Real> middle = rotate(theta_e, sincos_small<Real>(0.5 * p.T_s * omega_e));

@@ -8,8 +8,9 @@
 namespace lk::model {
 namespace {
 
-/// Largest turn of the field in a period, rad. From 2.3 on, the windings' series (motor.hpp) lets
-/// currents grow. A motor at its fastest has 0.5, and a rotor would burst before 2.
+/// rad, largest electrical turn of the rotor in a period. From 2.3 on, the power series of
+/// motor.hpp would let currents grow without bound. A motor at its fastest has 0.5, and a rotor
+/// would burst before 2.
 constexpr double kMaxTurn = 2.0;
 
 void set_electrical(PlantParams<double>& p, const DriveParams& d) {
@@ -94,7 +95,7 @@ void set_sensors(PlantParams<double>& p, const DriveParams& d) {
   p.inl_cos_2 = d.encoder.inl_2 * phase_2.sin;
   p.encoder_noise = d.encoder.noise;
   p.encoder_latency = d.encoder.latency;
-  // Voltage mode (MS series): without current sensors, the readings are zero.
+  // In voltage mode (MS series) there are no current sensors: the readings are zero.
   const double there = d.control.has_current_loop ? 1.0 : 0.0;
   p.gain_a = there * d.current_sensor.gain_a;
   p.gain_b = there * d.current_sensor.gain_b;

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file Plant parameters in the form the tick uses, derived from `DriveParams`, one `T` per drive
-/// or block. They are derived again when load, supply or ambient change.
+/// @file Plant parameters in the form that the tick uses, derived from `DriveParams`. `T` holds the
+/// value of one drive or of a block. Derive them again when load, supply or ambient change.
 
 #include <tuple>
 
@@ -18,16 +18,16 @@ struct PlantParams {
   T pole_pairs{}, R_25{}, alpha_cu{}, psi_25{}, alpha_pm{}, L_d{}, L_q{};
   T T_by_L_d{}, T_by_L_q{}, L_d_by_L_q{}, L_q_by_L_d{};  // s/H, s/H, 1, 1
 
-  // Inverter (§2): dead time as a fraction of the period, diode drop averaged over it
+  // Inverter (§2): dead time as a fraction of the period; diode drop, mean over the period
   T dead_fraction{}, dead_drop{}, inv_i_dead_zone{}, R_on{}, v_diode{};
 
   // Mechanics (§4)
   T gear_ratio{}, inv_gear{};
-  T inertia_rate{}, inertia_rate_out{};    // J/T_s of rotor (of both when rigid) and of the output
+  T inertia_rate{}, inertia_rate_out{};    // J/T_s of rotor (rigid: with the output), of output
   T B_half{}, mobility{}, mobility_out{};  // B/2; 1/(J/T_s + B/2); T_s/J_out, 0 when rigid
   T omega_max{};                           // rad/s: limit of the rotor's speed
   T tau_coulomb{}, tau_static_excess{}, inv_omega_stribeck2{}, tau_coulomb_out{};
-  T tau_hysteresis{}, B_eddy{};  // parts of the friction, in the stator's iron
+  T tau_hysteresis{}, B_eddy{};  // friction that is lost in the stator's iron
   T tau_cogging{}, cogging_per_turn{};
   T compliant{};  // 1: gear with stiffness and play, 0: rigid
   T gear_stiffness{}, gear_damping{}, half_backlash{}, loss_driving{}, loss_driven{};
@@ -76,9 +76,9 @@ constexpr auto fields(Params& p) {
 
 }  // namespace LKEMU_ISA
 
-/// Derives the parameters of the tick. Pre: the ranges stated in drive_params.hpp. If not
-/// `coupled`, rotor and output are two bodies without a connection; an output without inertia then
-/// stands still.
+/// Derives the parameters of the tick. Pre: values are in the ranges stated in drive_params.hpp.
+/// Without `coupled`, rotor and output are two bodies without a connection; an output without
+/// inertia then stands still.
 PlantParams<double> plant_params(const DriveParams& drive, bool coupled = true);
 
 /// Inertia of rotor and output, in the form the tick uses.
@@ -86,11 +86,11 @@ struct Inertia {
   double rate, rate_out;          // Nm·s/rad per period
   double mobility, mobility_out;  // 1/(rate + B/2); 1/rate_out, 0 when rigid
 };
-/// `compliant`: rotor and output move apart: a compliant gear or a broken coupling.
+/// `compliant`: rotor and output can move separately, by a compliant gear or a broken coupling.
 Inertia inertia_of(const MechanicsParams& mechanics, double J_load, bool compliant, double f_s);
 
-/// Sets the iron losses, a share of a `healthy` drive's friction. Friction of brakes and faults
-/// does not count. The drive of plant_params() is taken as healthy.
+/// Sets the iron losses: shares of the friction of the `healthy` drive, without brake and faults.
+/// plant_params() sets them as if its drive were healthy.
 void set_iron(PlantParams<double>& plant, const MechanicsParams& healthy);
 
 }  // namespace lk::model

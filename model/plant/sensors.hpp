@@ -12,7 +12,8 @@
 namespace lk::model {
 inline namespace LKEMU_ISA {
 
-/// The encoder chip's error at magnet angle `seen`: a₁·sin + b₁·cos + a₂·sin 2θ + b₂·cos 2θ, rad.
+/// Returns the encoder chip's error at the magnet angle θ = `seen`, rad:
+/// a₁·sin θ + b₁·cos θ + a₂·sin 2θ + b₂·cos 2θ.
 template <class Real>
 inline Real non_linearity(const PlantParams<Real>& p, const Real& seen) {
   const SinCos<Real> t = sincos(seen);
@@ -20,8 +21,8 @@ inline Real non_linearity(const PlantParams<Real>& p, const Real& seen) {
          t.cos * p.inl_cos + p.inl_cos_2;
 }
 
-/// Returns the encoder's counts, unwrapped: floor of the magnet's angle with latency, non-linearity
-/// and noise.
+/// Returns the encoder's counts, unwrapped: the floor of the magnet's angle in counts, with
+/// latency, non-linearity and noise.
 template <class Real>
 inline Real encoder(const PlantParams<Real>& p, const Real& theta_m, const Real& omega_m,
                     WordsOf<Real>& noise) {
@@ -31,7 +32,7 @@ inline Real encoder(const PlantParams<Real>& p, const Real& theta_m, const Real&
                  p.counts_per_rad);
 }
 
-/// One phase-current channel: amplifier, noise, ADC with its step and range.
+/// Returns the reading of a phase-current channel, A, after amplifier, noise and ADC.
 template <class Real>
 inline Real current_channel(const PlantParams<Real>& p, const Real& i, const Real& gain,
                             const Real& offset, WordsOf<Real>& noise) {

@@ -6,7 +6,8 @@
 
 namespace lk::model {
 
-/// ½·C·v² + ¾·(L_d·i_d² + L_q·i_q²) + ½·J·ω² + gear spring + cogging and gravity potentials.
+/// Returns ½·C·v² + ¾·(L_d·i_d² + L_q·i_q²) + ½·J·ω² + gear spring + cogging and gravity
+/// potentials, J.
 inline double stored_energy(const PlantParams<double>& p, const PlantState<double>& s) {
   const double link = 0.5 * p.link_rate * p.T_s * s.v_link * s.v_link;
   const double magnetic = 0.75 * (p.L_d * s.i_d * s.i_d + p.L_q * s.i_q * s.i_q);

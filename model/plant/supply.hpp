@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file DC link behind a source with resistance (docs/internals/model.md §5).
+/// @file DC link fed by a source with resistance (docs/internals/model.md §5).
 
 #include "model/plant/plant_params.hpp"
 
@@ -15,7 +15,7 @@ struct LinkStep {
 inline namespace LKEMU_ISA {
 
 /// C·dv/dt = i_source − i_link, i_source = (v_source − v)/R ≥ −i_regen_max, i_link constant over T.
-/// Exponential towards v_source − R·i_link, or linear while −i_regen_max limits the source.
+/// v moves exponentially towards v_source − R·i_link, or linearly while i_source = −i_regen_max.
 template <class Real>
 inline LinkStep<Real> link(const PlantParams<Real>& p, const Real& v, const Real& i_link) {
   const Real v_inf = p.v_source - p.R_source * i_link;
@@ -25,7 +25,7 @@ inline LinkStep<Real> link(const PlantParams<Real>& p, const Real& v, const Real
   return {select(i_source > i_free, v + (i_source - i_link) * p.inv_link_rate, v_free), i_source};
 }
 
-/// Returns the largest current that a period may take from the link without leaving it below 0 V.
+/// Returns the largest mean current that can be drawn in a period without a link voltage below 0 V.
 template <class Real>
 inline Real emptying_current(const PlantParams<Real>& p, const Real& v) {
   const Real of_charge = v * p.link_rate;

@@ -19,13 +19,13 @@ struct Temperatures {
   Real winding, housing, stage;  // °C
 };
 
-/// Heat into each node, W.
+/// Heat flow into each node, W.
 template <class Real>
 struct Heat {
   Real winding, housing, stage;
 };
 
-/// °C. Limit of the housing: friction that heats it beyond has burnt it (assumed).
+/// °C, highest temperature of the housing (assumed): parts whose friction heats it further burn.
 inline constexpr double kHottestHousing = 300.0;
 
 inline namespace LKEMU_ISA {
@@ -46,11 +46,11 @@ inline Temperatures<Real> thermal(const PlantParams<Real>& p, const Temperatures
 
 struct SlowMeasurement {
   double v_bus = 0;        // V
-  double temp_motor = 0;   // °C, winding, seen from the board
+  double temp_motor = 0;   // °C, of the winding, measured on the board
   double temp_driver = 0;  // °C, at the power stage
 };
 
-/// Converter parameters, with the inverses of the steps.
+/// Noise and steps of the ADCs, with the inverses of the steps.
 struct SlowSensors {
   double v_noise, v_lsb, inv_v_lsb, temp_lsb, inv_temp_lsb, board_share;
 };
@@ -61,8 +61,7 @@ inline SlowSensors slow_sensors(const SlowSensorParams& p) {
 
 inline SlowMeasurement measure_slowly(const SlowSensors& p, double v_link,
                                       const Temperatures<double>& temp, std::uint64_t& noise) {
-  // The converter cannot go below zero: noise around an empty link must not give a negative
-  // voltage.
+  // The ADC cannot read below zero: noise at an empty link must not give a negative voltage.
   const double v_seen = max(v_link + p.v_noise * normal_deviate(noise), 0.0);
   const double temp_motor = temp.winding + p.board_share * (temp.stage - temp.housing);
   return {nearest(v_seen * p.inv_v_lsb) * p.v_lsb,
