@@ -16,8 +16,8 @@ struct Period {
   const LaneFaults& faults;
 };
 
-/// Returns true if currents or link voltage differ by at least one LSB of their ADC, or if the
-/// motion of the shafts or a temperature differs.
+/// Returns true if currents or link voltage differ by an LSB of their ADC or more. Also if motion
+/// of shafts or a temperature differs.
 bool plants_differ(const Period& with, const Period& without, const SlowSensors& steps);
 
 /// Returns true if a heat flow differs. The temperatures will then differ only after seconds or

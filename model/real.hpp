@@ -4,7 +4,7 @@
 /// registers (`Lanes`).
 ///
 /// All code of the tick is a template over `Real`. Only the functions in this file differ by type.
-/// All types do the same IEEE operations in the same order, so the results of a drive have the same
+/// All types do the same IEEE operations in the same order. So the results of a drive have the same
 /// bits alone or in a lane.
 ///
 /// LKEMU_ISA names an inline namespace for each instruction set. It keeps the linker from merging

@@ -31,7 +31,7 @@ struct Lead {
 };  // rad/s, electrical
 using Setpoint = std::variant<Off, Idle, Torque, Speed, Position, OpenLoop, Lead>;
 
-/// Gains as on the wire: 8 bits in `legacy`, 16 bits in `v236`, both on the same scale.
+/// Gains as on the wire: 8 bits in `legacy`, 16 bits in `v236`, both on one scale. The page
 /// docs/internals/model.md gives the rule that converts them to physical gains.
 struct GainBytes {
   std::uint16_t angle_kp = 100, angle_ki = 100;

@@ -39,7 +39,7 @@ struct Parameter {
 };
 
 // Largest values of parameters and settings, as the manuals print them. Exception: Max Speed. Its
-// printed 6000 dps is below the 16800 dps of delivered drives, so this is the 72000 dps that is
+// printed 6000 dps is below the 16800 dps of delivered drives. So this is the 72000 dps that is
 // printed for the boards of MG drives.
 inline constexpr std::int32_t kMaxGain = 2000;
 inline constexpr std::int32_t kMaxTorque_lsb = 2000;

@@ -160,8 +160,8 @@ std::optional<Frame> Receiver::feed(std::uint8_t byte, std::chrono::nanoseconds 
   return feed_packet(byte);
 }
 
-/// Collects the bytes after an 02, which may start a packet. feed_packet() gets these bytes too,
-/// because 02 may also be a byte of something else.
+/// Collects the bytes after an 02, which may start a packet. The packet reader gets these bytes
+/// too, because 02 may also be a byte of something else.
 std::optional<Frame> Receiver::feed_broadcast(std::uint8_t byte, bool rested) {
   if (broadcast_size_ == 0 && !(rested && byte == kBroadcastStart)) return std::nullopt;
   if (broadcast_size_ == 0) before_broadcast_ = stats_;

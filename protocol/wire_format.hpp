@@ -18,8 +18,8 @@ inline constexpr const char* name_of(Series series) {
 /// Layout of state 1, the reply to 0x9A and 0x9B (docs/reference/protocol.md §10.1).
 enum class State1Layout : std::uint8_t { kDeciVolt, kCentiVolt, kCentiVoltAndBusCurrent };
 
-/// Effect of 0x95, in order: none; the effect that the manual intends; the angle is set to the
-/// payload of 0x95; the angle is set to 0.
+/// Effect of 0x95. In order: none; as the manual intends; sets the angle to its payload; sets the
+/// angle to 0.
 enum class ClearAngleMeaning : std::uint8_t { kIgnored, kImplemented, kSetsAngle, kZero };
 
 /// Scale of currents: the one that the manual prints, or series_current_lsb_A().

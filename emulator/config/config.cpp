@@ -16,8 +16,8 @@
 namespace lk::emulator {
 namespace {
 
-/// Returns true if `request` refers to the file's bus on `interface`: the names are equal, or the
-/// command line and the file have one bus each (`one_in_each`).
+/// Returns true if `request` refers to the file's bus on `interface`. The names are equal, or
+/// command line and file have one bus each (`one_in_each`).
 bool means(const BusRequest& request, const std::string& interface, bool one_in_each) {
   return request.interface == interface || one_in_each;
 }

@@ -85,7 +85,7 @@ void check_end_stops(TableReader& reader, const ServoConfig& servo) {
   load->fail(stop, "the shaft starts beyond this end stop, at " + number(first) + " deg");
 }
 
-/// Rejects a hysteresis above its threshold for quantities that are never negative: they cannot
+/// Rejects a hysteresis above its threshold for quantities that are never negative. They cannot
 /// fall to threshold − hysteresis, so the error could never be cleared.
 void check_hystereses(const TableReader& drive, const Registers& registers) {
   using enum model::Error;

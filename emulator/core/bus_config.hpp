@@ -27,8 +27,9 @@ class Mechanism;
 /// Turn that the encoder field of the wire spans on geared motors (docs/reference/protocol.md §7).
 enum class EncoderSpan : std::uint8_t { kRotorTurn, kOutputTurn };
 
-/// Range in which the multi-turn angle starts, since the turn count is lost: ± half of the encoder
-/// field's span, or ± half a rotor turn, (−180°, 180°]. Both agree if the field spans a rotor turn.
+/// Range in which the multi-turn angle starts, since the turn count is lost. It is ± half of the
+/// encoder field's span, or ± half a rotor turn, (−180°, 180°]. Both agree if the field spans a
+/// rotor turn.
 enum class BootWrap : std::uint8_t { kHalfCircle, kHalfTurn };
 
 /// Multi-turn angle at power-up.
@@ -46,8 +47,8 @@ enum class IdChangeReply : std::uint8_t { kOld, kNew };
 enum class SettingRead : std::uint8_t { kPending, kActive };
 /// Reaction to other commands while 0x18 turns the shaft.
 enum class CalibrateBusy : std::uint8_t { kSilent, kAnswers };
-/// Hang after the echo of 0x80, until a restart. kDrive: the drive sends nothing. kBus: it also
-/// holds the RS-485 line, so no drive receives anything.
+/// Hang after the echo of 0x80, until a restart. With kDrive the drive sends nothing. With kBus
+/// it also holds the RS-485 line: no drive receives anything.
 enum class OffHangs : std::uint8_t { kNo, kDrive, kBus };
 
 /// Values are indices of protocol::kGenerationRows.

@@ -25,8 +25,8 @@ struct TimedFrame {
   std::uint64_t after_rom_write = 0;  // of a drive: number of the RomWrite it acknowledges; 0: none
   int drive_id = 0;   // of a drive: ID of the sender if frame.id does not show it; else 0
   bool echo = false;  // the host's own frame, which it reads back
-  // Of a host: its number at the port; the port passes the frame on to the other hosts. 0: the
-  // medium has already delivered the frame to the other hosts.
+  // Number of the host at its port. The port passes the frame on to the other hosts. 0: the medium
+  // has already delivered it to them.
   std::uint32_t sender = 0;
 
   friend bool operator==(const TimedFrame&, const TimedFrame&) = default;

@@ -159,7 +159,7 @@ std::string read_motor_file(const std::string& path) {
 }  // namespace
 
 fs::path config_directory() {
-  // LKEMU_CONFIG_DIR is relative to the program's directory; the build tree has the same layout.
+  // LKEMU_CONFIG_DIR is relative to the program's directory. The build tree has the same layout.
   // /proc/self/exe gives the right directory even after an upgrade has replaced the program.
   return (fs::read_symlink("/proc/self/exe").parent_path() / LKEMU_CONFIG_DIR).lexically_normal();
 }

@@ -97,7 +97,7 @@ struct Held {
 };
 
 /// Largest share of the voltage for the d axis (assumed). If the d axis used all, none would remain
-/// for the q axis, and the current of a motor reversed at full speed would get out of control.
+/// for the q axis. The current of a motor reversed at full speed would get out of control.
 inline constexpr double kFluxShare = 0.9;
 
 template <class Real>

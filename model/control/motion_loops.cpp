@@ -14,8 +14,8 @@ namespace {
 
 /// The angle integrator acts only within this distance of the target.
 constexpr double kTrimAngle = 0.02;  // rad, assumed
-/// Bits of the encoder field in replies. Assumed: drives compute the reported speed from this
-/// field, because a real drive at rest reports speeds in steps of about 5 °/s: 360°/65536 a ms.
+/// Bits of the encoder field in replies. Assumed: drives compute the reported speed from it. A real
+/// drive at rest reports speeds in steps of about 5 °/s (360°/65536 a ms).
 constexpr int kShownBits = 16;
 /// Below this speed, the sign of the speed estimate is noise, so no current counts as braking.
 constexpr double kRampSpeed = 0.5;  // rad/s, assumed

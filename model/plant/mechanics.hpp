@@ -64,8 +64,8 @@ inline Real gravity(const PlantParams<Real>& p, const Motion<Real>& m) {
 
 /// Applies hard, inelastic end stops at the output: a shaft that was at `before` moves no further
 /// out. A shaft already beyond a new stop may move back, but is not put back. Returns the mean
-/// power lost in the impact, W: the kinetic energy minus the energy stored by putting the shaft
-/// back on the stop against `holding`, the torque of spring and gravity on the output [Nm].
+/// power lost in the impact, W: kinetic energy minus the energy stored by putting the shaft back on
+/// the stop. `holding` is the torque of spring and gravity on the output [Nm].
 template <class Real>
 inline Real stop_at_ends(const PlantParams<Real>& p, const Real& before, const Real& holding,
                          Motion<Real>& m) {

@@ -15,7 +15,7 @@ struct LinkStep {
 inline namespace LKEMU_ISA {
 
 /// C·dv/dt = i_source − i_link, i_source = (v_source − v)/R ≥ −i_regen_max, i_link constant over T.
-/// v moves exponentially towards v_source − R·i_link, or linearly while i_source = −i_regen_max.
+/// Exponential towards v_source − R·i_link, or linear while −i_regen_max limits the source.
 template <class Real>
 inline LinkStep<Real> link(const PlantParams<Real>& p, const Real& v, const Real& i_link) {
   const Real v_inf = p.v_source - p.R_source * i_link;

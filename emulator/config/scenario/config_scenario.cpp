@@ -141,8 +141,8 @@ std::vector<DriveMismatch> drive_mismatches(const std::vector<BusConfig>& robot,
   return mismatches;
 }
 
-/// If no running bus has a name from the robot's file, gives the buses of `scenario` the names of
-/// the file, in the order of the file. Sets Scenario::mismatches.
+/// If no running bus has a name from the robot's file, gives the buses of `scenario` its names, in
+/// its order. Sets Scenario::mismatches.
 void take_names_of_robot(TableReader& reader, const ScenarioFiles& files,
                          const std::vector<BusConfig>& running, Scenario& scenario) {
   const auto name = reader.text("robot");

@@ -24,7 +24,7 @@ std::vector<HostSend> read_send(TableReader& reader, const Scenario& scenario,
 /// Reads an [[expect]].
 Expectation read_expectation(TableReader& reader, const Scenario& scenario);
 
-/// Returns the index in `robot` of the bus that the key `bus` names; without the key, of the only
+/// Returns the index in `robot` of the bus that the key `bus` names. Without the key: of the only
 /// bus, or of the only bus with drive `id`.
 std::size_t read_bus_of(TableReader& reader, const std::vector<BusConfig>& robot,
                         std::optional<int> id);

@@ -29,7 +29,7 @@ Scenario parse_scenario(const std::string& text, const std::string& file,
 
 /// Parses a scenario for buses that already run. Ignores the keys `seed`, `bitrate` and
 /// `generation`. Uses the robot of the scenario only for the names of the buses and for
-/// Scenario::mismatches; if no running bus has such a name, matches the buses by order. The result
+/// Scenario::mismatches. If no running bus has such a name, matches the buses by order. The result
 /// has only the scenario's events. Throws ConfigError.
 Scenario parse_live_scenario(const std::string& text, const std::string& file,
                              const std::vector<BusConfig>& running, const ScenarioFiles& files);

@@ -56,7 +56,7 @@ void update_power(BusState& bus) {
   return Advance::kReached;
 }
 
-/// Returns true if a drive affects others when it dies or starts: its address changes at restart,
+/// Returns true if a drive affects others when it dies or starts. Its address changes at restart,
 /// it is at another bit rate, or it holds the line. Its motor must then advance with the others.
 bool any_affects_others(const BusState& bus) {
   return bus.flags_left > 0 || std::ranges::any_of(bus.nodes, [](const Node& node) {
@@ -99,7 +99,7 @@ Advance advance_motors_to(BusState& bus, SimTime t, const Node* one) {
 }
 
 /// Drives interact on the wire only. Without faults and conditions, which read several drives, a
-/// drive without traffic may lag. Motors that advance together stop where a drive dies: its frame
+/// drive without traffic may lag. Motors that advance together stop where a drive dies. Its frame
 /// is then not sent, and no motor may be ahead of the frames that follow instead.
 Advance advance_affected_motors_to(BusState& bus, SimTime t) {
   if (bus.faults_or_conditions()) {

@@ -137,8 +137,8 @@ std::optional<Reject> process_for_drive(BusState& bus, SimTime at, Node& node,
 }
 
 /// Lets every drive process a multi-drive frame, in the order of addresses. If no drive answers,
-/// the drop has the cause of the last drive with a fault, an unknown command or a busy state;
-/// without such a drive, wrong mode precedes foreign ID.
+/// the drop has the cause of the last drive with a fault, an unknown command or a busy state.
+/// Without such a drive, wrong mode precedes foreign ID.
 void process_multi_drive(BusState& bus, SimTime at, const protocol::Frame& frame) {
   if (bus.nodes.size() > 0 &&
       std::ranges::none_of(bus.nodes, [](const Node& node) { return node.power.alive; })) {

@@ -49,8 +49,8 @@ class SerialWire {
     SimTime start;
     SimTime end;
     std::size_t processed = 0;  // number of bytes processed
-    // Ends of the overlap with frames that have ended: with any frame, with those that began before
-    // this one, and with drives' frames that began before this one.
+    // Ends of the overlap with frames that have ended. By member: with any frame; with those that
+    // began before this one; with drives' frames among these.
     SimTime covered_until{0};
     SimTime merged_until{0};
     SimTime merged_for_host_until{0};
@@ -94,8 +94,8 @@ class SerialWire {
   /// Time at which the next byte or frame is complete.
   std::optional<SimTime> next_due() const;
   /// Returns the next frame that is complete by `until`. From drives: the bytes as hosts read them.
-  /// From hosts: the packet that drives receive, or kBytes if they receive none. nullopt: no frame
-  /// is complete yet; call again until `next_due()` is after `until`.
+  /// From hosts: the packet that drives receive, or kBytes if they receive none. Returns nullopt if
+  /// no frame is complete yet. Call again until `next_due()` is after `until`.
   std::optional<WireDelivery> deliver(SimTime until);
   /// Pre: `next_due()` has a value. The frame that `deliver` would return; kBytes if the packet is
   /// not known yet.

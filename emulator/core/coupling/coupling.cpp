@@ -169,7 +169,7 @@ bool Coupling::has_failed() {
   return reason.has_value();
 }
 
-/// Returns the torque of a drive on its joint, from the motion of the shaft in the step: the change
+/// Returns the torque of a drive on its joint, from the motion of the shaft in the step. The change
 /// of speed gives the mean, the distance gives the slope. Uses the armature that the body included
 /// in this step, even if the coupling has broken since.
 JointTorque Coupling::drive_torque(const Link& link, const model::MountedShaft& shaft) const {

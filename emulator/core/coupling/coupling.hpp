@@ -22,9 +22,9 @@ struct CoupledDrive {
   bool stiff = false;  // result of is_stiff
 };
 
-/// Returns true if the spring of a gear with the inertia `J_body` (kg·m²) of a body at its output
-/// oscillates too fast for a body that is updated once per `step`. The body then treats rotor and
-/// output as one inertia.
+/// Returns true if the spring of a gear oscillates too fast for a body that is updated once per
+/// `step`. `J_body`, kg·m², is the inertia of the body at its output. The body then treats rotor
+/// and output as one inertia.
 bool is_stiff(const model::MechanicsParams& mechanics, double J_body, SimTime step);
 
 /// Couples the drives of several buses through a body whose joints they turn, a common battery, or

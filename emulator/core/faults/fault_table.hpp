@@ -81,8 +81,8 @@ struct FaultRow {
   // Adapter of the hosts: adds times to `sum`; flag in AdapterEffects that shows an effect.
   void (*adapter)(const LiveFault& live, AdapterTimes& sum) = nullptr;
   bool AdapterEffects::*adapter_shows = nullptr;
-  // RS-485 hosts: change of the frames that they read, echo of the frames that they send, and time
-  // for which they hold the line after sending.
+  // RS-485 hosts: change of frames that they read; echo of frames that they send; time for which
+  // they hold the line after sending.
   void (*on_read)(OnRead& on) = nullptr;
   bool echoes = false;
   SimTime (*line_hold_time)(const LiveFault& live) = nullptr;

@@ -1,6 +1,6 @@
 // Faults of the adapter between hosts and bus, which add times to the configured times.
-// Faults of RS-485 only: replies with a wrong checksum, a missing byte or a pause, and effects that
-// serial ports and their drivers have on hosts.
+// Faults of RS-485 only: replies with a wrong checksum, a missing byte or a pause. Also effects
+// that serial ports and their drivers have on hosts.
 
 #include <algorithm>
 #include <cmath>

@@ -23,8 +23,8 @@ struct ExpectationResult {
   std::optional<SimTime> at;          // time of the deciding event, since the scenario began
   std::optional<SimTime> decided_at;  // since the scenario began; absent while it is open
   // Distance from failing; absent if undefined. For a signal: least distance from the nearest
-  // bound, below 0 if failed, divided by the width of the range; by |bound| if there is one bound;
-  // by 1 if this divisor is 0. For a passed kBy: share of its period that remained.
+  // bound, below 0 if failed. It is divided by the width of the range, by |bound| if there is one
+  // bound, by 1 if this divisor is 0. For a passed kBy: share of its period that remained.
   std::optional<double> margin;
 };
 /// "passed", "failed" or "open".

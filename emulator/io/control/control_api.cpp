@@ -70,7 +70,7 @@ void check_may_write(const ApiRequest& request) {
   }
 }
 
-/// Refuses recordings to clients without a token, unless only this user can connect: a recording
+/// Refuses recordings to clients without a token, unless only this user can connect. A recording
 /// creates a directory at any path that the program may write.
 void check_may_record(const ApiRequest& request) {
   if (request.same_user || request.has_token) return;

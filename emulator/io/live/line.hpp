@@ -21,8 +21,8 @@
 
 namespace lk::emulator {
 
-/// Returns the time at which a bus that has reached `reached` receives a host's frame of time `at`:
-/// the later of the two, rounded up to a microsecond, the resolution of a log.
+/// Returns the time at which a bus that has reached `reached` receives a host's frame of time `at`.
+/// It is the later of the two, rounded up to a microsecond, the resolution of a log.
 SimTime frame_instant(SimTime at, SimTime reached);
 
 /// Callbacks for an observer of a bus. The line calls `sample` at each time `next_due`

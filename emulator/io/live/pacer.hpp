@@ -88,7 +88,7 @@ class SlipReporter {
 class WakeTimer {
  public:
   WakeTimer(boost::asio::io_context& loop, std::function<void()> on_wake);
-  /// Wakes at `mono`; only earlier if a wake-up between `now` and `mono` is already set: an extra
+  /// Wakes at `mono`, or earlier if a wake-up between `now` and `mono` is already set. An extra
   /// wake-up is cheaper than a system call for each frame.
   void wake_by(MonoTime mono, MonoTime now);
 

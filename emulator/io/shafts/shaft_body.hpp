@@ -74,9 +74,9 @@ class ShaftReader {
   std::string wrong_;
 };
 
-/// Returns whether rotor and output of a gear count as one shaft for a simulator, because the gear
-/// is too stiff for steps of this length (Coupling). Assumes no load on the output, as the load may
-/// be absent or unknown. If false, the gear's spring stays in the drive's model.
+/// Returns true if rotor and output of a gear count as one shaft for a simulator. The gear is then
+/// too stiff for steps of this length (Coupling). Assumes no load on the output, as the load may be
+/// absent or unknown. If false, the gear's spring stays in the drive's model.
 bool is_one_shaft(const model::MechanicsParams& gear, SimTime step);
 
 /// A joint that a simulator has accepted.

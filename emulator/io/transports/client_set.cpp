@@ -43,7 +43,7 @@ void keep_connections_alive(int listening_socket) {
 
 namespace {
 
-/// Limits for the bytes of one read, from one client and from all together: no client delays the
+/// Limits for the bytes of one read, from one client and from all together. No client delays the
 /// others, and many clients delay the loop no longer than two.
 constexpr std::size_t kClientBytes = 4096;
 constexpr std::size_t kBytesOfAll = 2 * kClientBytes;

@@ -20,7 +20,7 @@
 
 namespace lk::emulator {
 
-/// What a client's bytes contain.
+/// Contents of a client's bytes.
 struct ParsedInput {
   std::vector<protocol::Frame> frames;  // for the bus
   std::string response;                 // for the client

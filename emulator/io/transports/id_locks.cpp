@@ -85,8 +85,8 @@ Holder holder_of(const Address& address) {
 
 void IdLocks::take(const std::string& interface, const LinkState& link, int id,
                    const std::string& remedy) {
-  // A sorted set: if two programs start at the two ends of a pair, both lock in the same order, and
-  // one of them gets both locks.
+  // A sorted set. If two programs start at the two ends of a pair, both lock in the same order. One
+  // of them gets both locks.
   std::set<std::string> names = {link.name.empty() ? interface : link.name};
   if (link.peer != 0) names.insert(link_name(link.peer));
   names.erase("");  // the peer was removed meanwhile
