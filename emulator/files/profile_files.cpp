@@ -97,11 +97,32 @@ std::string size_of(const std::string& word) {
   return text;
 }
 
-/// Returns the names of motors that have a word similar to `given`.
+/// Returns the gear and the winding that a label names, "i36" or "35t"; empty if it names none.
+std::string part_of(const std::string& label, const std::regex& part) {
+  std::smatch found;
+  return std::regex_search(label, found, part) ? found.str(1) : "";
+}
+
+/// Returns true if no label of the motor names another gear or winding than the label `wanted`.
+bool has_parts_of(const MotorWords& motor, const std::string& wanted) {
+  static const std::regex gear("-(i[0-9]+)"), winding("([0-9]+t)$");
+  for (const std::regex* const part : {&gear, &winding}) {
+    const std::string asked = part_of(wanted, *part);
+    const auto differs = [&](const std::string& word) {
+      const std::string own = part_of(word, *part);
+      return !own.empty() && own != asked;
+    };
+    if (!asked.empty() && std::ranges::any_of(motor.words, differs)) return false;
+  }
+  return true;
+}
+
+/// Returns motors with a similar name, the same gear and the same winding.
 std::vector<std::string> motors_meant(const std::string& given) {
   constexpr std::size_t kShortest = 3;
   const std::string wanted = small_letters(given);
-  const auto motors = called_motors();
+  auto motors = called_motors();
+  std::erase_if(motors, [&](const MotorWords& motor) { return !has_parts_of(motor, wanted); });
   auto found = names_with(motors, [&](const std::string& word) {
     return wanted.size() >= kShortest && (word.starts_with(wanted) || wanted.starts_with(word));
   });
