@@ -67,7 +67,7 @@ TEST_F(HostBeforeRead, GetsTheReplyOfADriveOnRs485) {
   BusConfig bus;
   bus.bitrate = 0;
   bus.interface = "rs485:" + path_;
-  bus.serial = {.as_tty = false};
+  bus.serial.emplace().as_tty = false;
   std::vector<protocol::Frame> frames;
   protocol::append_frames(test::bytes("3E 9A 01 00 D9"), frames);
   expect_reply(bus, "\x3E\x9A\x01", [&](Port& port) { port.send(frames); });
