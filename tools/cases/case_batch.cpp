@@ -14,11 +14,11 @@ namespace {
 
 constexpr std::size_t kLanes = 8;  // drives in one block of a bank
 constexpr std::size_t kMaxCourses = 64;
-constexpr std::size_t kMaxCourseText = 1024 * 1024;  // bytes of the lines that courses come from
-// Traffic is taken in pieces, so memory does not grow with the length of a scenario.
+constexpr std::size_t kMaxCourseText = 1024 * 1024;  // bytes of the groups of all kept courses
+// Runs take their traffic in pieces, so that memory does not grow with the length of a scenario.
 constexpr SimTime kPiece = std::chrono::milliseconds(500);
 
-/// Advances `run` alone and watches its traffic.
+/// Advances `run` to `until` and watches its traffic.
 void bring_to(ScenarioRun& run, TrafficWatch& watch, SimTime until) {
   std::vector<Traffic> traffic;
   while (run.time() < until) {
@@ -29,7 +29,7 @@ void bring_to(ScenarioRun& run, TrafficWatch& watch, SimTime until) {
   }
 }
 
-/// The first drive of a fault; the first of its bus if the fault is of the bus.
+/// Returns the first drive of a fault; for a fault of the bus, the first drive on the bus.
 int drive_of(const PlannedDirective& planned, const Bus& bus) {
   const auto& set = std::get<SetFault>(planned.directive.directive.what);
   if (!set.fault.ids.empty()) return set.fault.ids.front();
@@ -43,12 +43,13 @@ std::string state_of(const Bus& bus, int id) {
   return telemetry.alive ? state_word(bus.servo(id).run_state_at(telemetry)) : "no power";
 }
 
-/// A case without a fault shares everything: it is at its group's end.
+/// Returns the time up to which the cases of a group are equal: the begin of the fault. A case
+/// without a fault shares its whole duration, so it comes last in its group.
 SimTime begin_of(const CaseRun& one) {
   return one.fault.empty() ? one.course->scenario.duration : one.fault.front().directive.at;
 }
 
-/// Notes where the fault of `one` meets its drive, once the fleet is just before it.
+/// Stores the drive's state and last command in `one`, once `run` is just before the fault.
 void note_fault(CaseRun& one, const ScenarioRun& run) {
   if (one.fault.empty() || !one.state.empty() || run.time() < begin_of(one) - SimTime{1}) return;
   const PlannedDirective& fault = one.fault.front();
@@ -96,7 +97,7 @@ bool CaseBatch::run(std::span<const CaseRequest> requests, bool check, const Tak
   std::ranges::sort(cases, {}, [](const CaseRun& one) {
     return std::tuple(std::string_view(one.request->group), begin_of(one), one.request->number);
   });
-  std::vector<CaseRun> mixed;  // of groups too small for eight lanes of their own
+  std::vector<CaseRun> mixed;  // cases of groups that fill less than half of the lanes
   for (auto first = cases.begin(); first != cases.end();) {
     const auto last = std::find_if(first, cases.end(),
                                    [&](const CaseRun& one) { return one.course != first->course; });
@@ -130,7 +131,7 @@ void CaseBatch::run_group(std::span<CaseRun> cases, const Take& take) const {
 void CaseBatch::run_together(std::span<CaseRun> cases, const std::vector<Start>& starts) {
   std::vector<ScenarioRun> runs;
   SimTime end{0};
-  std::vector<SimTime> stops;  // just before a fault begins
+  std::vector<SimTime> stops;  // times just before a fault begins
   for (std::size_t n = 0; n < cases.size(); ++n) {
     CaseRun& one = cases[n];
     ScenarioRun& run = runs.emplace_back(starts[n].run);

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Cases computed side by side from shared beginnings.
+/// @file Computes the cases of a campaign. Cases with a common beginning compute it once, and eight
+/// cases run side by side in the lanes of a DriveBank.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,28 +18,29 @@
 
 namespace lk::emulator {
 
-/// A case with all that was seen of it.
+/// A case, and what its run has shown so far.
 struct CaseRun {
   const CaseRequest* request = nullptr;
   const CaseCourse* course = nullptr;
   std::vector<PlannedDirective> fault;
   TrafficWatch watch;
-  std::string state, command;  // of the drive when the fault began; empty without a fault
-  std::string fault_name;      // on its bus
+  std::string state, command;  // of the drive just before its fault; empty without a fault
+  std::string fault_name;      // name of the fault on its bus
   Verdict verdict;
 };
 
-/// Computes cases; one for each thread. A result depends on its case alone.
+/// Computes cases. Not thread-safe: use one object for each thread. The result of a case does not
+/// depend on other cases.
 class CaseBatch {
  public:
-  /// Takes JSON lines: results, or reasons why a case is impossible. Order is free.
+  /// Receives JSON lines, in any order: the results of cases, or why a case is impossible.
   using Take = std::function<void(const std::string& lines)>;
 
-  /// `check`: builds the cases and runs none. Returns whether all were possible.
+  /// Runs the cases; with `check`, only builds them. Returns true if all are possible.
   bool run(std::span<const CaseRequest> requests, bool check, const Take& take);
 
  private:
-  /// A run and what was heard on its buses.
+  /// A scenario run up to some time, and the traffic until then.
   struct Start {
     ScenarioRun run;
     TrafficWatch watch;
@@ -49,13 +51,13 @@ class CaseBatch {
 
   CaseBuilder builder_;
   std::map<std::string, std::unique_ptr<CaseCourse>> courses_;  // by CaseRequest::group
-  std::size_t course_text_ = 0;
+  std::size_t course_text_ = 0;                                 // bytes of all keys of `courses_`
 };
 
-// Lines of JSON (docs/reference/formats.md).
+// Return results as lines of JSON (docs/reference/formats.md).
 
 std::string results_json(std::span<const CaseRun> cases);
-/// Drives, duration and expectations of a case that was only checked.
+/// Returns drives, duration and expectations of a case that is checked but not run.
 std::string possible_json(const CaseRun& one);
 std::string impossible_json(std::uint64_t number, const std::string& reason);
 

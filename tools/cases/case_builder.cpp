@@ -20,7 +20,7 @@ namespace {
 
 std::string leaf_text(const toml::node& node) {
   std::ostringstream text;
-  text << toml::toml_formatter{node, toml::format_flags::none};  // strings in "", on one line
+  text << toml::toml_formatter{node, toml::format_flags::none};  // none: strings in "", on one line
   return text.str();
 }
 
@@ -35,7 +35,7 @@ std::string key_text(std::string_view key) {
 std::string float_text(double value) {
   char buffer[32];
   std::string text(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
-  // Without a point it would be read as a whole number.
+  // TOML reads a number without a point as an integer.
   const bool whole = text.find_first_not_of("-0123456789") == std::string::npos;
   return whole ? text + ".0" : text;
 }
@@ -91,7 +91,7 @@ std::string toml_text(const toml::table& document) {
 
 namespace {
 
-constexpr std::size_t kMaxBases = 16;  // scenario files that are kept
+constexpr std::size_t kMaxBases = 16;  // scenario files in the cache
 
 std::string file_of(const CaseRequest& request) { return "case " + std::to_string(request.number); }
 
@@ -114,20 +114,20 @@ toml::array& array_of(toml::table& document, const char* key) {
   return *document[key].as_array();
 }
 
-/// A load as the keys of a file.
+/// Returns a load as the table `load` of a scenario file.
 toml::table load_table(const model::LoadParams& load) {
   toml::table table;
   table.is_inline(true);
   for (const auto& field : profile_fields::kLoad) {
     const double value = load.*std::get<double model::LoadParams::*>(field.member) / field.unit;
-    // An absent end stop has no number in a file.
+    // Files have no number for an absent end stop.
     if (value < field.min || value > field.max) continue;
     insert_number(table, field.key, std::round(value * 1e9) / 1e9);
   }
   return table;
 }
 
-/// [[expect]] tables: an error bit of a drive each, then those of `detect`.
+/// Returns [[expect]] tables: one for each watched error bit of each drive, then those of `detect`.
 std::vector<toml::table> watched(const CaseRequest& request, const Scenario& scenario) {
   const double duration_s = in_seconds(scenario.duration);
   std::vector<toml::table> tables;
@@ -147,7 +147,7 @@ toml::table event_at_start(const BusConfig& bus, const ServoConfig& servo) {
   return toml::table{{"at_s", 0}, {"bus", bus.interface}, {"id", servo.id}};
 }
 
-/// Events at 0 that give every drive the supply, ambient and load of the case.
+/// Returns events at 0 s that set the supply, ambient and load of the case on every drive.
 std::vector<toml::table> events_of(const CaseSettings& settings,
                                    const std::vector<BusConfig>& robot) {
   std::vector<toml::table> events;
@@ -166,7 +166,7 @@ std::vector<toml::table> events_of(const CaseSettings& settings,
   return events;
 }
 
-/// A [[send]] whose frames win every arbitration and take this share of the wire.
+/// Returns a [[send]] table whose frames win every arbitration and occupy this share of the bus.
 toml::table background(const BusConfig& bus, double share) {
   constexpr double kBitsPerFrame = 111 + 19 / 2.0;  // 8 bytes, and about half of the stuff bits
   const double bitrate = static_cast<double>(bus.bitrate);
@@ -219,7 +219,7 @@ toml::table CaseBuilder::changed(const CaseRequest& request, Base& base) {
     const auto robot =
         parse_scenario(document, base.file.string(), std::nullopt, base.files->files()).robot;
     if (surroundings) {
-      // Before the scenario's own events at 0.
+      // Inserts these events before the scenario's own, so that those at 0 s override them.
       const std::vector<toml::table> events = events_of(settings, robot);
       toml::array& all = array_of(document, "event");
       all.insert(all.cbegin(), events.begin(), events.end());
@@ -280,7 +280,7 @@ std::vector<PlannedDirective> CaseBuilder::fault(const CaseRequest& request,
 
 std::string CaseBuilder::file_text(const CaseRequest& request) {
   const Scenario scenario = course(request).scenario;
-  fault(request, scenario);  // throws if the drive cannot have it
+  fault(request, scenario);  // throws if the drive cannot have the fault
   Base& base = base_of(request.scenario);
   toml::table document = changed(request, base);
   const std::filesystem::path directory = base.file.parent_path();

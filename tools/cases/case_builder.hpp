@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file From a requested case to a scenario that can run, and TOML as text with the shortest
-/// numbers that read back the same (toml++ writes 0.1 as 0.10000000000000001).
+/// @file Builds scenarios that can run from requested cases. Writes TOML with the shortest numbers
+/// that read back the same (toml++ writes 0.1 as 0.10000000000000001).
 
 #include <cstddef>
 #include <cstdint>
@@ -18,45 +18,48 @@
 
 namespace lk::emulator {
 
-/// A file: keys, then `[[…]]` for each array of tables. All tables within these are on one line.
+/// Returns a TOML file: the keys, then `[[…]]` for each table of the arrays of tables. Other tables
+/// are written on one line.
 std::string toml_text(const toml::table& document);
 
-/// The keys of a table, a line each: `reply = { error = "stall" }`.
+/// Returns the keys of a table, one line for each: `reply = { error = "stall" }`.
 std::string toml_lines(const toml::table& table);
 
-/// A directive for one of a robot's buses.
+/// A directive for the bus with index `bus` of a robot.
 struct PlannedDirective {
   std::size_t bus = 0;
   TimedDirective directive;
 };
 
-/// The part that all cases of a group share: everything but the fault.
-/// Expectations are in this order: the scenario's own, then one for each watched error bit of each
-/// drive, then those of `detect`.
+/// Scenario without the fault: the part that all cases of a group share. Its expectations are in
+/// this order: those of the scenario file, one for each watched error bit of each drive, those in
+/// `detect` of the request.
 struct CaseCourse {
   Scenario scenario;
-  std::size_t own = 0;
-  std::size_t drive_errors = 0;
-  std::uint64_t inputs = 0;  // a hash of the files that the scenario names, and of itself
-  /// Place of each expectation in Verdict::expectations, which is sorted by bus.
+  std::size_t own = 0;           // number of expectations of the scenario file
+  std::size_t drive_errors = 0;  // number of expectations for error bits
+  std::uint64_t inputs = 0;      // hash of the scenario file and of the files that it names
+  /// Index of each expectation in Verdict::expectations, which is sorted by bus.
   std::vector<std::size_t> places;
 };
 
-/// Builds cases and keeps the files that they name. For one thread.
+/// Builds cases and caches the files that they name. Not thread-safe.
 class CaseBuilder {
  public:
-  /// Throws ConfigError, JsonError or std::invalid_argument.
+  /// Builds the scenario of a case, without the fault of the case. Throws ConfigError, JsonError
+  /// or std::invalid_argument.
   CaseCourse course(const CaseRequest& request);
-  /// Empty if the case has no fault. Throws ConfigError if the drive cannot have this fault.
+  /// Returns the directives that set the fault of a case; empty without a fault. Throws ConfigError
+  /// if the drive cannot have this fault.
   static std::vector<PlannedDirective> fault(const CaseRequest& request, const Scenario& scenario);
-  /// The case with its fault, and what is watched as expectations behind its own, as a scenario
-  /// file for any directory. Throws as `course`.
+  /// Returns the case with its fault as a scenario file that works in any directory. The watched
+  /// error bits and `detect` become expectations after those of the scenario. Throws as `course`.
   std::string file_text(const CaseRequest& request);
 
  private:
   struct Base {
     std::filesystem::path file;
-    std::uint64_t hash;  // of its text
+    std::uint64_t hash;  // of the file's text
     toml::table document;
     std::unique_ptr<CaseFiles> files;
   };

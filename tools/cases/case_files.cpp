@@ -45,7 +45,7 @@ std::vector<BusConfig> CaseFiles::robot(const std::string& name, const Overrides
     if (load) {
       load = [this, make = load](const std::string& robot_file, const std::string& model,
                                  SimTime step) {
-        text(body_file(robot_file, model), kLongestLog);  // counts for the hash
+        text(body_file(robot_file, model), kLongestLog);  // reads the file for hash()
         return make(robot_file, model, step);
       };
     }

@@ -13,21 +13,21 @@
 
 namespace lk::emulator {
 
-/// The files that the scenarios of a campaign name: each is read once, and goes into `hash`.
+/// Files that the scenarios of a campaign name. Reads each file once.
 class CaseFiles {
  public:
-  /// `directory` is that of the base scenario.
+  /// Relative file names are relative to `directory`, that of the base scenario.
   explicit CaseFiles(std::filesystem::path directory) : directory_(std::move(directory)) {}
   CaseFiles(const CaseFiles&) = delete;
   CaseFiles& operator=(const CaseFiles&) = delete;
 
-  /// For parse_scenario; refers to this.
+  /// Returns the file access for parse_scenario. It refers to this object.
   ScenarioFiles files();
-  /// Hash of all files read so far, independent of their order.
+  /// Returns a hash of all files read so far, independent of their order.
   std::uint64_t hash() const;
 
  private:
-  /// A robot by its name, generation and bit rate; seeds are put in afterwards.
+  /// Name, generation and bit rate of a robot. Robots are cached without their seeds.
   using RobotKey = std::tuple<std::string, std::string, std::int64_t>;
 
   const std::string& text(const std::filesystem::path& file, std::uintmax_t longest);
@@ -39,7 +39,7 @@ class CaseFiles {
   std::map<RobotKey, std::vector<BusConfig>> robots_;
 };
 
-/// FNV-1a with 64 bits: to tell one input from another, not from whoever wants them the same.
+/// Returns the FNV-1a hash with 64 bits. It detects changed inputs, but not intended collisions.
 std::uint64_t text_hash(std::string_view text, std::uint64_t so_far = 0xCBF29CE484222325U);
 
 }  // namespace lk::emulator

@@ -32,7 +32,7 @@ Json fault_json(const CaseRun& one) {
   return json;
 }
 
-/// The watched error bits that were set.
+/// Returns the watched error bits that were set in the run.
 Json errors_json(const CaseRun& one) {
   Json errors = Json::array();
   const Scenario& scenario = one.course->scenario;

@@ -8,10 +8,10 @@
 namespace lk::emulator {
 namespace {
 
-constexpr std::int64_t kMaxNumber = std::int64_t{1} << 53;  // exact in every JSON library
+constexpr std::int64_t kMaxNumber = std::int64_t{1} << 53;  // every JSON library reads it exactly
 constexpr std::size_t kMaxPath = 4096;                      // bytes, as in Linux
 
-/// Moves `key` out of `from` if it is there.
+/// Moves `key` from `from` to `to`, if `from` has it.
 void take(toml::table& from, const char* key, toml::table& to) {
   if (toml::node* node = from.get(key)) {
     node->visit([&](auto& value) { to.insert(key, std::move(value)); });
@@ -22,10 +22,10 @@ void take(toml::table& from, const char* key, toml::table& to) {
 toml::array take_tables(TableReader& reader, toml::table& from, const char* key) {
   toml::array* given = from[key].as_array();
   if (given != nullptr && given->empty()) {
-    reader.texts(key);  // so that the key is known
+    reader.texts(key);  // marks the key as read; tables() would refuse an empty array
     return {};
   }
-  reader.tables(key);  // refuses anything but an array of tables
+  reader.tables(key);  // throws if the value is not an array of tables
   return given != nullptr ? std::move(*given) : toml::array{};
 }
 

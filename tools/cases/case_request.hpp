@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file A case as one line of JSON (docs/reference/formats.md).
+/// @file Reads a case from one line of JSON (docs/reference/formats.md).
 
 #include <cstdint>
 #include <optional>
@@ -11,30 +11,30 @@
 
 namespace lk::emulator {
 
-/// Values that replace those of all drives, or of the whole bus. Units are in the keys.
+/// Values that replace the values of all drives. Keys contain the units.
 struct CaseSettings {
-  toml::table supply;   // `supply_V` or nothing, as in an [[event]]
-  toml::table ambient;  // `ambient_C`
+  toml::table supply;   // empty, or `supply_V` as in an [[event]]
+  toml::table ambient;  // empty, or `ambient_C` as in an [[event]]
   toml::table load;     // keys of a load
-  double bus_load = 0;  // share of the wire that other frames take, 0 to 0.95
+  double bus_load = 0;  // 0..0.95, share of the time that added frames occupy each CAN bus
 };
 
-/// A scenario with changes, and at most one fault.
+/// A case: a scenario with changes, and at most one fault.
 struct CaseRequest {
   std::uint64_t number = 0;
-  std::string scenario;  // path or name of a delivered one
-  std::string group;     // equal for cases that differ in nothing but number and fault
-  toml::table keys;      // seed, bitrate, generation
+  std::string scenario;  // path, or name of a shipped scenario
+  std::string group;     // equal for cases that differ only in number and fault
+  toml::table keys;      // seed, bitrate, generation; those that the case has
   CaseSettings settings;
-  toml::array directives;                 // [[event]] tables
+  toml::array directives;                 // [[event]] tables added to the scenario
   std::vector<std::string> drive_errors;  // error bits to watch on every drive
-  toml::array detect;                     // [[expect]] tables of what a host would notice
-  std::optional<toml::table> fault;       // an [[event]] table with a fault
+  toml::array detect;                     // [[expect]] tables for symptoms that a host can notice
+  std::optional<toml::table> fault;       // [[event]] table that sets the fault
 };
 
-/// The number of the case. Throws JsonError.
+/// Reads the number of a case. Throws JsonError.
 std::uint64_t read_case_number(const Json& line);
-/// Throws JsonError or ConfigError.
+/// Reads a case. Throws JsonError or ConfigError.
 CaseRequest read_case(const Json& line);
 
 }  // namespace lk::emulator

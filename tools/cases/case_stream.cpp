@@ -18,12 +18,12 @@
 namespace lk::emulator {
 namespace {
 
-constexpr std::size_t kMaxPile = 128;  // cases that one thread sorts and shares beginnings of
+constexpr std::size_t kMaxPile = 128;          // cases that a thread takes at once
 constexpr std::size_t kMaxLine = 1024 * 1024;  // bytes
 constexpr std::size_t kMaxPileText =
     kMaxLine;  // bytes that end a pile: its cases take 100 times as much
 
-/// Input and output, shared by the threads.
+/// Input and output lines. Thread-safe.
 class Lines {
  public:
   explicit Lines(const CaseInput& options)
@@ -35,8 +35,8 @@ class Lines {
     if (!opened_) throw StartError("--cases: cannot read " + file);
     in_ = &opened_;
   }
-  /// The next cases, up to a blank line, kMaxPile or kMaxPileText. Empty at the end. Throws
-  /// StartError.
+  /// Reads the next cases, up to a blank line, kMaxPile or kMaxPileText. Returns none at the end of
+  /// the input. Throws StartError.
   std::vector<CaseRequest> take() {
     const std::scoped_lock lock(in_mutex_);
     std::vector<CaseRequest> pile;
@@ -71,7 +71,8 @@ class Lines {
     if (in_->bad()) throw StartError("--cases: cannot read " + name_);
     return !line.empty();
   }
-  /// A line that is no case ends the program; a case that is impossible does not.
+  /// Adds the case of a line. Throws StartError if the line is no case. Reports an impossible case
+  /// as a result, so that the program continues.
   void add(const std::string& line, std::vector<CaseRequest>& pile) {
     std::uint64_t number = 0;
     Json json;
@@ -94,7 +95,7 @@ class Lines {
   }
 
   std::string name_;
-  bool single_;  // one case for a person: an impossible one is unusable
+  bool single_;  // true: the input is one case, and an impossible case ends the program
   std::ifstream opened_;
   std::istream* in_ = &std::cin;
   std::size_t number_ = 0;  // of the line
@@ -153,7 +154,7 @@ bool run_cases(const CaseInput& options) {
     try {
       for (int n = 1; n < options.jobs; ++n) threads.emplace_back(work);
     } catch (const std::system_error&) {
-      // Fewer threads compute the same.
+      // Continues with fewer threads; the results are the same.
     }
     work();
   }

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Cases from a file or standard input, results on standard output
+/// @file Reads cases from a file or standard input, and writes results to standard output
 /// (docs/reference/formats.md).
 
 #include <string>
@@ -10,11 +10,11 @@ namespace lk::emulator {
 struct CaseInput {
   std::string file = {};      // "-": standard input
   int jobs = 1;               // threads
-  bool check = false;         // build the cases and run none
-  std::string scenario = {};  // write the only case as this scenario file; run none
+  bool check = false;         // true: build the cases but run none
+  std::string scenario = {};  // not empty: write the only case to this scenario file, run nothing
 };
 
-/// Returns whether all cases were possible. Throws StartError: unusable input.
+/// Runs the cases. Returns true if all were possible. Throws StartError if the input is unusable.
 bool run_cases(const CaseInput& options);
 
 }  // namespace lk::emulator

@@ -14,7 +14,7 @@ bool can_be_command(const protocol::Frame& frame) {
          (frame.kind == FrameKind::kData || frame.kind == FrameKind::kSerial);
 }
 
-/// Whatever two frames differ in beside their bytes.
+/// Returns identifier, kind, format and length of a frame as one number, for the hash.
 std::uint64_t head_of(const protocol::Frame& frame) {
   return (static_cast<std::uint64_t>(frame.id) << 32U) +
          (static_cast<std::uint64_t>(frame.kind) << 16U) + (frame.extended ? 1U << 8U : 0U) +

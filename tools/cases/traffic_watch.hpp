@@ -10,13 +10,13 @@
 
 namespace lk::emulator {
 
-/// Hash of the frames that hosts have received, and the last command to each drive.
+/// Watches the traffic of a run: hashes frames from drives, keeps the last command to each drive.
 class TrafficWatch {
  public:
   void observe(const std::vector<Traffic>& traffic);
-  /// Covers bytes, bus and time of each frame from a drive.
+  /// Returns a hash over the bytes, bus and time of each frame from a drive.
   std::uint64_t reply_hash() const { return reply_hash_; }
-  /// DATA[0] of the last frame that a host sent to drive `id` of the bus.
+  /// Returns DATA[0] of the last frame that a host sent to drive `id` on the bus; empty if none.
   std::optional<std::uint8_t> command(std::size_t bus, int id) const;
 
  private:

@@ -14,7 +14,7 @@ using protocol::Opcode;
 using protocol::Payload;
 using namespace std::chrono_literals;
 
-// Limits for motors that LK-TECH sells (assumed). Values beyond them mean another layout.
+// Limits for motors that LK-TECH sells (assumed). Values beyond these limits mean another layout.
 constexpr double kLeastVoltage_V = 7;
 constexpr double kMaxVoltage_V = 60;
 constexpr int kColdest_C = -40;
@@ -36,7 +36,7 @@ bool plausible(double voltage_V) {
   return voltage_V >= kLeastVoltage_V && voltage_V <= kMaxVoltage_V;
 }
 
-/// Returns the layouts that a reply to 0x9A can have, as a set of State1Layout.
+/// Returns the layouts that a reply to 0x9A can have. Bit n of the set is State1Layout n.
 ValueSet state_1_layouts(const Payload& data) {
   const bool deci = (data[2] | data[5] | data[6]) == 0;
   const bool centi = (data[4] | data[5] | data[6]) == 0;
@@ -64,13 +64,15 @@ std::optional<Trait> trait_of(std::uint32_t asked, protocol::Framing framing) {
   return trait_of_command(static_cast<Opcode>(asked), framing);
 }
 
-/// Returns the values that an answer to a command of the trait allows, or its absence.
+/// Returns the values of the trait that are possible if the drive answers a command of the trait
+/// (`answered`), or does not.
 ValueSet allowed_by(Trait trait, bool answered) {
   if (trait == Trait::kSeries) return only(answered ? kNotMs : kMs);
   return only(answered ? kSwitchedOn : kSwitchedOff);
 }
 
-/// Conclusion from lasting silence after a query, or from its reply. For some queries LEN decides.
+/// Conclusion from the reply to a query, or from lasting silence after the query. For some queries,
+/// the conclusion depends on LEN.
 struct Says {
   Trait trait;
   ValueSet allowed;
@@ -85,12 +87,12 @@ std::optional<Says> says(const QueryOutcome& settled, bool answered) {
     return Says{Trait::kSpeedLimit, allowed_by(Trait::kSpeedLimit, answered)};
   }
   if (!trait) return std::nullopt;
-  if (*trait == Trait::kEncoderForm) {  // drives may accept the other form's LEN
+  if (*trait == Trait::kEncoderForm) {  // drives may accept the LEN of the other form
     return Says{*trait, answered ? ValueSet{0} : only(len == 0 ? kSwitchedOn : kSwitchedOff)};
   }
   // A drive with the command may ignore a wrong LEN.
   if (*trait == Trait::kZeroRam && !answered && len != 0) return Says{*trait, ValueSet{0}};
-  if (*trait == Trait::kProduct && answered) return Says{*trait, ValueSet{0}};  // LEN decides
+  if (*trait == Trait::kProduct && answered) return Says{*trait, ValueSet{0}};  // by LEN of reply
   return Says{*trait, allowed_by(*trait, answered)};
 }
 
@@ -131,7 +133,7 @@ void DriveWatch::settle(const QueryOutcome& settled) {
         evidence_.see(behind.first, behind.second, frames);
       }
     }
-    // LEN of the query decides here; the reply does not show it.
+    // Here the LEN of the query decides, which the reply does not show.
     if (says_so && says_so->trait == Trait::kSpeedLimit) {
       evidence_.see(says_so->trait, says_so->allowed, Weight::kSure, {settled.query, settled.at});
     }
@@ -147,14 +149,15 @@ void DriveWatch::settle(const QueryOutcome& settled) {
     }
     if (!silent_since_) silent_since_ = settled.at;
   } else {
-    // The silence of an absent drive says nothing about other commands.
+    // The drive seems to be absent: its silence proves nothing about other commands.
     silent_.clear();
     silent_since_.reset();
     answered_before_ = false;
   }
 }
 
-/// Returns true if the latency is usual for this drive. Else the frame may be a repeated query.
+/// Returns true if the latency of the reply is usual for this drive. If not, the frame may be a
+/// repeated query.
 bool DriveWatch::paced(const FrameInfo& info) const {
   if (!info.latency || timed_ < kEnoughTimed) return false;
   return *info.latency * 5 >= fastest_ * 4 && *info.latency * 2 <= slowest_ * 3;
@@ -173,7 +176,7 @@ void DriveWatch::reply(const FrameInfo& info, const protocol::Frame& raw,
     const auto value = static_cast<std::size_t>(std::ranges::find(protocol::kReplyIdBases, base) -
                                                 protocol::kReplyIdBases.begin());
     if (!serial) evidence_.see(Trait::kReplyId, only(value), Weight::kLikely, sighting);
-    // Excludes the brake, whose reply looks like a later command, and slow writes to ROM.
+    // Latencies exclude the brake, whose reply looks like another command, and slow writes to ROM.
     const auto* const row = protocol::command_of(info.frame);
     const bool usual =
         row != nullptr && !row->writes_rom && row->opcode != protocol::Brake::kOpcode;
@@ -202,7 +205,7 @@ void DriveWatch::reply(const FrameInfo& info, const protocol::Frame& raw,
   if (!serial) motion_.reply({info.frame, at}, evidence_);
 }
 
-/// Uses 0x92 only: a reply with angle 0, as right after 0x95, has the bytes of its query.
+/// Uses replies to 0x92 only: with angle 0, as right after 0x95, they have the bytes of the query.
 void DriveWatch::unclear(const FrameInfo& info, std::optional<SimTime> at) {
   const bool angle =
       info.frame.data[0] == static_cast<std::uint8_t>(protocol::ReadMultiTurnAngle::kOpcode);
@@ -210,7 +213,7 @@ void DriveWatch::unclear(const FrameInfo& info, std::optional<SimTime> at) {
     motion_.reply({info.frame, at}, evidence_);
 }
 
-/// Uses the fact that there is a reply, and its DATA[0].
+/// Collects evidence from the fact that the drive replied, and from DATA[0] of the reply.
 void DriveWatch::see_answer(const FrameInfo& info, const Sighting& sighting) {
   const bool serial = protocol::is_serial(sighting.frame);
   if (info.query_code > 0xFF) {
@@ -226,7 +229,7 @@ void DriveWatch::see_answer(const FrameInfo& info, const Sighting& sighting) {
   }
   const auto trait = trait_of(info.query_code, protocol::framing_of(sighting.frame));
   if (!trait || *trait == Trait::kEncoderForm || *trait == Trait::kProduct) return;  // see_packet
-  // The reply to a read of the brake has the bytes of a brake command.
+  // A reply with the brake's state has the bytes of a brake command, so it is never sure.
   const bool sure = info.sure && *trait != Trait::kBrake;
   const Weight weight = sure ? Weight::kSure : paced(info) ? Weight::kLikely : Weight::kHint;
   evidence_.see(*trait, allowed_by(*trait, true), weight, sighting);
@@ -235,7 +238,7 @@ void DriveWatch::see_answer(const FrameInfo& info, const Sighting& sighting) {
   }
 }
 
-/// Uses the length and the contents of a packet.
+/// Collects evidence from the length and contents of an RS-485 packet.
 void DriveWatch::see_packet(const FrameInfo& info, const Sighting& sighting) {
   const protocol::Frame& frame = sighting.frame;
   const int len = frame.dlc - 1;
@@ -270,7 +273,7 @@ void DriveWatch::see_encoder(const Sighting& sighting) {
   if (is_state_2(data[0])) {
     encoder_.field(get_le<std::uint16_t>(data, 6), get_le<std::int16_t>(data, 4), sighting.at);
   } else if (command == protocol::ReadEncoder::kOpcode) {
-    // The longer form has the full position, while other replies may show fewer bits.
+    // Skips the longer form: it has all bits of the position, other replies may have fewer.
     const bool in_full = serial && sighting.frame.dlc > 7;
     const std::size_t place = serial ? 1 : 2;
     if (!in_full) encoder_.field(get_le<std::uint16_t>(data, place), std::nullopt, sighting.at);
@@ -308,7 +311,7 @@ void DriveWatch::see_state_1(const Sighting& sighting) {
   if ((data[7] & ~kLegacyErrors) != 0) {
     evidence_.see(Trait::kErrorBits, only(kSwitchedOn), Weight::kSure, sighting);
   }
-  // In the layout with bus current, a drive that is off shows this in byte 6.
+  // In the layout with bus current, byte 6 shows that the drive is off.
   const auto with_current =
       static_cast<std::size_t>(protocol::State1Layout::kCentiVoltAndBusCurrent);
   const bool off = off_at_ && in_order(off_at_, sighting.at, kOffWindow) && sighting.at;
@@ -319,7 +322,7 @@ void DriveWatch::see_state_1(const Sighting& sighting) {
   }
 }
 
-/// Uses an offset with bits that only one of the layouts can have.
+/// Collects evidence from a reply to 0x19 whose offset has bits that only one layout can have.
 void DriveWatch::see_zero(const Sighting& sighting) {
   const protocol::Payload& data = sighting.frame.data;
   ValueSet widths = 0;

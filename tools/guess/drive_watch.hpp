@@ -17,9 +17,9 @@ class DriveWatch {
  public:
   /// Processes a query to the drive, or a multi-drive command.
   void query(const FrameInfo& info, std::optional<SimTime> at);
-  /// Processes a reply of the drive; `raw` is the frame as on the bus.
+  /// Processes a reply of the drive; `raw` is the unchanged frame on the bus.
   void reply(const FrameInfo& info, const protocol::Frame& raw, std::optional<SimTime> at);
-  /// Processes a frame that is a reply or a repeated query.
+  /// Processes a frame that may be a reply or a repeated query.
   void unclear(const FrameInfo& info, std::optional<SimTime> at);
   /// Processes the outcome of a query. Call before reply() with the frame that settled it.
   void settle(const QueryOutcome& settled);
@@ -28,9 +28,9 @@ class DriveWatch {
   const EncoderWatch& encoder() const { return encoder_; }
   std::uint64_t queries() const { return queries_; }
   std::uint64_t replies() const { return replies_; }
-  /// Number of replies whose iq is beyond that of any LK drive.
+  /// Number of replies whose iq is larger than any LK drive can report.
   std::uint64_t odd_currents() const { return odd_currents_; }
-  /// Number of replies to 0x9A and 0x9B without a layout of LK drives.
+  /// Number of replies to 0x9A and 0x9B that have no layout of an LK drive.
   std::uint64_t odd_states() const { return odd_states_; }
 
  private:
@@ -50,10 +50,10 @@ class DriveWatch {
   std::uint64_t replies_ = 0;
   std::uint64_t odd_currents_ = 0;
   std::uint64_t odd_states_ = 0;
-  // Latencies of the sure replies.
+  // Number, shortest and longest latency of frames that are surely replies.
   std::uint64_t timed_ = 0;
   SimTime fastest_{0}, slowest_{0};
-  // Unanswered queries since the last reply, by the conclusion if the drive answers again.
+  // Unanswered queries since the last reply. Key: the conclusion once the drive answers again.
   std::map<std::pair<Trait, ValueSet>, Frames> silent_;
   std::optional<SimTime> silent_since_;
   bool answered_before_ = false;

@@ -12,7 +12,7 @@ namespace lk::emulator {
 namespace {
 
 constexpr std::size_t kNameBytes = 20;
-constexpr std::uint8_t kOldBytes = 42;  // of the oldest manual
+constexpr std::uint8_t kOldBytes = 42;  // in the oldest manual
 constexpr std::uint8_t kBytes = 58;
 
 std::string name_at(const protocol::Payload& data, std::size_t at) {
@@ -43,14 +43,14 @@ std::optional<ProductInfo> product_info(const protocol::Frame& reply) {
 
 namespace {
 
-/// Frames against a value count if they are more than this part of all sure and likely frames
-/// (assumed). The log of an exchanged drive has both.
+/// Frames against a value count only if they are more than one in this many of all sure and likely
+/// frames (assumed). A log in which a drive was replaced has frames for and against a value.
 constexpr std::uint64_t kContradictionDivisor = 20;
 /// Unanswered queries needed for each query that may have been answered (assumed).
 constexpr std::uint64_t kSilencePerHint = 4;
-/// Prior of the loss rate: so many queries before the log, one of them lost (assumed).
+/// Prior of the loss rate: as if, before the log, one of this many queries had been lost (assumed).
 constexpr double kBefore = 20;
-/// Largest probability that all the silence was lost frames (assumed).
+/// Largest probability that lost frames explain all the unanswered queries (assumed).
 constexpr double kLargestLossProbability = 1.0 / 400;
 
 void add(Frames& to, const Frames& more) {
@@ -88,8 +88,8 @@ ValueSet Evidence::open(Trait trait) const {
 
 bool Evidence::decided(Trait trait) const { return std::has_single_bit(open(trait)); }
 
-/// Returns the number of unanswered queries that lost frames do not explain: at least two. It is
-/// larger if replies to commands that every drive answers are missing too.
+/// Returns how many unanswered queries are needed so that lost frames do not explain them: at least
+/// two; more if replies to commands that every drive answers are missing too.
 std::uint64_t Evidence::enough_silence() const {
   const double loss = (static_cast<double>(lost_) + 1) /
                       (static_cast<double>(answered_) + static_cast<double>(lost_) + kBefore);
@@ -108,8 +108,8 @@ bool Evidence::excluded(Trait trait, std::size_t value) const {
     if (!contains(static_cast<ValueSet>(set), value)) add(against, frames);
   }
   const auto tell = [](const Frames& frames) { return frames.sure > 0 || frames.likely > 1; };
-  // One sure reply outweighs any silence. A likely reply does not: a host that repeats a query at
-  // the pace of the drive looks like one.
+  // One sure reply outweighs any silence. A likely reply does not: it may be a query that the host
+  // repeats after about the latency of the drive.
   const std::uint64_t doubtful = all.hints + all.likely;
   const bool silence =
       all.sure == 0 && all.silent >= enough_silence() && all.silent > kSilencePerHint * doubtful;

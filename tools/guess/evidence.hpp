@@ -14,28 +14,28 @@
 
 namespace lk::emulator {
 
-/// Names and versions in the reply to 0x12 (docs/reference/rs485.md). Safe to print.
+/// Names and version in the reply to 0x12 (docs/reference/rs485.md). Safe to print.
 struct ProductInfo {
   std::string driver;    // "DS40R7"
   std::string motor;     // "MS4015"
   std::string firmware;  // "2.35"
 };
 
-/// Returns the info from a reply to 0x12; empty for other packets.
+/// Returns the product info of a reply to 0x12; empty for other packets.
 std::optional<ProductInfo> product_info(const protocol::Frame& reply);
 
-/// A frame as on the bus; `at` if the log has a time stamp.
+/// A frame as on the bus. `at` is its time, empty if the log has no time stamps.
 struct Sighting {
   protocol::Frame frame;
   std::optional<SimTime> at;
 };
 
-/// Weight of one observation. kSure: one is enough. kLikely: two are needed. kHint: no evidence
-/// alone, but it makes silence doubtful. kSilence: an unanswered query of a drive that answered
-/// others before and after.
+/// Weight of one observation. kSure: one frame decides. kLikely: two frames decide. kHint: decides
+/// nothing, but makes conclusions from silence doubtful. kSilence: a query got no reply from a
+/// drive that answered other queries before and after.
 enum class Weight : std::uint8_t { kSure, kLikely, kHint, kSilence };
 
-/// Frames that allow the same values.
+/// Number of frames that allow the same values of a trait, by weight.
 struct Frames {
   std::uint64_t sure = 0;
   std::uint64_t likely = 0;
@@ -46,14 +46,14 @@ struct Frames {
   std::uint64_t count() const { return sure + likely + silent; }
 };
 
-/// Evidence about one drive. Its memory is bounded.
+/// Evidence about one drive. Uses bounded memory.
 class Evidence {
  public:
   static constexpr std::size_t kMaxExamples = 2;
 
-  /// Adds a frame that allows only these values of the trait; all or no values are ignored.
+  /// Adds a frame that allows only these values of the trait. Ignores sets of all or no values.
   void see(Trait trait, ValueSet allowed, Weight weight, const Sighting& sighting);
-  /// Adds frames that were seen before their meaning was known.
+  /// Adds frames that were counted before their meaning was known.
   void see(Trait trait, ValueSet allowed, const Frames& frames);
   /// Notes that the drive is on RS-485.
   void on_serial() { framing_ = protocol::Framing::kSerial; }
@@ -61,7 +61,7 @@ class Evidence {
   /// Notes the product info of the drive.
   void set_product(const ProductInfo& product) { product_ = product; }
   const std::optional<ProductInfo>& product() const { return product_; }
-  /// Counts a query that every drive answers.
+  /// Counts a query that every drive answers, for the rate of lost frames.
   void count_answer(bool answered) { ++(answered ? answered_ : lost_); }
 
   /// Returns the possible values: all without evidence, none if frames contradict each other.

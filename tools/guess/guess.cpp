@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::size_t kForeignReplies = 2;  // value of Trait::kReplyId: 0x240
 
-/// Returns true if the trait separates generations of such drives. Only MS drives have 0xA0, and
-/// only others have a limit of iq.
+/// Returns true if the trait can tell generations of this drive apart. Only MS drives have 0xA0,
+/// and only the other series have a limit of iq.
 bool counts(Trait trait, const Evidence& evidence) {
   if (row_of(trait).of == nullptr || !shows_on(trait, evidence.framing())) return false;
   const ValueSet series = evidence.open(Trait::kSeries);
@@ -37,13 +37,14 @@ GenerationFit fit_of(Generation generation, const Evidence& evidence) {
   return fit;
 }
 
-/// Fewer contradictions are nearer; if equal, agreement in the traits that show most often.
+/// Returns true if `a` is nearer to the evidence than `b`: fewer contradictions; if equal,
+/// contradictions in traits that show less often.
 bool nearer(const GenerationFit& a, const GenerationFit& b) {
   if (a.against.size() != b.against.size()) return a.against.size() < b.against.size();
   return b.against < a.against;
 }
 
-/// Returns the possible value with the most frames for it.
+/// Returns the possible value that the most frames allow.
 std::size_t likeliest(Trait trait, const Evidence& evidence) {
   std::optional<std::size_t> best;
   for (std::size_t value = 0; value < row_of(trait).count; ++value) {

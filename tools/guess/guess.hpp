@@ -10,7 +10,7 @@
 
 namespace lk::emulator {
 
-/// Fit of a generation of firmware to the evidence about a drive.
+/// How well a generation of firmware fits the evidence about a drive.
 struct GenerationFit {
   Generation generation = Generation::kLegacy;
   std::vector<Trait> against;  // traits that contradict the evidence
@@ -28,17 +28,17 @@ struct QuirkOption {
 /// Conclusion about a drive from the evidence.
 struct Guess {
   std::vector<GenerationFit> generations;    // all of them, from old to new
-  std::vector<Generation> fits;              // those without contradictions
-  Generation nearest = Generation::kLegacy;  // first that fits, or with least contradictions
-  std::vector<QuirkOption> quirks;           // needed in addition to `nearest`
-  std::string_view encoder_span;             // not part of a generation; empty: unknown
+  std::vector<Generation> fits;              // the generations without contradictions
+  Generation nearest = Generation::kLegacy;  // first that fits; if none, fewest contradictions
+  std::vector<QuirkOption> quirks;           // where the drive differs from `nearest`
+  std::string_view encoder_span;             // quirk of no generation; empty: unknown
   protocol::Framing framing = protocol::Framing::kCan;
-  bool ms = false;    // sure to be of the MS series
-  std::string motor;  // from the label in its product info; empty: unknown
+  bool ms = false;    // true: the drive is surely of the MS series
+  std::string motor;  // by the label in the drive's product info; empty: unknown
   std::vector<Trait> decided;
-  std::vector<Trait> unknown;        // visible in logs, but not in this one
-  std::vector<Trait> contradictory;  // frames contradict each other
-  bool foreign = false;              // replies on identifiers of no LK drive
+  std::vector<Trait> unknown;        // logs can show these traits, but this log does not
+  std::vector<Trait> contradictory;  // frames about these traits contradict each other
+  bool foreign = false;              // true: no LK drive replies with these identifiers
 
   /// Returns `quirks`, and `encoder_span` if known.
   std::vector<QuirkOption> all_quirks() const;
@@ -46,14 +46,14 @@ struct Guess {
   std::string options() const;
 };
 
-/// Substitute for every MS motor, because frames do not show which one it is.
+/// Motor for commands that emulate an MS drive, because frames do not show which motor it has.
 inline constexpr std::string_view kMsStandIn = "ms4010";
 
 Guess guess_of(const Evidence& evidence);
-/// Returns the names of the possible values: "centivolt", "centivolt_and_bus_current".
+/// Returns the names of the values that `trait` may have: "centivolt", "centivolt_and_bus_current".
 std::vector<std::string_view> possible_value_names(Trait trait, const Evidence& evidence);
-/// Returns the unknown traits that separate the generations that fit, or the nearest ones if none
-/// fits.
+/// Returns the unknown traits that differ between the generations that fit. If none fits, between
+/// the nearest ones.
 std::vector<Trait> telling(const Guess& guess);
 
 }  // namespace lk::emulator

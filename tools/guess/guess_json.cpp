@@ -13,7 +13,7 @@ std::string line(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-/// Returns the key of a trait; kSeries is not a switch and has its own key.
+/// Returns the JSON key of a trait: the name of its switch; "series" for kSeries, which is none.
 std::string_view key_of(Trait trait) {
   return trait == Trait::kSeries ? "series" : row_of(trait).key;
 }

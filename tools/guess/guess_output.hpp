@@ -14,17 +14,17 @@ std::string guess_text(const Guesser& guesser, Language language);
 /// (docs/reference/formats.md).
 std::string guess_json(const Guesser& guesser);
 
-/// A command that emulates a bus, and its assumptions.
+/// A command line that emulates a bus, and what it assumes without proof.
 struct StartCommand {
   std::string line;
   std::vector<std::string> doubts;
 };
 
-/// Commands that emulate the drives. A command allows one kind of drive on a bus, so a bus with
-/// several kinds is in `robot`.
+/// Command lines that emulate the drives. A command line allows only one kind of drive on a bus.
+/// Buses with several kinds are in `robot`.
 struct Starts {
   std::vector<StartCommand> commands;
-  std::string robot;  // a configuration file; empty: no bus needs it
+  std::string robot;  // text of a configuration file; empty: no bus needs one
 };
 Starts starts_of(const Guesser& guesser, Language language);
 

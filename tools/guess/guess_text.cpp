@@ -133,7 +133,7 @@ std::string summary_of(const Guess& guess, Language language) {
   return names(guess.fits, say({" or ", " 或 "}, language));
 }
 
-/// Describes the query to send, or the event to wait for, to know more.
+/// Describes the query to send or the event to wait for, so that a log shows the trait.
 std::string probe_line(Trait trait, int drive, protocol::Framing framing, Language language) {
   const TraitRow& row = row_of(trait);
   if (!has_probe(trait, framing)) {
@@ -148,7 +148,7 @@ std::string probe_line(Trait trait, int drive, protocol::Framing framing, Langua
   return say(words, language, probe_text(trait, drive, framing), row.key, row.how.in(language));
 }
 
-/// Lists the traits that separate generations, then the other unknown traits.
+/// Lists the unknown traits: first those that separate the possible generations, then the others.
 std::string unknown_lines(const Guess& guess, int drive, Language language) {
   std::string text;
   const std::vector<Trait> apart = telling(guess);
@@ -165,7 +165,7 @@ std::string unknown_lines(const Guess& guess, int drive, Language language) {
                                    language, rest);
 }
 
-/// Lists observations that do not occur with LK-TECH drives.
+/// Lists observations that LK-TECH drives do not cause.
 std::string oddities(const DriveWatch& drive, Language language) {
   std::string text;
   if (drive.odd_currents() > 0) {
@@ -232,7 +232,7 @@ std::string drive_text(int id, const DriveWatch& drive, std::optional<SimTime> b
   return text + oddities(drive, language) + unknown_lines(guess, id, language);
 }
 
-// --- how to emulate them
+// --- commands that emulate the drives
 
 /// Returns true for a virtual bus whose name is safe in a shell and in a file.
 bool is_virtual(std::string_view name) {
@@ -246,8 +246,8 @@ bool is_virtual(std::string_view name) {
   return false;
 }
 
-/// Replaces the bus names of a log by names of virtual buses. A copied command must not start on a
-/// real bus.
+/// Replaces the bus names of a log by names of virtual buses, so that a copied command line does
+/// not start drives on a real bus.
 class BusNames {
  public:
   explicit BusNames(const Guesser& guesser) {
@@ -274,7 +274,7 @@ class BusNames {
 
 /// Drives of a bus with the same options.
 struct Kind {
-  Guess guess;  // of the first; but `fits` is common to all of them
+  Guess guess;  // of the first drive, but `fits` has only generations that fit all drives
   std::vector<int> ids;
 };
 
@@ -293,7 +293,7 @@ std::map<std::string, Kind> kinds_of(const Guesser& guesser, const GuessedBus& b
   return kinds;
 }
 
-/// Lists what the command assumes without proof.
+/// Lists what a command line assumes without proof.
 std::vector<std::string> doubts(const Guess& guess, Language language) {
   std::vector<std::string> notes;
   if (guess.framing == protocol::Framing::kSerial) {
@@ -317,7 +317,7 @@ std::vector<std::string> doubts(const Guess& guess, Language language) {
   return notes;
 }
 
-/// Puts words in quotes; true, 16 and 0x180 stay without.
+/// Returns the value of a quirk as TOML: words in quotes; true, 16 and 0x180 without.
 std::string toml_value(std::string_view value) {
   const bool bare = value == "true" || value == "false" ||
                     std::isdigit(static_cast<unsigned char>(value.front())) != 0;

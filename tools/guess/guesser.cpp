@@ -14,7 +14,7 @@ FrameReader every_command(Series series, const protocol::Dialect& wire) {
     ServoConfig servo;
     servo.id = id;
     servo.profile.series = series;
-    servo.quirks.manual_reply_bytes = true;  // besides the bytes of the query
+    servo.quirks.manual_reply_bytes = true;  // also accepts DATA[0] as printed in the manual
     auto& dialect = servo.quirks.dialect;
     dialect = wire;
     dialect.pid_commands = true;
@@ -36,13 +36,14 @@ FrameReader every_command(Series series, const protocol::Dialect& wire) {
   return FrameReader(bus);
 }
 
-/// On CAN, the positions of fields do not matter to separate queries from replies.
+/// Returns the readers for CAN. One dialect is enough: positions of fields do not matter for
+/// telling queries from replies.
 std::vector<FrameReader> can_readers() {
   return {every_command(Series::kMf, protocol::kLegacyDialect),
           every_command(Series::kMs, protocol::kLegacyDialect)};
 }
 
-/// On RS-485, the length of a packet must be that of some manual.
+/// Returns the readers for RS-485. Dialects matter here: packets of the manuals differ in length.
 std::vector<FrameReader> serial_readers() {
   return {every_command(Series::kMf, protocol::kM35Dialect),
           every_command(Series::kMf, protocol::kM36bDialect),
@@ -121,7 +122,7 @@ Guess Guesser::guess(const DriveWatch& drive) const {
   return guess;
 }
 
-/// Keeps the first problem and counts all.
+/// Counts a line that is no frame, and keeps the first problem.
 void Guesser::refuse(const std::string& problem) {
   if (bad_lines_++ == 0) first_problem_ = "line " + std::to_string(lines_) + ": " + problem;
 }

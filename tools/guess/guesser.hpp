@@ -18,28 +18,28 @@
 
 namespace lk::emulator {
 
-/// Evidence from one interface and one wire.
+/// Evidence from one interface, and from one of CAN and RS-485.
 struct GuessedBus {
   explicit GuessedBus(std::span<const FrameReader> readers) : conversation(readers) {}
 
   Conversation conversation;
   std::map<int, DriveWatch> drives;  // by ID
   std::uint64_t frames = 0;
-  std::uint64_t others = 0;  // frames of no drive
+  std::uint64_t others = 0;  // frames that belong to no drive
 };
 
-/// Finds the kind of drives from lines of candump. Assumes no generation.
+/// Finds out from lines of candump which firmware and motors the drives have.
 class Guesser {
  public:
   struct Options {
     bool json = false;
     Language language = Language::kEnglish;
-    /// Returns the name of the motor with this label, which may be any text; empty if none.
+    /// Returns the profile name of the motor with this label (any text); empty if none has it.
     std::function<std::string(const std::string& label)> motor_of = {};
   };
   explicit Guesser(Options options);
 
-  /// Processes a line without its end. Returns an empty text: the result comes from finish().
+  /// Processes a line without its line end. Returns an empty text; finish() returns the result.
   std::string take(std::string_view line);
   /// Ends the input and returns the findings.
   std::string finish();

@@ -14,18 +14,19 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// All assumed: far above noise, and small enough for a field that wraps around.
+// Limits, all assumed: far above noise, and small enough not to miss a wrap-around of the field.
 constexpr double kLeastTurn_cdeg = 1000;
 constexpr double kMaxTurn_cdeg = 12'000;
-constexpr SimTime kTogether = 20ms;  // longest time from the field to the angle
+constexpr SimTime kTogether = 20ms;  // longest time between the replies with field and angle
 constexpr int kAtRest_dps = 3;
 constexpr std::size_t kFewestTurns = 3;
 constexpr std::size_t kMaxTurns = 63;
 constexpr double kTolerance = 0.03;
 
-// Counts per turn of LK-TECH encoders: 12, 14, 15 and 16 bits; 18-bit ones show 16.
+// Counts per turn of LK-TECH encoders with 12, 14, 15 and 16 bits. The field shows 16 bits of an
+// 18-bit encoder.
 constexpr double kRotorTurns[] = {4096, 16'384, 32'768, 65'536};
-// Ratios of the geared motors (docs/start/which-drive.md); their encoders have 18 bits.
+// Gear ratios of the geared motors, whose encoders have 18 bits (docs/start/which-drive.md).
 constexpr double kRatios[] = {6, 8, 9, 10, 36};
 
 bool is_near(double value, double expected) { return std::abs(value / expected - 1) <= kTolerance; }
@@ -65,7 +66,7 @@ std::optional<EncoderSpan> EncoderWatch::angle(std::int64_t angle_cdeg, std::opt
   return std::nullopt;
 }
 
-/// Uses the median, because a field that wraps around in between is off by a turn.
+/// Uses the median, because a wrap-around between two replies makes a sample wrong by a turn.
 std::optional<double> EncoderWatch::counts_per_turn() const {
   if (per_turn_.size() < kFewestTurns) return std::nullopt;
   std::vector<double> sorted = per_turn_;
@@ -82,9 +83,9 @@ using protocol::get_le;
 using protocol::Opcode;
 using namespace std::chrono_literals;
 
-// All assumed: far enough from rest and from noise to separate them.
+// Limits, all assumed: they separate turning, rest and noise by a large margin.
 constexpr double kTurningFrom_dps = 100;
-constexpr double kTurns = 0.5;  // of the commanded speed
+constexpr double kTurns = 0.5;  // share of the commanded speed from which the shaft turns
 constexpr double kRests_dps = 3;
 constexpr SimTime kSlowestRise = 10s;
 constexpr SimTime kStaysFor = 300ms;
@@ -118,8 +119,8 @@ void MotionWatch::query(const Sighting& query) {
       limited_since_ = *query.at;
       held_ = 0;
     }
-    // A repeated command changes nothing while the shaft turns. After a run that did not resume, it
-    // shows that the drive executes commands.
+    // A repeated command changes nothing while the shaft turns. If the shaft did not turn after
+    // 0x88, a speed command tests that the drive executes commands.
     if (run_ == Run::kStayed && enough) {
       speed_dps_ = speed_dps;
     } else if (!enough) {
@@ -166,7 +167,7 @@ void MotionWatch::reply(const Sighting& reply, Evidence& evidence) {
 void MotionWatch::state_2(const Sighting& reply, Evidence& evidence) {
   const double speed_dps = get_le<std::int16_t>(reply.frame.data, 4);
   const double iq_lsb = std::abs(static_cast<double>(get_le<std::int16_t>(reply.frame.data, 2)));
-  // A load may turn the shaft backwards or beyond the commanded speed, against the drive.
+  // A load, not the drive, may turn the shaft backwards or beyond the commanded speed.
   const bool driven =
       speed_dps * speed_dps_ < 0 || std::abs(speed_dps) > kBeyond * std::abs(speed_dps_);
   if (limit_lsb_ > 0 && !driven && *reply.at - limited_since_ >= kLimitActsAfter &&
@@ -198,7 +199,7 @@ void MotionWatch::state_2(const Sighting& reply, Evidence& evidence) {
       }
       break;
     case Run::kStayed:
-      // The drive executes the next command, so it was not off for an error.
+      // The drive executes the next command, so it was not switched off by an error.
       if (turns) {
         evidence.see(Trait::kRunResumes, only(kSwitchedOff), Weight::kLikely, stayed_);
         run_ = Run::kTurning;

@@ -11,12 +11,14 @@
 
 namespace lk::emulator {
 
-/// Finds the width of a drive's encoder field, and which turn it spans. Its memory is bounded.
+/// Finds the width of a drive's encoder field, and whether it spans a turn of the rotor or of the
+/// output. Uses bounded memory.
 class EncoderWatch {
  public:
   /// Processes the encoder field of a reply; `speed_dps` if the reply has it.
   void field(std::uint16_t counts, std::optional<int> speed_dps, std::optional<SimTime> at);
-  /// Processes a reply to 0x92. Returns the turn that the steps of the field and of 0x92 show.
+  /// Processes a reply to 0x92. Returns the turn that the encoder field spans, if the changes of
+  /// the field and of the angle in 0x92 show it.
   std::optional<EncoderSpan> angle(std::int64_t angle_cdeg, std::optional<SimTime> at);
 
   /// Returns the largest value of the field; empty if no reply had it.
@@ -41,7 +43,7 @@ class EncoderWatch {
   std::vector<double> per_turn_;
 };
 
-/// Finds traits that show only in the motion or the angle of a drive. Needs time stamps.
+/// Finds traits that only motion or angle of a drive show. Ignores frames without time stamps.
 class MotionWatch {
  public:
   void query(const Sighting& query);
@@ -51,20 +53,21 @@ class MotionWatch {
   void state_2(const Sighting& reply, Evidence& evidence);
   void angle(const Sighting& reply, Evidence& evidence);
 
-  // 0x88 after 0x81: progress of a speed command.
+  // For Trait::kRunResumes: a speed command, then 0x81, then 0x88.
   enum class Run : std::uint8_t { kNone, kAsked, kTurning, kStopping, kResting, kRunSent, kStayed };
   Run run_ = Run::kNone;
   double speed_dps_ = 0;
-  SimTime since_{0};   // time of the command
+  SimTime since_{0};   // time of the speed command
   SimTime rise_{0};    // time from the command to turning
   SimTime run_at_{0};  // time of 0x88
   Sighting stayed_;
-  // 0xA2 with a limit: its start, replies since then, and replies beyond the limit.
+  // For Trait::kSpeedLimit: the limit of the last 0xA2, the time since the limit is the same, and
+  // the number of replies since then and of replies beyond the limit.
   int limit_lsb_ = 0;
   SimTime limited_since_{0};
   std::uint64_t held_ = 0;
   std::uint64_t beyond_ = 0;
-  // 0x95: the angle before, and the angle sent.
+  // For Trait::kClearAngle: time and angle of the last reply before 0x95, time and angle in 0x95.
   std::optional<std::pair<SimTime, std::int64_t>> angle_cdeg_;
   std::optional<std::pair<SimTime, std::int64_t>> cleared_to_cdeg_;
 };

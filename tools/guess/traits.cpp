@@ -94,7 +94,7 @@ constexpr std::array<TraitRow, kTraitCount> kRows{{
        {"0x95 sets the multi-turn angle to 0", "0x95 把多圈角度清零"},
        {"0x95 sets the multi-turn angle to [4:7]", "0x95 把多圈角度设为 [4:7]"}}},
      [](const Quirks& q) -> std::size_t {
-       // The difference between "zero" and "implemented" does not show.
+       // Frames do not show the difference between "zero" and "implemented".
        const auto meaning = q.dialect.clear_angle;
        return meaning == protocol::ClearAngleMeaning::kZero ? 1 : static_cast<std::size_t>(meaning);
      },

@@ -16,7 +16,8 @@
 
 namespace lk::emulator {
 
-/// Sorted by how much they say about a drive, and how often they show.
+/// Properties by which drives differ, and which a log can show. Sorted: traits that tell most about
+/// a drive and show most often come first.
 enum class Trait : std::uint8_t {
   kReplyId,
   kState1,
@@ -50,14 +51,14 @@ enum class Trait : std::uint8_t {
 inline constexpr std::size_t kTraitCount = static_cast<std::size_t>(Trait::kSeries) + 1;
 inline constexpr std::size_t kMaxValues = 3;
 
-/// A set of values of a trait, bit n for value n.
+/// A set of values of a trait: bit n is set if the set contains value n.
 using ValueSet = std::uint8_t;
 constexpr ValueSet only(std::size_t value) { return static_cast<ValueSet>(1U << value); }
 constexpr bool contains(ValueSet set, std::size_t value) {
   return (unsigned{set} >> value & 1U) != 0;
 }
 
-// Values by their index in the row of the trait; an on/off switch has 0 for off.
+// Values of traits: indices into TraitRow::values.
 inline constexpr std::size_t kSwitchedOff = 0;
 inline constexpr std::size_t kSwitchedOn = 1;
 inline constexpr std::size_t kNarrow = 0;  // 16 bits
@@ -74,31 +75,31 @@ enum class Wires : std::uint8_t { kCan, kSerial, kBoth };
 
 struct TraitRow {
   std::string_view key;                             // name of the switch; empty for kSeries
-  std::size_t count;                                // of values
+  std::size_t count;                                // number of values
   std::array<std::string_view, kMaxValues> values;  // as --quirk takes them
   std::array<BilingualText, kMaxValues> meanings;   // what a drive does
-  /// Returns the value of a drive with these switches; null if they do not define it.
+  /// Returns the value of a drive with these switches. Null if switches do not define the value.
   std::size_t (*of)(const Quirks& quirks);
   std::string_view probe;              // DATA of the first query that decides the trait
   BilingualText how;                   // further steps; without a probe, all steps
-  Wires wires = Wires::kCan;           // on which the trait shows
-  std::string_view serial_probe = {};  // CMD and data of a packet that decides it
+  Wires wires = Wires::kCan;           // where frames show the trait
+  std::string_view serial_probe = {};  // CMD and data of an RS-485 packet that decides the trait
 };
 
 const TraitRow& row_of(Trait trait);
 /// Returns all values of a trait.
 ValueSet all_of(Trait trait);
-/// Returns true if frames of the wire show the trait.
+/// Returns true if frames on CAN or RS-485 (`framing`) can show the trait.
 bool shows_on(Trait trait, protocol::Framing framing);
 /// Returns true if a query decides the trait.
 bool has_probe(Trait trait, protocol::Framing framing);
-/// Returns the query that decides the trait, as for cansend; empty if there is none.
+/// Returns the query that decides the trait, in the format of cansend; empty if there is none.
 std::string probe_text(Trait trait, int drive, protocol::Framing framing);
 
 /// Returns the trait that decides whether a drive answers the command; empty if all drives do.
 std::optional<Trait> trait_of_command(protocol::Opcode opcode, protocol::Framing framing);
 
-/// Switches that frames never show.
+/// Switches that no frame shows.
 inline constexpr std::string_view kNeverShown[] = {
     "single_turn_target_bits",
     "iq_scale",
