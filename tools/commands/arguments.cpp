@@ -87,7 +87,7 @@ void wrap_help(CLI::App& app) {
   for (CLI::App* const word : app.get_subcommands({})) word->formatter(formatter);
 }
 
-// --- problems
+// --- error messages
 
 std::string perhaps(const std::string& word, const std::vector<std::string>& known) {
   const std::string meant = closest_match(word, known);
@@ -128,11 +128,11 @@ std::string argument_problem(const CLI::App& app, const std::vector<std::string>
   return fmt::format("no command \"{}\"{}", word, perhaps(word, words));
 }
 
-/// Options that name a file; no two of them may name the same file.
+/// Options that name a file. No two of them may name the same file.
 constexpr const char* kFiles[] = {"--output", "--report", "--csv",   "--candump",
                                   "--html",   "--json",   "--junit", "--scenario"};
 
-/// Refuses one file for two outputs: the last one written would overwrite the other.
+/// Throws if two options name the same file: the output that is written last would overwrite it.
 void check_files(const CLI::App& app) {
   std::map<std::string, std::string> taken;  // file, option
   for (const char* name : kFiles) {
@@ -159,7 +159,7 @@ bool parse_arguments(CLI::App& app, int argc, const char* const* argv,
     app.exit(answer);
     return false;
   } catch (const CLI::ParseError& problem) {
-    // For an unexpected argument, the library's message is vague, or about another missing one.
+    // If an argument is unexpected, CLI11's message is vague, or is about another argument.
     const std::string left_over = argument_problem(app, first_words);
     throw StartError((left_over.empty() ? problem.what() : left_over) + " (see " + app.get_name() +
                      " --help)");

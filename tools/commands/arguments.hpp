@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Command lines of all commands: parsing, help, problems, and the option --lang.
+/// @file Parses the command lines of all commands: help, error messages, and the option --lang.
 
 #include <initializer_list>
 #include <string>
@@ -15,20 +15,19 @@ class App;
 
 namespace lk::emulator {
 
-/// Parses the arguments of a command. Returns false if nothing remains to do (`--help`). Words in
-/// `first_words` are other commands, valid only as the first argument. Throws StartError.
+/// Parses the arguments of a command. Returns false if nothing remains to do (`--help`).
+/// `first_words` are other commands, which are valid only as first argument. Throws StartError.
 bool parse_arguments(CLI::App& app, int argc, const char* const* argv,
                      const std::vector<std::string>& first_words = {});
 
-/// Throws StartError with `format` and the first of these options that is given; none if all are
-/// absent.
+/// Throws StartError if any of the options is given. The message is `format` with the first one.
 void refuse_options(const CLI::App& app, std::initializer_list<const char*> options,
                     const char* format);
 
-/// Describes --lang in the help.
+/// Text for --lang in the help.
 inline constexpr const char* kLanguageAbout =
     "language of the output: en or zh (default: the locale's)";
-/// Adds `--lang en` and `--lang zh`, for commands with output in both languages.
+/// Adds the option --lang, for commands with output in English and Chinese.
 void add_language_option(CLI::App& app, std::string& given);
 
 /// Returns the language of --lang, or of the locale: the first set of LC_ALL, LC_MESSAGES, LANG.

@@ -33,7 +33,7 @@ any --bus are for all. Example, two buses:
 Exit status: 0 stopped by SIGINT or SIGTERM, 1 failed while running (with --strict: or advice
 was given), 2 unusable input; with --scenario its verdict: 0 passed, 1 failed, 3 invalid.)";
 
-/// The values as CLI11 collects them; the first four options are repeatable.
+/// Values of the options, as CLI11 stores them. The first four options are repeatable.
 struct Raw {
   std::vector<std::string> buses;
   std::vector<std::string> ids;
@@ -212,7 +212,7 @@ void set_quirk(const std::string& text, FirmwareRequest& firmware) {
   }
 }
 
-/// Assigns each option that belongs to a bus to the --bus before it.
+/// Assigns each option that is for one bus to the --bus before the option.
 void pair_up(const CLI::App& app, const Raw& raw, Overrides& overrides) {
   auto next_bus = raw.buses.begin();
   auto next_ids = raw.ids.begin();
@@ -235,7 +235,7 @@ void check_log_level(const std::string& level) {
                    "\" is not one of trace, debug, info, warn, error, off");
 }
 
-/// Parses a decimal number: 010 is ten. Throws StartError, also if the number is out of range.
+/// Parses a decimal number: 010 is ten. Throws StartError if it is no number or out of range.
 std::int64_t parse_number(const char* option, const std::string& text) {
   std::int64_t number = 0;
   const char* last = text.data() + text.size();
@@ -249,7 +249,7 @@ std::int64_t parse_number(const char* option, const std::string& text) {
   return number;
 }
 
-/// Parses a bit rate; `problem` says what is wrong with it.
+/// Parses a bit rate. `problem` returns what is wrong with a rate; empty: nothing.
 std::int64_t parse_rate(const char* option, const std::string& text,
                         std::string (*problem)(std::int64_t)) {
   const std::int64_t rate = parse_number(option, text);
@@ -268,8 +268,8 @@ double parse_real(const char* option, const std::string& text) {
   return number;
 }
 
-/// Parses "127.0.0.1:8474", "[::1]:0", "localhost:8474". Does no name look-up: localhost is
-/// 127.0.0.1, which browsers use if ::1 does not answer.
+/// Parses "127.0.0.1:8474", "[::1]:0", "localhost:8474". Looks up no names: localhost is 127.0.0.1,
+/// which browsers use if ::1 does not answer.
 HttpAddress parse_http_address(const std::string& text) {
   const std::size_t colon = text.rfind(':');
   const std::string host = text.substr(0, colon);
@@ -293,7 +293,8 @@ HttpAddress parse_http_address(const std::string& text) {
   return {*address, static_cast<std::uint16_t>(port)};
 }
 
-/// Throws for an open address without a token, so that --check fails as the start would.
+/// Throws if other machines could reach the control interface without a token. The start would fail
+/// too; this check makes --check fail.
 void check_reach(const ControlOptions& control) {
   if (control.http && !is_loopback(control.http->address) && control.token_file.empty() &&
       !control.open_to_others) {

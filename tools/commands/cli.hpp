@@ -14,26 +14,26 @@ class App;
 
 namespace lk::emulator {
 
-/// The parsed command line of a run.
+/// The parsed command line of `lk-emu` without a command: run drives.
 struct CommandLine {
   RunOptions run;
   std::optional<std::filesystem::path> config_file;
   std::optional<std::filesystem::path> scenario;
-  bool check = false;  // print what would run, and start nothing
+  bool check = false;  // true: print the configuration but start nothing
   std::string log_level = "info";
 };
 
-/// Parses the command line. Empty if nothing remains to do (`--help`, `--version`, printed on
-/// standard output). Throws StartError.
+/// Parses the command line. Empty if nothing remains to do: `--help` or `--version` is printed on
+/// standard output. Throws StartError.
 std::optional<CommandLine> parse_command_line(int argc, const char* const* argv);
 
-/// Returns the options of a run, for completions; other commands have theirs in commands().
+/// Returns the options of `lk-emu` without a command, for completions. commands() has the others.
 std::shared_ptr<CLI::App> program_app();
 
 inline constexpr const char* kLogLevels[] = {"trace", "debug", "info", "warn", "error", "off"};
 
-/// Returns the buses to run, from configuration file, profiles and command line. Stores the files
-/// that were read in `run.texts`. Throws StartError.
+/// Returns the buses to run, from configuration file, profiles and command line. Stores the texts
+/// of the files in `command_line.run.texts`. Throws StartError.
 std::vector<BusConfig> load_config(CommandLine& command_line);
 
 }  // namespace lk::emulator

@@ -44,7 +44,7 @@ Names can_interfaces() {
   return names;
 }
 
-/// Returns the values of an option by its type in --help: "MOTOR", "on|off|cycle", "SCENARIO|stop".
+/// Returns the values for an option's type in --help: "MOTOR", "on|off|cycle", "SCENARIO|stop".
 Names values(std::string_view type) {
   if (const auto bar = type.find('|'); bar != std::string_view::npos) {
     Names words = values(type.substr(0, bar));
@@ -61,7 +61,7 @@ Names values(std::string_view type) {
   if (type == "MODE") return {"realtime", "stepped", "x0.1", "x10"};
   if (type == "LANG") return {"en", "zh"};
   if (type == "LEVEL") return {std::begin(kLogLevels), std::end(kLogLevels)};
-  // Small letters are literal; capitals are placeholders.
+  // A type in small letters is a literal value, a type in capitals a placeholder.
   if (std::ranges::all_of(type, [](char c) { return c >= 'a' && c <= 'z'; })) {
     return {std::string(type)};
   }
@@ -71,7 +71,7 @@ Names values(std::string_view type) {
 Names values(const CLI::Option& option) {
   if (option.check_lname("generation")) return generation_words();
   const std::string type = option.get_type_name();
-  // TEXT is CLI11's default; then the name of a positional says more.
+  // CLI11's default type is TEXT. A positional argument then has its name as type.
   return values(option.get_positional() && type == "TEXT" ? option.get_name(true) : type);
 }
 
@@ -85,7 +85,7 @@ const CLI::App* find_subcommand(const CLI::App& app, const std::string& word) {
   return found != all.end() ? *found : nullptr;
 }
 
-/// Position of the last word on the command line.
+/// State of the command line before the word to complete.
 class Place {
  public:
   Place() : root_(program_app()), app_(root_.get()) {}
@@ -145,7 +145,7 @@ class Place {
     return {names.begin(), names.end()};
   }
 
-  /// Returns the positional argument of the next word; the last one may take several words.
+  /// Returns the positional argument for the next word. The last one may take several words.
   const CLI::Option* find_positional() const {
     std::size_t left = position_;
     for (const CLI::Option* option : app_->get_options()) {
@@ -158,7 +158,7 @@ class Place {
 
   std::shared_ptr<CLI::App> root_;
   const CLI::App* app_;
-  const CLI::Option* awaiting_ = nullptr;  // the next word is its value
+  const CLI::Option* awaiting_ = nullptr;  // option whose value is the next word; null: none
   std::size_t position_ = 0;               // positional arguments so far
   bool first_ = true;
 };
@@ -168,7 +168,7 @@ Names completions(Names words) {
   if (!words.empty()) words.pop_back();
   Place place;
   for (const std::string& passed : words) place.pass(passed);
-  std::string kept;  // part of the word before the completed part
+  std::string kept;  // begin of the word, which is not completed: "--option=", "a,b,"
   if (word == "=") word.clear();
   if (const auto equals = word.find('='); word.starts_with("--") && equals != std::string::npos) {
     place.pass(word.substr(0, equals));

@@ -41,7 +41,7 @@ struct RawCtl {
   std::string language;
 };
 
-/// Makes all strings safe to print, because they may come from other programs.
+/// Returns `json` with all strings safe to print, because they may come from other programs.
 Json printable(Json json) {
   if (json.is_string()) return sanitized_line(json.get<std::string>());
   if (json.is_structured()) {
@@ -50,7 +50,7 @@ Json printable(Json json) {
   return json;
 }
 
-/// Makes a path absolute: the running lk-emu may have another working directory.
+/// Returns the absolute path, because the running lk-emu may have another working directory.
 std::string absolute(const std::string& path) {
   return std::filesystem::absolute(path).lexically_normal().string();
 }
@@ -87,12 +87,12 @@ std::string done_line(const Json& json) {
   return text;
 }
 
-/// A command line, and the running lk-emu that it is for.
+/// A `ctl` command line, and the connection to the running lk-emu.
 class Ctl {
  public:
   explicit Ctl(const RawCtl& given) : raw(given) {}
 
-  /// Looks for the socket at the first request, so that wrong arguments are reported first.
+  /// Returns the client. Looks for the socket only now, so that wrong arguments are reported first.
   const CtlClient& client() {
     if (!client_) client_.emplace(find_socket(raw.socket, raw.bus));
     return *client_;
@@ -132,7 +132,7 @@ class Ctl {
       throw StartError("ctl: IDs are given twice");
     request["ids"] = raw.ids;
   }
-  /// Returns an object of the words KEY=VALUE and of --ids.
+  /// Returns an object with the words KEY=VALUE and the values of --ids.
   Json assignments() const {
     Json request = Json::object();
     for (const std::string& word : raw.words) put_word(request, word);
@@ -191,7 +191,7 @@ int send(Ctl& ctl) {
   return ctl.ask("POST", "/frames", request, sent_lines);
 }
 
-/// Returns why the program is not ready; empty if it is.
+/// Returns why the running lk-emu is not ready; empty if it is.
 std::string not_ready(const RawCtl& raw) {
   try {
     const CtlClient client(find_socket(raw.socket, raw.bus));
@@ -205,7 +205,7 @@ std::string not_ready(const RawCtl& raw) {
   }
 }
 
-/// Waits until all interfaces are up. Asks the program itself, because a log may be old.
+/// Waits until all interfaces are up. Asks the running lk-emu, because its log may be old.
 int wait(Ctl& ctl) {
   const double limit_s = ctl.raw.lasts.empty() ? 30 : parse_span_s(ctl.raw.lasts);
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(limit_s);
@@ -245,7 +245,7 @@ struct Row {
   const char* word;
   const char* about;
   int (*run)(Ctl& ctl);
-  const char* argument = nullptr;  // name of the word that follows
+  const char* argument = nullptr;  // name of the word after `word`; null: none
   const char* argument_about = "";
   bool needed = true;
   const char* example = nullptr;

@@ -76,7 +76,7 @@ volatile std::sig_atomic_t g_asked_to_stop = 0;
 
 extern "C" void stop_decoding(int /*signal*/) { g_asked_to_stop = 1; }
 
-/// Lets SIGINT and SIGTERM end the reading; both are blocked outside of wait_for().
+/// Makes SIGINT and SIGTERM end the reading. Both signals are blocked outside of wait_for().
 class StopSignals {
  public:
   StopSignals() {
@@ -85,7 +85,7 @@ class StopSignals {
     for (const int signal : {SIGINT, SIGTERM}) {
       struct sigaction before {};
       ::sigaction(signal, nullptr, &before);
-      if (before.sa_handler == SIG_IGN) continue;  // the parent process wants that
+      if (before.sa_handler == SIG_IGN) continue;  // the parent process has disabled the signal
       struct sigaction action {};
       action.sa_handler = stop_decoding;
       ::sigaction(signal, &action, nullptr);
@@ -94,7 +94,7 @@ class StopSignals {
     ::sigprocmask(SIG_BLOCK, &stops, &otherwise_);
   }
 
-  /// Returns false if reading has to stop.
+  /// Waits until `fd` has input. Returns false if a signal has arrived, so that reading must stop.
   bool wait_for(int fd) const {
     // Checks pending signals first, because ppoll() delivers none while input is always ready.
     sigset_t arrived;
@@ -147,7 +147,7 @@ DecodeOptions read_options(const CLI::App& app, const RawDecode& given) {
 
 std::string because() { return std::strerror(errno); }  // NOLINT(concurrency-mt-unsafe): one thread
 
-/// Splits chunks into lines, and returns the output of the reader for them.
+/// Splits chunks of input into lines, and returns the output of the reader for these lines.
 template <class Reader>
 class Lines {
  public:
@@ -157,7 +157,7 @@ class Lines {
     std::string out;
     while (!chunk.empty()) {
       const std::size_t length = std::min(chunk.find('\n'), chunk.size());
-      // Keeps only the beginning of a line that is too long.
+      // Stores only the beginning of a line that is too long.
       const std::size_t room = kLongestCandumpLine + 2 - begun_.size();
       begun_ += chunk.substr(0, std::min(length, room));
       if (length == chunk.size()) break;
@@ -177,7 +177,7 @@ class Lines {
   std::string begun_;
 };
 
-/// Returns false if the reader of standard output has closed it.
+/// Prints the text. Returns false if the process that reads standard output has closed it.
 bool print(const std::string& text) {
   const int error = text.empty() ? 0 : write_all(STDOUT_FILENO, text);
   if (error == 0 || error == EPIPE) return error == 0;
@@ -185,7 +185,8 @@ bool print(const std::string& text) {
   throw std::runtime_error("standard output: " + because());
 }
 
-/// Prints each line before it reads more. Returns true at the end of the input.
+/// Decodes the input of `fd`. Prints the output for each chunk before it reads more. Returns true
+/// at the end of the input, false if it had to stop before.
 template <class Reader>
 bool decode(int fd, const std::string& name, Reader& reader) {
   Lines lines(reader);
@@ -204,9 +205,9 @@ bool decode(int fd, const std::string& name, Reader& reader) {
   return ended;
 }
 
-/// Returns the name of the shipped motor with this label, which may come from a log; empty if none.
+/// Returns the profile name of the shipped motor with this label; empty if none has it.
 std::string motor_sold_as(const std::string& label) {
-  // A label out of a log must never be taken for a path.
+  // The label may come from a log, and must not be used as a path.
   const bool is_label = !label.empty() && std::ranges::all_of(label, [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-';
   });

@@ -27,7 +27,7 @@ program in Python: python3-can has to be installed. Needs lk-emu-body.
 
 Exit status: 0 ended by Ctrl-C or SIGTERM, 1 robot or host had failed, 2 it could not begin.)";
 
-/// A shipped robot, and its host: a file of python/examples with its arguments.
+/// A shipped robot, and a host program for it: a file in python/examples with its arguments.
 struct Demo {
   const char* word;
   const char* robot;
@@ -55,7 +55,7 @@ fs::path demo_script() {
   throw StartError("demo: python/examples/demo.py not found in " + config_directory().string());
 }
 
-/// Returns the program with bodies: this one, or lk-emu-body in the same directory.
+/// Returns the program that can simulate bodies: this one, or lk-emu-body in the same directory.
 fs::path program_with_bodies() {
   const fs::path self = fs::read_symlink("/proc/self/exe");
   if (body_loader()) return self;

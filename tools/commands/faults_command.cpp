@@ -18,8 +18,8 @@
 namespace lk::emulator {
 namespace {
 
-/// Returns text like "jitter_ms 0..10000 (0)", "frames replies|queries|both (replies)"; `bar`
-/// stands between choices.
+/// Returns text like "jitter_ms 0..10000 (0)", "frames replies|queries|both (replies)". `bar` is
+/// the separator of choices.
 std::string param_text(const FaultParam& param, std::string_view bar) {
   if (!param.choices.empty()) {
     return fmt::format("{} {} ({})", param.word, fmt::join(param.choices, bar),

@@ -10,7 +10,7 @@ namespace lk::emulator {
 std::string list_faults();
 /// Returns one fault with its parameters and an example (`lk-emu faults jam`).
 std::string describe_fault(const FaultRow& row);
-/// Returns the page docs/reference/events.md, as Markdown.
+/// Returns the generated part of docs/reference/events.md, as Markdown.
 std::string fault_page();
 
 }  // namespace lk::emulator

@@ -17,10 +17,10 @@
 namespace lk::emulator {
 namespace {
 
-/// Formats a number printed by the vendor, or a dash if there is none.
+/// Formats a number that the vendor prints; a dash if the vendor prints none.
 std::string printed(double value) { return value > 0 ? fmt::format("{:.4g}", value) : "-"; }
 
-/// Returns the generation that was seen on such drives.
+/// Returns the generation of real drives with this motor; a dash if unknown.
 std::string seen(const Profile& profile) {
   return profile.seen_generation ? std::string(generation_name(*profile.seen_generation)) : "-";
 }

@@ -24,9 +24,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// As python3 -m, but without modules of the working directory, and with one line for what is
-// missing. PYTHONPATH is for the processes that the module starts. Arguments: the command, the
-// module, the directory of the package or nothing.
+// Works as python3 -m, but does not import modules from the working directory, and prints one line
+// if a module is missing. Sets PYTHONPATH for the processes that the module starts. Arguments: the
+// command, the module, the directory of the package (may be empty).
 constexpr const char* kStart = R"(import importlib.util, os, runpy, sys
 command, module, directory = sys.argv[1:4]
 del sys.argv[1:4]
@@ -47,8 +47,8 @@ if directory:
 runpy.run_module(module, run_name="__main__", alter_sys=True)
 )";
 
-/// The Python of the environment that a wheel was installed into, or of the system that the Debian
-/// package belongs to, stands beside the program; else the first one in PATH.
+/// Returns the python3 beside the program, else the first one in PATH. A wheel's environment and
+/// the system of the Debian package have their Python beside the program.
 std::string interpreter(const fs::path& program) {
   const fs::path beside = program.parent_path() / "python3";
   return ::access(beside.c_str(), X_OK) == 0 ? beside.string() : "python3";
@@ -75,8 +75,8 @@ int become(std::vector<std::string> words) {
 
 namespace {
 
-/// Returns what replaces this process by `python3 -m MODULE`, a module of the package lkemu. Python
-/// runs this program as $LKEMU.
+/// Returns a function that replaces this process by `python3 -m MODULE`, with a module of the
+/// package lkemu. The module runs this program by the path in $LKEMU.
 RunCommand run_module(std::string module, Arguments arguments) {
   return [module = std::move(module), arguments]() -> int {
     const fs::path program = fs::read_symlink("/proc/self/exe");
@@ -94,15 +94,15 @@ RunCommand run_module(std::string module, Arguments arguments) {
 
 enum class Takes : std::uint8_t { kNothing, kText, kTexts, kTextEachTime, kNumber };
 
-/// An option of a Python command. Only the help, the completions and their check need it here:
-/// Python itself reads the values.
+/// An option of a Python command, for the help, the completions and a first check. The Python
+/// module parses the arguments again and uses the values.
 struct PythonOption {
   const char* names;
   Takes takes;
   const char* type;  // in the help; null: the library's
   std::string about;
   bool required = false;
-  int most = 0;  // of a number, from 1; 0: any
+  int most = 0;  // for a number: allowed are 1..most; 0: any number
 };
 
 template <class T>

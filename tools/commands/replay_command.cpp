@@ -89,7 +89,7 @@ void check(const CLI::App& app, const ReplayRequest& request) {
   }
 }
 
-// --- a recording
+// --- replay of a recording
 
 ReplayCsv read_csv(const ReplayRequest& request) {
   const SimTime period = row_period(request.rate_Hz);
@@ -107,7 +107,7 @@ Recording open_recording(const std::string& directory) {
   return recording;
 }
 
-/// Returns the length of a recording; 0 if it was not ended in good order.
+/// Returns the length of a recording; 0 if the recording was interrupted and has no end.
 SimTime length(const Recording& recording) {
   SimTime last{0};
   for (const RecordedInput& input : recording.inputs) {
@@ -160,9 +160,9 @@ int replay_recorded(const ReplayRequest& request) {
   return 0;
 }
 
-// --- a log
+// --- replay of a log
 
-/// A bus of the configuration, and its name in the log; empty if not given.
+/// A bus of the configuration, and the name of its interface in the log; empty if not given.
 struct ChosenBus {
   BusConfig config;
   std::string name;
@@ -186,7 +186,7 @@ ChosenBus choose_bus(const ReplayRequest& request) {
   throw StartError("replay: " + request.config + " has no bus " + request.bus.substr(0, sign));
 }
 
-/// Returns the name in logs of candump and of serial ports: "ttyUSB0" of "rs485:/dev/ttyUSB0".
+/// Returns the name that a bus has in a log: "ttyUSB0" for "rs485:/dev/ttyUSB0".
 std::string short_name(const std::string& bus) { return bus.substr(bus.find_last_of("/:") + 1); }
 
 /// Returns the interface to read: that of the bus, or the only one in the log.
@@ -208,8 +208,8 @@ std::string find_interface(const std::vector<CandumpLine>& lines, const ChosenBu
                   fmt::join(all, ", "), bus.config.interface, bus.config.interface));
 }
 
-/// A longer gap means that the clock was set, e.g. from 1970 to the present. To emulate such a gap
-/// would take too long.
+/// Longest allowed time without frames. A longer gap means that the clock was set, e.g. from 1970
+/// to the present, and would take too long to emulate.
 constexpr SimTime kLongestSilence = std::chrono::hours(1);
 
 void check_silences(const std::vector<LoggedFrame>& frames, const std::string& file) {

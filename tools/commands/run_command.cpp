@@ -24,7 +24,7 @@ constexpr const char* kRunFooter = R"(
 Exit status: 0 all passed, 1 an expectation failed (or advice was given, with --strict), or the report could not be printed, 2 unusable
 input, 3 invalid: a planned fault never took effect, so the run says nothing. Of several scenarios the worst counts: 2, 1, 3, 0.)";
 
-/// The values as CLI11 collects them.
+/// Values of the options, as CLI11 stores them.
 struct RawRun {
   std::vector<std::string> files;
   std::string seed;
@@ -162,7 +162,7 @@ int run(const CLI::App& app, const RawRun& raw) {
   const std::optional<std::uint64_t> seed = read_seed(app, raw);
   const RunOutputs outputs = read_outputs(app, raw);
   const Language language = chosen_language(raw.language);
-  // Finds all errors of the input before anything runs.
+  // Loads all scenarios first, so that input errors are found before anything runs.
   std::vector<Scenario> scenarios;
   for (const std::string& file : raw.files) scenarios.push_back(load_scenario(file, seed));
   std::optional<OutputFile> junit;

@@ -20,7 +20,7 @@
 namespace lk::emulator {
 namespace {
 
-/// Time-out for a stopped process, which accepts connections but does not answer.
+/// Time-out for a stopped process: the kernel accepts connections for it, but it does not answer.
 constexpr auto kPatience = std::chrono::seconds(2);
 
 /// A minimal HTTP connection: one request, then the whole answer up to the end of the stream.
@@ -53,7 +53,7 @@ class Connection {
     while (!text.empty()) {
       const ssize_t sent = ::send(fd_, text.data(), text.size(), MSG_NOSIGNAL);
       if (sent < 0 && errno == EINTR) continue;
-      if (sent < 0) return;  // the server may answer before it has read all
+      if (sent < 0) return;  // no error: the server may answer without reading the whole request
       text.remove_prefix(static_cast<std::size_t>(sent));
     }
   }

@@ -8,7 +8,7 @@
 
 namespace lk::emulator {
 
-/// Client of a running lk-emu at its Unix socket; one connection for each request.
+/// Client for the Unix socket of a running lk-emu. Opens a connection for each request.
 class CtlClient {
  public:
   explicit CtlClient(std::filesystem::path socket) : socket_(std::move(socket)) {}
@@ -17,8 +17,8 @@ class CtlClient {
     int status = 0;
     Json body;
   };
-  /// Sends a request. The `path` is relative to the API's base: "/status". Waits at most
-  /// `patience`; 0: no limit. Throws StartError if there is no answer.
+  /// Sends a request and returns the answer. `path` is relative to the base of the API: "/status".
+  /// Waits at most `patience`; 0: no limit. Throws StartError if there is no answer.
   Answer ask(const std::string& method, const std::string& path, const Json& body = nullptr,
              std::chrono::seconds patience = {}) const;
 
@@ -26,8 +26,9 @@ class CtlClient {
   std::filesystem::path socket_;
 };
 
-/// Returns `socket` if given, else the only socket of a running lk-emu, or the only one with `bus`.
-/// With `bus`, skips sockets that do not answer in time, with a message. Throws StartError.
+/// Returns `socket` if not empty. Else returns the socket of the only running lk-emu, or with `bus`
+/// of the only one that has this bus. With `bus`, prints a message about sockets that do not answer
+/// in time, and skips them. Throws StartError.
 std::filesystem::path find_socket(const std::string& socket, const std::string& bus);
 
 }  // namespace lk::emulator

@@ -51,7 +51,7 @@ std::string values(const Json& object, const std::string& indent) {
   return text;
 }
 
-/// Formats each advice as a block, with what to do below.
+/// Formats each advice as a block: `what` is the key of the text, `todo` of the remedy below it.
 std::string advice_blocks(const Json& advice, const char* what, const char* todo) {
   std::string text;
   for (const Json& one : advice) {
@@ -71,7 +71,8 @@ std::string place_text(const Json& place) {
                      number(place, "can_rate"));
 }
 
-/// Formats a line for each drive whose place is, or will be, not the configured one.
+/// Formats a line for each drive whose ID, bus or rates differ from the configuration, now or after
+/// the next start of the drive.
 std::string address_change_lines(const Json& bus) {
   std::string text;
   for (const Json& drive : bus.value("moved", Json::array())) {
@@ -90,8 +91,8 @@ std::string address_change_lines(const Json& bus) {
   return text;
 }
 
-/// Aligns columns to their contents, with two spaces between them. A '>' in `right` marks a column
-/// of numbers; the last column is not padded.
+/// Returns the rows with aligned columns and two spaces between them. A '>' in `right` marks a
+/// column that is aligned to the right. The last column is not padded.
 std::string table(const std::vector<std::vector<std::string>>& rows, std::string_view right) {
   std::vector<std::size_t> widths(right.size());
   for (const auto& row : rows) {

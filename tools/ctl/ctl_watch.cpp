@@ -167,7 +167,7 @@ int watch_drives(const CtlClient& client) {
     std::fputs(drives_table(client.ask("GET", "/drives").body).c_str(), stdout);
     return 0;
   }
-  const std::string first = page(client);  // before switching the screen, because it may fail
+  const std::string first = page(client);  // may throw, hence before the screen is switched
   const Screen screen;
   screen.show(first);
   while (!screen.wait()) screen.show(page(client));

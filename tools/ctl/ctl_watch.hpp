@@ -8,15 +8,16 @@
 
 namespace lk::emulator {
 
-/// Puts "KEY=VALUE" into `object`: a number, true, false, JSON in brackets, or else text.
-/// "load.J_g_cm2=100" sets a key in a nested object. Throws StartError.
+/// Inserts "KEY=VALUE" into `object`. VALUE is a number, true, false, JSON in brackets, or else
+/// text. "load.J_g_cm2=100" sets a key of the nested object `load`. Throws StartError.
 void put_word(Json& object, const std::string& word);
 
-/// Parses "10ms", "1.5s", "250us", "2min"; the default unit is seconds. Throws StartError.
+/// Returns the duration in "10ms", "1.5s", "250us", "2min", in s; the default unit is seconds.
+/// Throws StartError.
 double parse_span_s(const std::string& text);
 
-/// Shows the drives repeatedly until q or Ctrl-C; once if standard output is no terminal. Returns
-/// the exit status.
+/// Shows the drives and updates the display until q or Ctrl-C. If standard output is no terminal,
+/// prints the drives once. Returns the exit status.
 int watch_drives(const CtlClient& client);
 
 }  // namespace lk::emulator

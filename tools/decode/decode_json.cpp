@@ -17,7 +17,7 @@ std::string line(const Json& json) {
 
 double ms_of(SimTime time) { return static_cast<double>(time.count()) / 1e6; }
 
-/// Writes whole numbers without a decimal point.
+/// Returns a JSON number: an integer, without a decimal point, if the value is whole.
 Json number(double value) {
   constexpr double kExact = 9007199254740992.0;  // 2^53
   if (std::round(value) == value && std::abs(value) <= kExact) {
@@ -26,7 +26,7 @@ Json number(double value) {
   return value;
 }
 
-/// In the order of Role.
+/// Words for Role, in its order.
 constexpr const char* kRoleWords[] = {"query", "reply", "unclear", "other"};
 
 Json latency_json(const LatencyHistogram& latency) {
@@ -133,7 +133,7 @@ std::string summary_json(const DecodeSummary& summary, const DecodeOptions& opti
                {"stamps_are_steps", summary.steps},
                {"odd_states", summary.odd_states},
                {"buses", std::move(buses)}};
-  if (!options.buses.empty()) {  // each drive has its own
+  if (!options.buses.empty()) {  // in a recording, drives differ in generation and motor
     for (const char* key : {"generation", "generation_assumed", "motor", "motor_assumed"}) {
       json.erase(key);
     }

@@ -49,7 +49,7 @@ RoleWords role_words(const FrameInfo& info) {
   return {{"", ""}, kYellow};
 }
 
-/// Returns a remark about the frame, besides its contents.
+/// Returns a remark about the frame, to print after its contents.
 std::string remark(const DecodedFrame& frame, Language language) {
   if (!frame.words.problem.empty()) {
     std::string text(in_language(frame.words.problem, language));

@@ -9,7 +9,7 @@
 namespace lk::emulator {
 namespace {
 
-/// A drive at every ID: those of `bus` as they are, the others as `options` say.
+/// Returns `bus` with a drive at every ID. Added drives have the firmware and motor of `options`.
 BusConfig every_drive(const DecodeOptions& options, protocol::Framing framing, BusConfig bus = {}) {
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
     if (std::ranges::count(bus.servos, id, &ServoConfig::id) > 0) continue;
@@ -23,8 +23,8 @@ BusConfig every_drive(const DecodeOptions& options, protocol::Framing framing, B
   return bus;
 }
 
-/// Returns true if bytes of a state 1 are set that are 0 in the layout (docs/reference/protocol.md
-/// §10.1).
+/// Returns true if a state 1 has non-zero bytes that are 0 in the layout
+/// (docs/reference/protocol.md §10.1).
 bool is_odd(const protocol::Payload& data, protocol::State1Layout layout) {
   switch (layout) {
     case protocol::State1Layout::kDeciVolt:
@@ -91,14 +91,14 @@ std::string Decoder::finish() {
   return options_.json ? summary_json(summary_, options_) : summary_text(summary_, options_);
 }
 
-/// Reports the first problem and counts all.
+/// Counts a line that is no frame. Returns a report if it is the first.
 std::string Decoder::refuse(const std::string& problem) {
   if (summary_.bad_lines++ > 0) return "";
   first_problem_ = "line " + std::to_string(lines_) + ": " + problem;
   return options_.json ? bad_line_json(lines_, problem) : bad_line(lines_, problem, options_);
 }
 
-/// Reports each assumption once.
+/// Returns notes about the assumptions that this frame needs, each once per input.
 std::string Decoder::notes(const PrintedFrame& shown) {
   std::string text;
   if (!std::exchange(noted_assumptions_, true)) {
@@ -113,7 +113,8 @@ std::string Decoder::notes(const PrintedFrame& shown) {
   return text;
 }
 
-/// Drops the latencies so far, because their times were wrong.
+/// Handles the first sign that time stamps are differences: drops the latencies so far, because
+/// their times were wrong.
 std::string Decoder::steps_found() {
   summary_.steps = true;
   for (auto& [wire, talk] : conversations_) talk.forget_times();
@@ -127,7 +128,7 @@ std::string Decoder::steps_found() {
                    options_);
 }
 
-/// Counts replies that do not fit the generation, and reports the first.
+/// Counts a reply that does not fit the generation. Returns a report if it is the first.
 std::string Decoder::check_generation(const FrameInfo& info) {
   const std::uint8_t command = info.frame.data[0];
   const bool state_1 = info.role == Role::kReply && (command == 0x9A || command == 0x9B);

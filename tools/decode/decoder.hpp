@@ -18,19 +18,19 @@
 
 namespace lk::emulator {
 
-/// Options for decoding and for the output.
+/// Options of the decoder and its output.
 struct DecodeOptions {
   Generation generation = Generation::kLegacy;
-  Profile profile;  // of the motor
+  Profile profile;  // motor profile
   bool generation_given = false;
   bool motor_given = false;
   bool json = false;
   bool colour = false;
   Language language = Language::kEnglish;
-  std::vector<BusConfig> buses;  // of a recording, which has its drives; empty: of a log
+  std::vector<BusConfig> buses;  // drives, if the input is a recording; empty: it is a log
 };
 
-/// A frame and its meaning.
+/// A frame of the input and its meaning.
 struct DecodedFrame {
   std::uint64_t line = 0;  // from 1
   std::string_view interface;
@@ -41,13 +41,13 @@ struct DecodedFrame {
   FrameWords words{};
 };
 
-/// Summary of a log. Its memory is bounded.
+/// Summary of a log. Uses bounded memory.
 struct DecodeSummary {
   std::map<std::string, BusTally, std::less<>> buses;
   std::uint64_t frames = 0;
   std::uint64_t bad_lines = 0;   // lines that are not frames
-  bool steps = false;            // time stamps are steps (-t d)
-  std::uint64_t odd_states = 0;  // replies to 0x9A and 0x9B that do not look like the generation
+  bool steps = false;            // time stamps are differences (candump -t d)
+  std::uint64_t odd_states = 0;  // replies to 0x9A, 0x9B without the layout of the generation
 };
 
 /// Converts lines of candump to text or JSON.
@@ -55,7 +55,7 @@ class Decoder {
  public:
   explicit Decoder(DecodeOptions options);
 
-  /// Returns the output for a line without its end.
+  /// Decodes a line without its line end. Returns the output for this line.
   std::string take(std::string_view line);
   /// Ends the input and returns the summary.
   std::string finish();
@@ -66,7 +66,7 @@ class Decoder {
   const std::string& first_problem() const { return first_problem_; }
 
  private:
-  /// Bounds the memory; more than any machine has.
+  /// Limit that bounds the memory; more interfaces than any machine has.
   static constexpr std::size_t kMaxInterfaces = 32;
 
   std::string refuse(const std::string& problem);
@@ -75,7 +75,7 @@ class Decoder {
   static FrameWords read(const FrameInfo& info, const FrameReader& reader);
   std::string check_generation(const FrameInfo& info);
 
-  /// One reader.
+  /// Returns the reader for frames of this interface and framing, as a span of one element.
   std::span<const FrameReader> readers_of(std::string_view interface,
                                           protocol::Framing framing) const;
 

@@ -12,8 +12,8 @@
 namespace lk::emulator {
 namespace {
 
-constexpr unsigned kBits = 5;                       // an octave has 32 steps
-constexpr std::uint64_t kExact_us = 2ULL << kBits;  // below, a step is 1 µs
+constexpr unsigned kBits = 5;                       // an octave has 2^kBits bins
+constexpr std::uint64_t kExact_us = 2ULL << kBits;  // below, bins are 1 µs wide
 constexpr std::uint64_t kMax_us = 1ULL << 40U;      // twelve days; larger values are clamped
 
 std::size_t place_of(std::uint64_t us) {
@@ -117,7 +117,7 @@ namespace {
 
 using Row = std::vector<std::string>;
 
-constexpr std::size_t kLeft = 2;  // columns of text; the others are numbers
+constexpr std::size_t kLeft = 2;  // first columns, with text; the other columns have numbers
 
 const BilingualText kHeads[] = {
     {"drive", "驱动器"},  {"command", "命令"},      {"queries", "命令帧"}, {"replies", "回复帧"},

@@ -13,8 +13,8 @@
 
 namespace lk::emulator {
 
-/// Histogram of latencies in bounded memory. Exact up to 63 µs, to 1/32 beyond, so that a quantile
-/// is off by at most 1.6 %. Minimum and maximum are exact.
+/// Histogram of latencies in bounded memory. Up to 63 µs, bins are 1 µs wide; above, 1/32 of an
+/// octave. The error of a quantile is thus at most 1.6 %. Minimum and maximum are exact.
 class LatencyHistogram {
  public:
   /// Ignores negative times.
@@ -35,10 +35,10 @@ class LatencyHistogram {
 struct CommandTally {
   std::uint64_t queries = 0;
   std::uint64_t replies = 0;
-  std::uint64_t unclear = 0;     // query or reply, unknown which
+  std::uint64_t unclear = 0;     // frames that may be a query or a reply
   std::uint64_t unanswered = 0;  // queries that surely got no reply
-  std::uint64_t open = 0;        // queries whose reply is unknown
-  std::uint64_t orphans = 0;     // replies without a query
+  std::uint64_t open = 0;        // queries that may have got a reply
+  std::uint64_t orphans = 0;     // replies without a query in the log
   LatencyHistogram latency;
 };
 
@@ -47,7 +47,7 @@ struct ErrorTally {
   std::optional<SimTime> first_at;
 };
 
-/// Counters of one interface. Their memory is bounded.
+/// Counters of one interface. Use bounded memory.
 struct BusTally {
   std::uint64_t frames = 0;
   protocol::Framing framing = protocol::Framing::kCan;
@@ -55,14 +55,14 @@ struct BusTally {
   // Key: drive (0: several), and command byte or identifier.
   std::map<std::pair<int, std::uint32_t>, CommandTally> commands;
   std::map<std::pair<int, std::string_view>, ErrorTally> errors;
-  std::map<std::string_view, std::uint64_t> meaningless;  // frames by reason
-  std::uint64_t of_newer_firmware = 0;  // of these: another generation has the command
+  std::map<std::string_view, std::uint64_t> meaningless;  // frames without meaning, by reason
+  std::uint64_t of_newer_firmware = 0;  // of `meaningless`: another generation has the command
 
   void count(const FrameInfo& info, const FrameWords& words, const std::optional<SimTime>& at);
   void count(const QueryOutcome& settled);
   /// Returns the time from the first to the last frame; empty without time stamps.
   std::optional<double> duration_s() const;
-  /// Returns queries per second, or replies if there are no queries; empty without a duration.
+  /// Returns queries per second (without queries: replies per second); empty without a duration.
   std::optional<double> rate_Hz(const CommandTally& command) const;
 };
 

@@ -25,12 +25,12 @@ struct Message {
   std::string sender;
   std::string receivers;
   std::string comment;
-  bool multiplexed = true;  // by DATA[0]
+  bool multiplexed = true;  // true: DATA[0] selects the signals
 };
 
 std::string number(double value) { return fmt::format("{:.15g}", value); }
 
-/// Returns the value of `raw`; whole numbers are exact.
+/// Returns the text of the value of `raw`; exact for whole numbers.
 std::string value(const Field& field, std::int64_t raw) {
   return field.lsb == 1 ? std::to_string(raw) : number(static_cast<double>(raw) * field.lsb);
 }
@@ -45,7 +45,7 @@ Field command_field(const WireFormat& format) {
           .values = command_values(format)};
 }
 
-/// Returns the signals in DATA[1..7], each name once.
+/// Returns the signals in DATA[1..7], one for each name.
 std::vector<Signal> signals_of(Direction direction, const WireFormat& format) {
   std::vector<Signal> signals;
   for (const auto& command : protocol::commands()) {
@@ -72,14 +72,14 @@ std::string scale_text(const Field& field, const std::string& receivers) {
                      value(field, field.raw_max), field.unit.ascii, receivers);
 }
 
-/// Returns the multiplexer value of a signal. Only one fits here: SG_MUL_VAL_ has the rest.
+/// Returns a multiplexer value of a signal, as " m156". SG_ has room for one; SG_MUL_VAL_ has all.
 std::string multiplexing(const Signal& signal) {
   const Field& field = signal.field;
   return fmt::format(" m{}{}", field.selector.empty() ? signal.commands.front() : field.only_at,
                      field.selects ? "M" : "");
 }
 
-/// Returns "156-156, 161-161, 162-162": no ranges, because some readers do not know them.
+/// Returns "156-156, 161-161, 162-162": a range for each number, as some programs read no others.
 std::string each(const std::vector<unsigned>& numbers) {
   std::string text;
   for (const unsigned one : numbers)

@@ -18,7 +18,7 @@ namespace {
 using protocol::Series;
 using protocol::WireFormat;
 
-// In the order of the preferences, whose numbers start at 0.
+// Series in the order of the dissector's preference, whose numbers start at 0.
 constexpr std::array<std::pair<std::string_view, Series>, 3> kSeries = {
     {{"MF, MH", Series::kMf}, {"MG", Series::kMg}, {"MS", Series::kMs}}};
 
@@ -26,14 +26,15 @@ std::string lua_string(std::string_view text) { return fmt::format("\"{}\"", tex
 
 std::string lua_hex(unsigned value) { return fmt::format("0x{:02X}", value); }
 
-/// Returns the type of a field for Wireshark; a name has one type in all generations.
+/// Returns the type of a field for Wireshark. A name has the same type in all generations.
 std::string_view kind(const Field& field) {
   if (field.bits == 1) return "flag";
   if (field.lsb == 1) return field.is_signed ? "int" : "uint";
   return "double";
 }
 
-/// Returns the generations for a preference: a number from 1, the name, the number from 0.
+/// Returns the list for the preference: for each generation its number from 1, its name, its number
+/// from 0.
 std::string generations_text() {
   std::string text;
   for (std::size_t k = 0; k < protocol::kGenerationRows.size(); ++k) {
@@ -65,7 +66,7 @@ std::string commands_text() {
   return text + "}\n";
 }
 
-/// Fields by name, and lists of fields, each once.
+/// Collects the fields by name, and the different lists of fields, so that each is written once.
 class Layouts {
  public:
   std::string format_text(const WireFormat& format) {

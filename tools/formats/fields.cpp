@@ -11,7 +11,7 @@ namespace lk::formats {
 namespace {
 
 Field field_of(const protocol::Field& row, const protocol::WireFormat& format) {
-  // Readers of these files know percent, not per mille.
+  // Writes per mille as percent, which the programs that read these files know.
   const bool permille = row.unit == protocol::Unit::kPermille;
   const protocol::UnitTexts unit =
       permille ? protocol::UnitTexts{"%", "%"} : protocol::texts_of(row.unit);
@@ -28,7 +28,7 @@ Field field_of(const protocol::Field& row, const protocol::WireFormat& format) {
           .values = {row.values.begin(), row.values.end()}};
 }
 
-/// Finds the field that selects `field`: DATA[1] for parameters, DATA[2] for settings.
+/// Sets the selector of `field`: the field in DATA[1] for parameters, in DATA[2] for settings.
 void find_selector(std::vector<Field>& fields, const protocol::Field& row, Field& field) {
   if (row.parameter < 0) return;
   field.only_at = static_cast<unsigned>(row.item >= 0 ? row.item : row.parameter);

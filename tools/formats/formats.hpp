@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Texts for other programs and for the documents.
+/// @file Generates files for other programs, and tables for the documents.
 
 #include <cstdint>
 #include <string>
@@ -10,15 +10,16 @@
 
 namespace lk::formats {
 
-/// A DBC file has either queries or replies, because both share identifier and DATA[0].
+/// Contents of a DBC file: queries or replies. A file cannot have both, because a query and its
+/// reply share identifier and DATA[0].
 enum class Direction : std::uint8_t { kQueries, kReplies };
 
-/// Returns the DBC file for all drives of a bus with this format and generation. Multi-drive
+/// Returns the DBC file for a bus with drives of this format and generation at all IDs. Multi-drive
 /// queries have their own identifiers, so they are in both files.
 std::string dbc(Direction direction, std::string_view generation,
                 const protocol::WireFormat& format);
 
-/// Returns the Wireshark dissector: `program`, with the tables in place of its line "-- @tables".
+/// Returns the Wireshark dissector: `program` with its line "-- @tables" replaced by the tables.
 std::string dissector(const std::string& program);
 
 /// Returns the generated part of docs/reference/protocol.md: all commands, and all fields, in

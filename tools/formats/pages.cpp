@@ -23,7 +23,7 @@ std::string hex_text(unsigned number) { return fmt::format("0x{:02X}", number); 
 
 std::string hex_text(protocol::Opcode opcode) { return hex_text(static_cast<unsigned>(opcode)); }
 
-/// Returns text like "`[4:7]`" or "`[1]`"; `first` is the byte that counts as 0.
+/// Returns the bytes of a field: "`[4:7]`" or "`[1]`". Byte `first` of DATA counts as 0.
 std::string place_text(const WireField& field, int first = 0, std::string_view name = "") {
   const int from = field.byte - first;
   const int last = from + protocol::bytes_of(field.wire) - 1;
@@ -31,7 +31,7 @@ std::string place_text(const WireField& field, int first = 0, std::string_view n
                      : fmt::format("`{}[{}]`", name, from);
 }
 
-/// Returns " (words)" of what a field depends on.
+/// Returns the condition of a field in brackets, after a space; empty without a condition.
 std::string when_text(const WireField& field) {
   return field.when.words.empty() ? "" : fmt::format(" ({})", field.when.words);
 }
@@ -42,7 +42,7 @@ std::string_view type_text(protocol::Wire wire) {
   return kTypes[static_cast<std::size_t>(wire)];
 }
 
-/// Returns text like "0x0A" or "0x05 0xE2"; empty if the field is always present.
+/// Returns the bytes that select a field, like "0x0A" or "0x05 0xE2"; empty if none do.
 std::string only_with(const WireField& field) {
   if (field.parameter < 0) return "";
   std::string text = hex_text(static_cast<unsigned>(field.parameter));
@@ -111,7 +111,7 @@ std::string_view lsb_text(protocol::Scale scale) {
   return "";
 }
 
-/// Returns the unit as written after a number.
+/// Returns the unit as written after a number; "count" for counts.
 std::string unit_text(protocol::Unit unit) {
   const std::string_view symbol =
       unit == protocol::Unit::kCounts ? "count" : protocol::texts_of(unit).symbol;
@@ -226,7 +226,7 @@ std::string field_rows() {
 
 // --- RS-485
 
-/// Describes the fields of a command; fields of parameters count as one.
+/// Describes fields. All fields that DATA[1] selects are described as one.
 std::string data_text(std::span<const WireField> fields) {
   std::string text;
   bool parameters = false;
@@ -243,7 +243,7 @@ std::string data_text(std::span<const WireField> fields) {
   return text.empty() ? "–" : text;
 }
 
-/// Lists the generations whose format on a wire has what `has` looks for.
+/// Lists the generations for whose format on CAN or RS-485 (`framing`) `has` returns true.
 template <class Has>
 std::string generations(Framing framing, Series series, Has has) {
   std::vector<std::string_view> names;
@@ -255,7 +255,7 @@ std::string generations(Framing framing, Series series, Has has) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-/// Lists the generations on a wire that have the command, for a series that has it.
+/// Lists the generations that have the command on CAN or RS-485, in a series that has it.
 std::string known_by(const CommandInfo* command, Framing framing) {
   if (command == nullptr) return "–";
   const Series series = command->fits == protocol::Fits::kMsOnly ? Series::kMs : Series::kMf;
@@ -279,7 +279,7 @@ std::string serial_row(const CommandInfo& command, const CommandInfo* on_can) {
 
 // --- generations
 
-/// A switch, and all that depends on it.
+/// A switch, and the commands and fields that depend on it.
 struct SwitchRow {
   protocol::When when;
   std::vector<std::string> decides;  // "0x8C", "0x9A voltage"
@@ -297,7 +297,7 @@ void add(std::vector<SwitchRow>& rows, const protocol::When& when, const std::st
   if (std::ranges::find(row->decides, what) == row->decides.end()) row->decides.push_back(what);
 }
 
-/// Returns the switches of the tables, each once, in the order of first use.
+/// Returns the switches that the tables use, each once, in the order of first use.
 std::vector<SwitchRow> switch_rows() {
   std::vector<SwitchRow> rows;
   for (const auto commands :
@@ -320,7 +320,8 @@ std::vector<SwitchRow> switch_rows() {
   return rows;
 }
 
-/// Lists the generations with the switch on a wire whose commands it decides about.
+/// Lists the generations with the switch on CAN or RS-485. `single` and `several` are the commands
+/// there; returns a dash if none of them depends on the switch.
 std::string generations_with(const SwitchRow& row, Framing framing,
                              std::span<const CommandInfo> single,
                              std::span<const CommandInfo> several) {

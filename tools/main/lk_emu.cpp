@@ -56,7 +56,7 @@ int run(int argc, char** argv) {
   return daemon.run();
 }
 
-/// Runs the program. Prints one line for any error.
+/// Runs the program. Prints one line for an error. Returns the exit status.
 int run_and_report_errors(int argc, char** argv) {
   try {
     return run(argc, argv);
@@ -70,18 +70,18 @@ int run_and_report_errors(int argc, char** argv) {
   }
 }
 
-/// Opens /dev/null for closed standard descriptors, so that no other file gets their numbers.
+/// Opens /dev/null for each closed standard descriptor, so that no other file gets its number.
 void fill_standard_descriptors() {
   for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (::fcntl(number, F_GETFD) < 0) ::open("/dev/null", O_RDWR);
   }
 }
 
-/// Returns true if all output is written, or if its reader has closed it.
+/// Flushes standard output. Returns true if all is written, or if its reader has closed it.
 bool output_is_written() {
   errno = 0;
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return true;
-  // The reason of an earlier failed write is no longer known.
+  // If an earlier write failed, errno no longer has its reason.
   const char* const reason = errno != 0 ? std::strerror(errno) : "not all of it could be written";
   pollfd output{STDOUT_FILENO, POLLOUT, 0};
   ::poll(&output, 1, 0);
@@ -95,7 +95,7 @@ bool output_is_written() {
 int main(int argc, char** argv) {
   fill_standard_descriptors();
   std::signal(SIGPIPE, SIG_IGN);  // the reader of our output may exit first
-  std::signal(SIGXFSZ, SIG_IGN);  // at a file size limit, only the write fails
+  std::signal(SIGXFSZ, SIG_IGN);  // beyond a file size limit, writes fail instead
   const int status = run_and_report_errors(argc, argv);
   if (output_is_written()) return status;
   return status != 0 ? status : 1;

@@ -1,5 +1,6 @@
 // Writes the DBC files and the Wireshark dissector: lk-emu-formats DISSECTOR DIRECTORY. Without
-// arguments, prints the generated part of docs/reference/protocol.md.
+// arguments, prints the generated part of docs/reference/protocol.md. With --generations, prints
+// the table of its §10.1; with --serial, the table of docs/reference/rs485.md.
 
 #include <cstdio>
 #include <exception>
@@ -32,7 +33,7 @@ void write(const std::filesystem::path& file, const std::string& text) {
   stream.close();
 }
 
-/// Writes the DBC files of a generation; those of the default generation have no suffix.
+/// Writes the DBC files of a generation. The names for the default generation have no suffix.
 void write_dbc(const std::filesystem::path& directory, const lk::protocol::GenerationRow& row) {
   const auto format = lk::protocol::wire_format(row.dialect, lk::protocol::Series::kMf);
   std::string name = "lk-motor";
