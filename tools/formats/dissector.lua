@@ -1,16 +1,17 @@
--- Wireshark: LK-TECH motors on CAN. Written by lk-emu-formats of lk-emu from its tables of commands; docs/reference/formats.md
--- tells how to use it. Generation and series, which frames do not tell, come from the capture where lk-emu has written
--- it (run and replay, --capture), else from preferences (Protocols > LK.MOTOR).
+-- Wireshark dissector for LK-TECH motors on CAN. lk-emu-formats of lk-emu generates it from the
+-- tables of commands; docs/reference/formats.md describes its use. Frames do not show generation and
+-- series. These come from the capture if lk-emu has written it (run and replay, --capture), else from
+-- the preferences (Protocols > LK.MOTOR).
 
 -- @tables
 
 local proto = Proto("lk.motor", "LK-TECH motor")
 local QUERY, REPLY = 0, 1
 local ECHO_OR_NOT, SURELY = 1, 2
-local LONGEST_REPLY_S = 0.1 -- assumed, as everywhere in lk-emu: a drive answers within 1 ms
+local LONGEST_REPLY_S = 0.1 -- assumed, as in all of lk-emu; drives answer within 1 ms
 local SINGLE_ID, DRIVES = 0x140, 32
 
--- One Wireshark field for each name.
+-- Wireshark fields, one for each name.
 
 local meta = {
   drive = ProtoField.uint8("lk.motor.drive", "Drive"),
@@ -59,7 +60,8 @@ proto.prefs.series = Pref.enum("Series", 0, "Series of the drives: how much one 
 proto.prefs.reply_base = Pref.enum("Identifier of replies", SINGLE_ID, "Where drives answer",
   { { 1, "0x140 + ID", SINGLE_ID }, { 2, "0x180 + ID", 0x180 }, { 3, "0x240 + ID", 0x240 } }, false)
 
--- A field of another dissector, which not every version of Wireshark needs to have.
+-- Returns a field of another dissector. If this version of Wireshark does not have the field, returns
+-- a function that returns nil.
 local function field_if_known(name)
   local known, field = pcall(Field.new, name)
   return known and field or function() return nil end
@@ -67,7 +69,8 @@ end
 
 local frame_description = field_if_known("frame.interface_description")
 
--- The drives of a bus by the description that lk-emu gives the interface: "LK-TECH drives: 1 v235 MG, 2 legacy MF".
+-- Returns the formats of the drives of a bus, by ID. `text` is the description that lk-emu gives the
+-- interface: "LK-TECH drives: 1 v235 MG, 2 legacy MF".
 local described = {}
 local function drives_described(text)
   if described[text] then return described[text] end
@@ -85,7 +88,8 @@ local function drives_described(text)
   return found
 end
 
--- How the drive speaks; without an ID, the first of those that listen to commands for several.
+-- Returns the format of the drive `id`; without an ID, that of the first of the drives 1 to 4, which
+-- multi-drive commands address.
 local function format(id)
   local description = frame_description()
   if description then
@@ -97,11 +101,12 @@ local function format(id)
   return formats[proto.prefs.generation + 1][proto.prefs.series + 1]
 end
 
--- Numbers of a frame.
+-- Reading and formatting numbers of a frame.
 
 local function byte(tvb, n) return tvb(n, 1):uint() end
 
--- From the top down, so that a 56-bit number stays exact as long as a double can hold it.
+-- Reads the number of a field. Starts with the highest byte, so that a 56-bit number is exact if a
+-- double can hold it.
 local function raw_value(tvb, first_bit, bits, is_signed)
   local first = math.floor(first_bit / 8)
   if bits < 8 then return math.floor(byte(tvb, first) / 2 ^ (first_bit % 8)) % 2 ^ bits end
@@ -112,13 +117,14 @@ local function raw_value(tvb, first_bit, bits, is_signed)
   return value
 end
 
--- 0.57 and not 0.57000000000000006.
+-- Returns raw * lsb, rounded to 15 digits: 0.57 and not 0.57000000000000006.
 local function scaled(raw, lsb)
   if lsb == 1 then return raw end
   return tonumber(string.format("%.15g", raw * lsb))
 end
 
--- "°" stands at its number, other units apart.
+-- Returns the unit with a space before it; no space before "°" and units that begin with it, except
+-- "°C".
 local function unit_text(about)
   if about.unit == "" then return "" end
   local apart = about.unit == "°C" or about.unit:sub(1, #"°") ~= "°"
@@ -131,10 +137,10 @@ local function words(about, value)
   return string.format("%.15g", value) .. unit_text(about)
 end
 
--- Who asks and who answers. Both use one identifier, so the order tells, by the rules of docs/reference/formats.md: a frame is a
--- reply when a query of its drive waits to which it can be one.
+-- Telling queries from replies. Both have the same identifier, so the order of frames decides, by the
+-- rules of docs/reference/formats.md: a frame is a reply if it fits a pending query to its drive.
 
-local state -- of the capture: what its frames were found to be
+local state -- of the capture: kinds and pairs of the frames so far
 
 local function new_state() state = { frames = {}, drives = {}, several = {} } end
 new_state()
@@ -155,22 +161,24 @@ end
 
 local function is_state(command) return (command >= 0x9A and command <= 0x9D) or (command >= 0xA0 and command <= 0xA8) end
 
--- Can a frame with `data` answer the query? nil: no.
+-- Returns SURELY if a frame with `data` must be a reply to the query, ECHO_OR_NOT if it may be the
+-- reply or the query repeated, nil if it cannot be the reply.
 local function fit(asked, data, surely_a_reply)
   if asked.command ~= data[1] then return nil end
-  -- A reply repeats which parameter or setting it is about; the gains among the settings have no second number.
+  -- A reply repeats the bytes that select its parameter or setting. Settings with 0x05 have a second
+  -- such byte, gains do not.
   local repeats = asked.several and 0 or commands[data[1]].repeats
   if repeats > 0 and asked.data[2] ~= data[2] then return nil end
   if repeats > 1 and data[2] == 0x05 and asked.data[3] ~= data[3] then return nil end
   if surely_a_reply then return SURELY end
   local equal = same(asked.data, data)
   if commands[data[1]].echo then return equal and ECHO_OR_NOT or nil end
-  -- DATA[1] of a state is a temperature; a host has nothing there, or a direction.
+  -- DATA[1] is a temperature in a state, but 0 or a direction (0, 1) in a query.
   if is_state(data[1]) then return not equal and data[2] > 1 and SURELY or nil end
   return (equal or commands[data[1]].alike) and ECHO_OR_NOT or SURELY
 end
 
--- The reply to a command for several drives, from the drive `id`.
+-- Returns the DATA[0] with which the drive `id` replies to a multi-drive query; nil if it does not.
 local function command_for(query, id)
   local own = { [0x280] = 0xA1, [0x281] = 0xA2, [0x282] = 0xA3 }
   if own[query.id] then return own[query.id] end
@@ -178,7 +186,7 @@ local function command_for(query, id)
   return commands[command] and command or nil
 end
 
--- What was asked of all drives since the last frame of this one.
+-- Adds the multi-drive queries since the last frame of this drive to the drive's pending queries.
 local function take_several(drive, bus, id, now)
   for n = drive.seen_several + 1, #state.several do
     local query = state.several[n]
@@ -211,8 +219,9 @@ local function link(asked, reply, time)
   replies[#replies + 1] = reply
 end
 
--- Of several queries that a frame can answer those got no reply that came first: as many replies as follow each other
--- belong to as many of the last queries. So each further reply of a run moves those before it to an earlier query.
+-- If a frame fits several pending queries, the earliest of them got no reply: n replies in a row
+-- belong to the last n queries. So each further reply of such a run moves the replies before it to an
+-- earlier query. Returns false if the frame does not continue a run.
 local function continue_run(drive, frame, time, data, sure)
   local run = drive.run
   if not run or #run.replies == #run.asked then return false end
@@ -240,7 +249,8 @@ local function start_run(drive, frame, time, data, sure)
   return true
 end
 
--- Says once, when the frame is first seen, what it is.
+-- Classifies a single-drive frame when Wireshark reads it for the first time. `answers`: QUERY or
+-- REPLY if the identifier shows it, else nil.
 local function learn_single(bus, id, frame, time, data, answers)
   local drive = drive_state(bus, id)
   local record = { kind = QUERY, replies = {}, expects = false }
@@ -270,7 +280,7 @@ local function learn_several(bus, id, frame, time, data)
   state.several[#state.several + 1] = { bus = bus, id = id, frame = frame, time = time, data = data }
 end
 
--- What is shown.
+-- Display of frames.
 
 local function add_fields(tree, tvb, layout)
   local said, errors, selected = {}, {}, {}
@@ -308,7 +318,7 @@ local function add_pairing(tree, record)
     tree:add_proto_expert_info(experts.orphan)
   end
   for _, reply in ipairs(record.replies) do tree:add(meta.reply_in, reply):set_generated() end
-  -- Nothing is known of what is to come while a capture is read for the first time.
+  -- While Wireshark reads a capture for the first time, a reply may still follow.
   if record.kind == QUERY and record.expects and #record.replies == 0 and record.complete then
     tree:add_proto_expert_info(experts.unanswered)
   end
@@ -329,7 +339,7 @@ end
 
 local frame_interface = field_if_known("frame.interface_id")
 local remote_request = field_if_known("can.flags.rtr")
-local can_fd_flag = field_if_known("canfd.flags.brs") -- there in CAN FD frames only
+local can_fd_flag = field_if_known("canfd.flags.brs") -- only CAN FD frames have it
 
 local function dissect_single(tvb, pinfo, tree, id, base_id, record)
   local command = byte(tvb, 0)
@@ -346,7 +356,7 @@ end
 
 function proto.dissector(tvb, pinfo, root)
   local remote = remote_request()
-  if (remote and remote.value) or can_fd_flag() then return 0 end -- drives do not look at these
+  if (remote and remote.value) or can_fd_flag() then return 0 end -- drives ignore both
   local id = pinfo.match_uint
   pinfo.cols.protocol = "LK"
   local tree = root:add(proto, tvb())
