@@ -130,7 +130,7 @@ struct Field {
   When when = kAlways;
   int parameter = -1;             // >= 0: the field exists only if DATA[1] has this value
   int item = -1;                  // >= 0: the field exists only if DATA[2] has this value
-  std::int32_t min = 0, max = 0;  // of Range::kBetween
+  std::int32_t min = 0, max = 0;  // limits of Range::kBetween
   Period period = Period::kNone;
   bool zero_means_absent = false;         // a frame with 0 gives no value
   bool is_optional_in_scenarios = false;  // optional in scenarios; default 0

@@ -43,7 +43,7 @@ struct MaxTorque {
 /// Value of a setting, in force now or after the next start of the drive.
 struct StoredSettingValue {
   StoredSetting setting;
-  Opcode command = ReadStoredSetting::kOpcode;  // of the query
+  Opcode command = ReadStoredSetting::kOpcode;  // DATA[0] of the query
   bool operator==(const StoredSettingValue&) const = default;
 };
 
@@ -89,7 +89,7 @@ struct SingleTurnAngle {
 };
 
 struct State1 {
-  Opcode command = ReadState1::kOpcode;  // of the query
+  Opcode command = ReadState1::kOpcode;  // DATA[0] of the query
   double temperature_C = 0;
   double voltage_V = 0;
   std::uint8_t errors = 0;
@@ -99,7 +99,7 @@ struct State1 {
 };
 
 struct State2 {
-  Opcode command = ReadState2::kOpcode;  // of the query
+  Opcode command = ReadState2::kOpcode;  // DATA[0] of the query
   double temperature_C = 0;
   double iq_A = 0;
   double speed_dps = 0;
@@ -116,7 +116,7 @@ struct State3 {
 
 struct ParameterValue {
   Parameter parameter;
-  Opcode command = ReadParameter::kOpcode;  // of the query
+  Opcode command = ReadParameter::kOpcode;  // DATA[0] of the query
   bool operator==(const ParameterValue&) const = default;
 };
 
@@ -128,7 +128,7 @@ struct SettingValue {
 };
 
 struct SettingWritten {
-  Opcode command = WriteSettingToRam::kOpcode;  // of the query
+  Opcode command = WriteSettingToRam::kOpcode;  // DATA[0] of the query
   std::uint8_t id = 0;                          // as received
   bool refused = false;
   bool operator==(const SettingWritten&) const = default;
@@ -141,7 +141,7 @@ struct DeviceType {
 
 /// Reply with bytes that no field describes: product info, a block of the PC tool, or no bytes.
 struct Block {
-  Opcode command{};       // of the query
+  Opcode command{};       // DATA[0] of the query
   Payload data{};         // from DATA[1] on
   std::uint8_t size = 0;  // bytes of `data`
   bool operator==(const Block&) const = default;

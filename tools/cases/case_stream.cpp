@@ -98,7 +98,7 @@ class Lines {
   bool single_;  // true: the input is one case, and an impossible case ends the program
   std::ifstream opened_;
   std::istream* in_ = &std::cin;
-  std::size_t number_ = 0;  // of the line
+  std::size_t number_ = 0;  // of the present line, from 1
   std::mutex in_mutex_, out_mutex_;
   bool all_read_ = true;
 };

@@ -1,7 +1,7 @@
 -- Wireshark dissector for LK-TECH motors on CAN. lk-emu-formats of lk-emu generates it from the
--- tables of commands; docs/reference/formats.md describes its use. Frames do not show generation and
--- series. These come from the capture if lk-emu has written it (run and replay, --capture), else from
--- the preferences (Protocols > LK.MOTOR).
+-- tables of commands; docs/reference/formats.md describes its use. Frames do not show generation
+-- and series. These come from the capture if lk-emu has written it (run and replay, --capture),
+-- else from the preferences (Protocols > LK.MOTOR).
 
 -- @tables
 
@@ -60,8 +60,8 @@ proto.prefs.series = Pref.enum("Series", 0, "Series of the drives: how much one 
 proto.prefs.reply_base = Pref.enum("Identifier of replies", SINGLE_ID, "Where drives answer",
   { { 1, "0x140 + ID", SINGLE_ID }, { 2, "0x180 + ID", 0x180 }, { 3, "0x240 + ID", 0x240 } }, false)
 
--- Returns a field of another dissector. If this version of Wireshark does not have the field, returns
--- a function that returns nil.
+-- Returns a field of another dissector. If this version of Wireshark does not have the field,
+-- returns a function that returns nil.
 local function field_if_known(name)
   local known, field = pcall(Field.new, name)
   return known and field or function() return nil end
@@ -69,8 +69,8 @@ end
 
 local frame_description = field_if_known("frame.interface_description")
 
--- Returns the formats of the drives of a bus, by ID. `text` is the description that lk-emu gives the
--- interface: "LK-TECH drives: 1 v235 MG, 2 legacy MF".
+-- Returns the formats of the drives of a bus, by ID. `text` is the description that lk-emu gives
+-- the interface: "LK-TECH drives: 1 v235 MG, 2 legacy MF".
 local described = {}
 local function drives_described(text)
   if described[text] then return described[text] end
@@ -88,8 +88,8 @@ local function drives_described(text)
   return found
 end
 
--- Returns the format of the drive `id`; without an ID, that of the first of the drives 1 to 4, which
--- multi-drive commands address.
+-- Returns the format of the drive `id`; without an ID, that of the first of the drives 1 to 4,
+-- which multi-drive commands address.
 local function format(id)
   local description = frame_description()
   if description then
@@ -137,8 +137,9 @@ local function words(about, value)
   return string.format("%.15g", value) .. unit_text(about)
 end
 
--- Telling queries from replies. Both have the same identifier, so the order of frames decides, by the
--- rules of docs/reference/formats.md: a frame is a reply if it fits a pending query to its drive.
+-- Telling queries from replies. Both have the same identifier, so the order of frames decides, by
+-- the rules of docs/reference/formats.md: a frame is a reply if it fits a pending query to its
+-- drive.
 
 local state -- of the capture: kinds and pairs of the frames so far
 
@@ -165,8 +166,8 @@ local function is_state(command) return (command >= 0x9A and command <= 0x9D) or
 -- reply or the query repeated, nil if it cannot be the reply.
 local function fit(asked, data, surely_a_reply)
   if asked.command ~= data[1] then return nil end
-  -- A reply repeats the bytes that select its parameter or setting. Settings with 0x05 have a second
-  -- such byte, gains do not.
+  -- A reply repeats the bytes that select its parameter or setting. Settings with 0x05 have a
+  -- second such byte, gains do not.
   local repeats = asked.several and 0 or commands[data[1]].repeats
   if repeats > 0 and asked.data[2] ~= data[2] then return nil end
   if repeats > 1 and data[2] == 0x05 and asked.data[3] ~= data[3] then return nil end
@@ -220,8 +221,8 @@ local function link(asked, reply, time)
 end
 
 -- If a frame fits several pending queries, the earliest of them got no reply: n replies in a row
--- belong to the last n queries. So each further reply of such a run moves the replies before it to an
--- earlier query. Returns false if the frame does not continue a run.
+-- belong to the last n queries. So each further reply of such a run moves the replies before it to
+-- an earlier query. Returns false if the frame does not continue a run.
 local function continue_run(drive, frame, time, data, sure)
   local run = drive.run
   if not run or #run.replies == #run.asked then return false end
