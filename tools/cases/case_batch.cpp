@@ -43,7 +43,7 @@ std::string state_of(const Bus& bus, int id) {
   return telemetry.alive ? state_word(bus.servo(id).run_state_at(telemetry)) : "no power";
 }
 
-/// Returns the time up to which the cases of a group are equal: the begin of the fault. A case
+/// Returns the time up to which the cases of a group are equal: the start of the fault. A case
 /// without a fault shares its whole duration, so it comes last in its group.
 SimTime begin_of(const CaseRun& one) {
   return one.fault.empty() ? one.course->scenario.duration : one.fault.front().directive.at;

@@ -168,7 +168,7 @@ Names completions(Names words) {
   if (!words.empty()) words.pop_back();
   Place place;
   for (const std::string& passed : words) place.pass(passed);
-  std::string kept;  // begin of the word, which is not completed: "--option=", "a,b,"
+  std::string kept;  // start of the word, which is not completed: "--option=", "a,b,"
   if (word == "=") word.clear();
   if (const auto equals = word.find('='); word.starts_with("--") && equals != std::string::npos) {
     place.pass(word.substr(0, equals));
