@@ -23,7 +23,7 @@ enum class LegFault : std::uint8_t {
 
 enum class EncoderFault : std::uint8_t {
   kNone,
-  kStuck,       // repeats the reading of when the fault began
+  kStuck,       // repeats the reading from when the fault began
   kGarbage,     // a random angle within the turn, new for each sample
   kLostMagnet,  // the last angle seen, plus a mean-reverting random walk and large noise
 };
