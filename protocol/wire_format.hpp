@@ -42,7 +42,7 @@ struct Dialect {
   bool speed_iq_limit = false;      // 0xA2: iq limit at DATA[2..3]; Max Speed limits the command
   bool brake_command = false;       // 0x8C
   bool parameter_commands = false;  // 0xC0, 0xC1
-  bool parameter_ranges = false;    // 0xC1 clamps to the printed ranges, replies the clamped value
+  bool parameter_ranges = false;    // 0xC1 clamps to the printed ranges, replies the value in force
   bool multi_drive_more = false;    // 0x281, 0x282, 0x288
   bool max_torque_commands = true;  // 0x37, 0x38
   bool setting_commands = false;    // 0x40, 0x42, 0x44; the settings differ between CAN and RS-485
