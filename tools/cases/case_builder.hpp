@@ -31,9 +31,9 @@ struct PlannedDirective {
   TimedDirective directive;
 };
 
-/// Scenario without the fault: the part that all cases of a group share. Its expectations are in
-/// this order: those of the scenario file, one for each watched error bit of each drive, those in
-/// `detect` of the request.
+/// Scenario without the fault: the part that all cases of a group share. Its expectations, in
+/// order: those of the scenario file; one for each watched error bit of each drive; those in
+/// `detect`.
 struct CaseCourse {
   Scenario scenario;
   std::size_t own = 0;           // number of expectations of the scenario file

@@ -88,7 +88,7 @@ ValueSet Evidence::open(Trait trait) const {
 
 bool Evidence::decided(Trait trait) const { return std::has_single_bit(open(trait)); }
 
-/// Returns how many unanswered queries are needed so that lost frames do not explain them: at least
+/// Returns how many unanswered queries are needed so that lost frames do not explain them. At least
 /// two; more if replies to commands that every drive answers are missing too.
 std::uint64_t Evidence::enough_silence() const {
   const double loss = (static_cast<double>(lost_) + 1) /

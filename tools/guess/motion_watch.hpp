@@ -61,7 +61,7 @@ class MotionWatch {
   SimTime rise_{0};    // time from the command to turning
   SimTime run_at_{0};  // time of 0x88
   Sighting stayed_;
-  // For Trait::kSpeedLimit: the limit of the last 0xA2, the time since the limit is the same, and
+  // For Trait::kSpeedLimit: the limit of the last 0xA2, the time since the limit is the same. Also
   // the number of replies since then and of replies beyond the limit.
   int limit_lsb_ = 0;
   SimTime limited_since_{0};
