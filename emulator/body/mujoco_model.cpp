@@ -69,7 +69,7 @@ std::vector<Attribute> attributes_of(std::string_view text) {
   return all;
 }
 
-/// Returns true if all words are numbers, so that `value` is no name, and one is not finite.
+/// Returns true if all words are numbers, so `value` is not a name, and one is not finite.
 bool has_odd_number(std::string_view value) {
   std::istringstream words{std::string(value)};
   bool odd = false;

@@ -55,7 +55,8 @@ int write_all(int fd, std::string_view text);
 /// the old file, except after a power cut or on file systems without RENAME_EXCHANGE.
 int write_durably(int directory_fd, const std::string& name, const std::string& text);
 
-/// Makes the entry of this directory in its parent durable, whoever created it. Returns 0 or errno.
+/// Makes the entry of this directory in its parent durable, even if another process created it.
+/// Returns 0 or errno.
 int sync_entry(int directory_fd);
 
 /// Returns the name of the temporary file for a write of `name`. An interrupted write leaves this

@@ -22,7 +22,7 @@ std::string short_reason(const std::string& text) {
 }
 
 /// Rejects text that is nested too deeply, repeats a key, or has too many keys in an object. The
-/// library's parser callback is no alternative: with it, the library searches the whole list again
+/// library's parser callback is too slow: with it, the library searches the whole list again
 /// after each element.
 class Shape : public nlohmann::json_sax<Json> {
  public:

@@ -26,7 +26,7 @@ std::vector<std::filesystem::path> live_sockets();
 void remove_dead_sockets();
 
 /// Removes a socket at `path` that a dead program left. Throws StartError if it is in use, belongs
-/// to another user, or is no socket.
+/// to another user, or is not a socket.
 void clear_stale_socket(const std::filesystem::path& path);
 
 }  // namespace lk::emulator

@@ -323,7 +323,7 @@ std::string Judge::measured(const Trial& trial) const {
                             : std::to_string(trial.count) + " replies, the first" + at;
   }
   if (!trial.value) return "not looked at yet";
-  // A failed kBy expectation never held, so there is no time at which it held.
+  // A failed kBy expectation never held, so it has no time.
   const bool missed = expectation.when.kind == Kind::kBy && trial.status == Status::kFailed;
   const std::string until = " by " + time_text(expectation.when.to);
   if (const auto* error = std::get_if<ErrorIs>(&expectation.what)) {

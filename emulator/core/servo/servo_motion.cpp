@@ -76,7 +76,7 @@ std::optional<Motion> to_single_turn(const Servo& servo, const protocol::Positio
     return std::nullopt;
   }
   // A host that repeats a target every millisecond means the same position, even after an overshoot
-  // of the shaft. After a stop the drive selects the position anew.
+  // of the shaft. After a stop the drive selects the position again.
   const bool repeated = servo.run_state == RunState::kRunning && servo.motion.position &&
                         servo.motion.single_turn == request;
   Motion motion =

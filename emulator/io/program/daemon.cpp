@@ -234,7 +234,7 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   }
   for (const std::string& line : generation_hints(buses)) spdlog::info("{}", line);
   control_->api().scenario = scenario_.for_clients();
-  // With a shaft port there is no recording: it would not contain the simulator's torques.
+  // Does not record with a shaft port: a recording would not contain the simulator's torques.
   if (!shafts_) control_->api().recording = recording_.for_clients();
 }
 

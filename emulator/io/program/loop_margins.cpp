@@ -122,7 +122,7 @@ Margins loop_margins(const model::DriveParams& drive, const model::ControlSettin
       margins.phase_deg =
           std::min(margins.phase_deg, std::abs(between(gain[0], gain[1], phase[0], phase[1])));
     }
-    // The phase crosses −180°. At 0° this phase jumps by 360°, which is no crossing.
+    // The phase crosses −180°. At 0° this phase jumps by 360°, which does not count.
     if (phase[0] * phase[1] <= 0.0 && std::abs(phase[0] - phase[1]) < 180.0) {
       margins.gain_dB =
           std::min(margins.gain_dB, std::abs(between(phase[0], phase[1], gain[0], gain[1])));

@@ -1,15 +1,13 @@
 // Malicious clients of the control interface are refused, bounded and logged once, without effect
 // on others. No test waits for a fixed time.
 
-#include <spdlog/sinks/ostream_sink.h>
-#include <spdlog/spdlog.h>
-
 #include <boost/asio/post.hpp>
 #include <future>
 #include <sstream>
 #include <vector>
 
 #include "tests/emulator/control/http_support.hpp"
+#include "tests/support/log.hpp"
 
 namespace lk::emulator {
 namespace hostile_test {
@@ -234,25 +232,8 @@ TEST_F(Hostile, WebSocketsLeaveFreeConnections) {
 
 // --- log
 
-/// Captures the log while it exists.
-class Log {
- public:
-  Log() {
-    spdlog::set_default_logger(std::make_shared<spdlog::logger>(
-        "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text_)));
-  }
-  Log(const Log&) = delete;
-  Log& operator=(const Log&) = delete;
-  ~Log() { spdlog::set_default_logger(before_); }
-  std::string text() const { return text_.str(); }
-
- private:
-  std::ostringstream text_;
-  std::shared_ptr<spdlog::logger> before_ = spdlog::default_logger();
-};
-
 TEST_F(Hostile, LogsEachKindOfRefusalOnce) {
-  const Log log;
+  const test::Log log;
   listen_to_tcp();
   options_.token_file = token_file("correct-horse-battery", fs::perms::owner_read);
   start();
@@ -290,7 +271,7 @@ TEST_F(Hostile, LogsEachKindOfRefusalOnce) {
 }
 
 TEST_F(Hostile, LogsSlowSendersOnce) {
-  const Log log;
+  const test::Log log;
   options_.timeouts.request = std::chrono::milliseconds(1);
   start();
   for (int n = 0; n < 5; ++n) {
@@ -304,7 +285,7 @@ TEST_F(Hostile, LogsSlowSendersOnce) {
 }
 
 TEST_F(Hostile, LogsClientsThatDoNotReadOnce) {
-  const Log log;
+  const test::Log log;
   options_.timeouts.request = std::chrono::milliseconds(250);
   start();
   // All requests arrive at once; their answers exceed the socket buffer many times.
@@ -322,7 +303,7 @@ TEST_F(Hostile, LogsClientsThatDoNotReadOnce) {
 }
 
 TEST_F(Hostile, ClientTextNeitherFloodsNorMutesTheLog) {
-  const Log log;
+  const test::Log log;
   listen_to_tcp();
   options_.token_file = token_file("correct-horse-battery", fs::perms::owner_read);
   start();
