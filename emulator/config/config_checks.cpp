@@ -191,9 +191,8 @@ std::optional<ModelProblem> model_problem(const model::DriveParams& drive) {
 }
 
 std::string offset_problem(std::uint16_t offset, const model::EncoderParams& encoder) {
-  const int wire_bits = std::min(encoder.bits, 16);
-  if (offset < (1 << wire_bits)) return "";
-  return "does not fit the encoder of this motor (" + std::to_string(wire_bits) +
+  if (offset < (1 << wire_bits(encoder))) return "";
+  return "does not fit the encoder of this motor (" + std::to_string(wire_bits(encoder)) +
          " bit on the wire)";
 }
 

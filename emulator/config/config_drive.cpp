@@ -128,7 +128,9 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
   const std::vector<int> ids = read_ids(reader);
   if (ids.empty()) reader.note_missing("id");
   ServoConfig servo = as_delivered(read_motor(reader, overrides, find), bus_options);
+  bool bits_given = false;
   if (auto changes = reader.table("profile")) {
+    if (const auto encoder = changes->table("encoder")) bits_given = encoder->has("bits");
     read_drive_params(*changes, Presence::kOptional, servo.profile.drive);
     changes->finish();
   }
@@ -148,7 +150,7 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
   // Drives that do not run may not support the requests of the command line: ignores the requests.
   const auto running = first_running(ids, bus_options);
   read_generation(reader, running ? bus_options.firmware : FirmwareRequest{},
-                  name_of(bus_options, running.value_or(0)), servo);
+                  name_of(bus_options, running.value_or(0)), bits_given, servo);
   read_settings(reader, servo);
   read_rom(reader, servo.flash);
   servo.joint = read_joint(reader, servo, bus_options.body);
@@ -187,7 +189,7 @@ ServoConfig make_servo(int id, const Profile& profile, const BusOptions& bus_opt
   servo.id = id;
   const toml::table nothing;
   TableReader reader(nothing, "--motor", "");
-  read_generation(reader, bus_options.firmware, name_of(bus_options, id), servo);
+  read_generation(reader, bus_options.firmware, name_of(bus_options, id), false, servo);
   apply_boot_angle(bus_options.boot_angle_deg, name_of(bus_options, id), servo);
   try {
     check_drive(reader, servo);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "emulator/core/generation.hpp"
+#include "emulator/core/servo/shaft_angles.hpp"
 #include "emulator/core/text.hpp"
 #include "protocol/field.hpp"
 
@@ -42,6 +43,12 @@ class Switch {
       : key(name), choices(std::move(all)) {
     store_ = [member](Quirks& quirks, std::size_t n, std::size_t /*number*/) {
       quirks.*member = static_cast<EncoderSpan>(n);
+    };
+  }
+  Switch(const char* name, std::optional<int> Quirks::*member, Choices all)
+      : key(name), choices(std::move(all)) {
+    store_ = [member](Quirks& quirks, std::size_t /*n*/, std::size_t number) {
+      quirks.*member = static_cast<int>(number);
     };
   }
   bool is_flag() const { return !choices.empty() && choices.front() == "false"; }
@@ -112,6 +119,7 @@ const std::vector<Switch> kSwitches = {
     {"calibrate_busy", &Quirks::calibrate_busy, {"silent", "answers"}},
     {"off_hangs", &Quirks::off_hangs, {"no", "drive", "bus"}},
     {"encoder_span", &Quirks::encoder_span, {"rotor_turn", "output_turn"}},
+    {"encoder_bits", &Quirks::encoder_bits, {"14", "16"}},
     {"clear_turns_command", &Dialect::clear_turns_command, kFlag, kSerial},
     {"zero_ram_command", &Dialect::zero_ram_command, kFlag, kSerial},
     {"typed_encoder", &Dialect::typed_encoder, kFlag, kSerial},
@@ -170,6 +178,13 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
     reader.fail("state_on_byte", "must not be 0x10, which means off");
   }
   if (quirks.encoder_span == servo.profile.encoder_span) quirks.encoder_span.reset();
+  const bool has_14_bits =
+      servo.profile.series == Series::kMf || servo.profile.series == Series::kMh;
+  if (reader.has("encoder_bits") && quirks.encoder_bits == 14 && !has_14_bits) {
+    reader.fail("encoder_bits",
+                servo.profile.name + " has 16 only: " + protocol::name_of(servo.profile.series) +
+                    " drives show the upper 16 of 18 bits; MF and MH have 14 or 16");
+  }
   if (quirks.dialect.framing == protocol::Framing::kSerial &&
       quirks.dialect.reply_id_base != protocol::kSingleDriveId) {
     reader.fail("reply_id_base", "belongs to CAN");
@@ -215,6 +230,18 @@ void apply_quirks(const std::map<std::string, std::string>& asked, ServoConfig& 
     reader.fail(key, "unknown; known: " + comma_list(known));
   }
   reader.finish();
+}
+
+/// Sets the bits of the encoder: those of `encoder_bits`, or of the label and the generation.
+/// `bits_given`: the drive's own [profile.encoder] has them.
+void settle_encoder(ServoConfig& servo, bool bits_given) {
+  model::EncoderParams& encoder = servo.profile.drive.encoder;
+  const bool later_firmware =
+      servo.profile.series == Series::kMf && servo.generation != Generation::kLegacy;
+  if (!bits_given && (servo.profile.later_print || later_firmware)) encoder.bits = 18;
+  std::optional<int>& asked = servo.quirks.encoder_bits;
+  if (asked == wire_bits(encoder)) asked.reset();
+  if (asked) encoder.bits = *asked == 14 ? 14 : 18;
 }
 
 Generation resolve_generation(const std::string& word, const std::string& drive,
@@ -285,7 +312,7 @@ Generation chosen_generation(const std::string& word, const Profile& profile) {
 }
 
 void read_generation(TableReader& reader, const FirmwareRequest& asked, const std::string& drive,
-                     ServoConfig& servo) {
+                     bool bits_given, ServoConfig& servo) {
   const auto in_file = reader.text("generation");
   if (asked.generation) {
     servo.generation = resolve_generation(*asked.generation, drive, servo.profile);
@@ -300,6 +327,7 @@ void read_generation(TableReader& reader, const FirmwareRequest& asked, const st
     quirks->finish();
   }
   apply_quirks(asked.quirks, servo);
+  settle_encoder(servo, bits_given);
 }
 
 }  // namespace lk::emulator

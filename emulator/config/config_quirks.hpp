@@ -29,9 +29,11 @@ Generation chosen_generation(const std::string& word, const Profile& profile);
 /// Reads `generation` and [quirks] of a drive: the preset, then each switch that differs. `asked`
 /// holds the options of the command line, which override the file key by key. `drive`, e.g. "vcan0
 /// drive 1", is for messages. Pre: `servo.profile` is set; it gives the seen generation, the
-/// series, and the default of `encoder_span`. Throws ConfigError. An error in `asked` throws
-/// std::invalid_argument, or a ConfigError that names the option instead of the file.
+/// series, and the default of `encoder_span` and of the encoder's bits. `bits_given`: the drive has
+/// [profile.encoder] bits, which label and generation do not change. Throws ConfigError. An error
+/// in `asked` throws std::invalid_argument, or a ConfigError that names the option instead of the
+/// file.
 void read_generation(TableReader& reader, const FirmwareRequest& asked, const std::string& drive,
-                     ServoConfig& servo);
+                     bool bits_given, ServoConfig& servo);
 
 }  // namespace lk::emulator

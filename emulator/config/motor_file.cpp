@@ -4,11 +4,13 @@
 #include <filesystem>
 #include <numbers>
 #include <optional>
+#include <regex>
 #include <utility>
 
 #include "emulator/config/config.hpp"
 #include "emulator/config/config_reader.hpp"
 #include "emulator/core/servo/registers.hpp"
+#include "emulator/core/text.hpp"
 #include "emulator/core/units.hpp"
 #include "model/control/current_loop.hpp"
 #include "model/control/current_loop_params.hpp"
@@ -57,6 +59,22 @@ MotorFigures motor_figures(const Profile& profile) {
   f.speed_bandwidth_Hz = loops.speed_kp * k_t / J / (2 * pi);
   f.position_bandwidth_Hz = loops.angle_kp / (2 * pi);
   return f;
+}
+
+LabelFacts label_facts(const std::string& label) {
+  static const std::regex gear("-i([0-9]{1,3})(?![0-9])"), winding("([0-9]+t)$");
+  static const std::regex two_encoders("^mg[0-9]{4}e"),
+      one_encoder("^mg[0-9]{4}-?(v[0-9]+-?)?i[0-9]");
+  static const std::regex later("^mf[0-9]{4}-?v2(?![0-9])|^mhf7015");
+  const std::string word = small_letters(label);
+  LabelFacts facts;
+  std::smatch found;
+  if (std::regex_search(word, found, gear)) facts.gear = std::stoi(found.str(1));
+  if (std::regex_search(word, found, winding)) facts.winding = found.str(1);
+  if (std::regex_search(word, two_encoders)) facts.encoder_span = EncoderSpan::kOutputTurn;
+  if (std::regex_search(word, one_encoder)) facts.encoder_span = EncoderSpan::kRotorTurn;
+  facts.later_print = std::regex_search(word, later);
+  return facts;
 }
 
 std::string plain_path(const std::string& path) {

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,19 @@ struct MotorFile {
   std::string name;  // name in listings and replies: "mf7015", "my.toml"
   std::string file;  // path, for messages; relative paths in `text` start at its directory
   std::string text;
+  std::string label{};  // the label by which it was found; empty: by its name or a path
 };
+
+/// What the label on a motor says of its drive, beyond the motor file.
+struct LabelFacts {
+  std::optional<EncoderSpan> encoder_span;  // of geared motors
+  bool later_print = false;                 // replies show 16 bits of an 18-bit encoder
+  std::optional<int> gear;                  // 10 for "MG5010E-i10"
+  std::string winding;                      // "35t" for "MF9025-35T"; empty: none
+};
+
+/// Reads a label such as "MG5010E-i10" or "MF9025v2-16T" (docs/start/which-drive.md); ignores case.
+LabelFacts label_facts(const std::string& label);
 
 /// Returns a motor file by name or path. Throws UnknownMotor.
 using FindMotorFile = std::function<MotorFile(const std::string& motor)>;

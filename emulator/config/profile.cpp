@@ -20,6 +20,9 @@ namespace {
 
 namespace fields = profile_fields;
 
+/// In the order of EncoderSpan.
+const std::vector<std::string> kEncoderSpans{"rotor_turn", "output_turn"};
+
 void check_direction(TableReader& reader, const model::EncoderParams& encoder) {
   if (encoder.direction == 0) reader.table("encoder")->fail("direction", "must be 1 or -1");
 }
@@ -188,22 +191,35 @@ void check_series(const toml::table& document, const std::string& file, const to
 struct MotorDocument {
   toml::table table;
   std::vector<std::string> files;  // its own, then the one that it extends, …
+  bool later_print = false;        // one of them was named by such a label
 };
+
+/// Applies what the label says by which a motor file was found. Returns LabelFacts::later_print.
+bool apply_label(const std::string& label, toml::table& table) {
+  const LabelFacts facts = label_facts(label);
+  if (facts.encoder_span) {
+    table.insert_or_assign("encoder_span",
+                           kEncoderSpans[static_cast<std::size_t>(*facts.encoder_span)]);
+  }
+  return facts.later_print;
+}
 
 MotorDocument read_motor_document(const MotorFile& motor, const FindMotorFile& find_base) {
   std::vector<toml::table> tables;  // tables are moved: a copy would lose the source lines
   tables.push_back(parse_toml(motor.text, motor.file));
   std::vector<std::string> files{motor.file};
+  bool later_print = apply_label(motor.label, tables.back());
   while (const auto base = base_of(tables.back(), files.back(), files, find_base)) {
     tables.push_back(parse_toml(base->text, base->file));
     files.push_back(base->file);
+    later_print |= apply_label(base->label, tables.back());
   }
   for (std::size_t n = tables.size() - 1; n > 0; --n) {
     check_series(tables[n - 1], files[n - 1], tables[n]);
     for (const char* own : kNotInherited) tables[n].erase(own);
     inherit(tables[n - 1], tables[n]);
   }
-  return {std::move(tables.front()), std::move(files)};
+  return {std::move(tables.front()), std::move(files), later_print};
 }
 
 }  // namespace
@@ -269,8 +285,9 @@ Profile parse_profile(const MotorFile& motor, const FindMotorFile& find_base) {
   profile.series = static_cast<Series>(
       reader.required("series", reader.choice("series", {std::begin(protocol::kSeriesNames),
                                                          std::end(protocol::kSeriesNames)})));
-  profile.encoder_span = static_cast<EncoderSpan>(reader.required(
-      "encoder_span", reader.choice("encoder_span", {"rotor_turn", "output_turn"})));
+  profile.encoder_span = static_cast<EncoderSpan>(
+      reader.required("encoder_span", reader.choice("encoder_span", kEncoderSpans)));
+  profile.later_print = document.later_print;
   if (const auto seen = reader.choice("seen_generation", generation_names())) {
     profile.seen_generation = static_cast<Generation>(*seen);
   }

@@ -27,6 +27,7 @@ inline const Field<Ra> kRating[] = {
     {"torque_peak_Nm", &Ra::torque_peak_Nm, 1, 0, 1e4},
     {"speed_rated_rpm", &Ra::speed_rated_rpm, 1, 0, 1e5},
     {"speed_no_load_rpm", &Ra::speed_no_load_rpm, 1, 0, 1e5},
+    {"torque_constant_Nm_A", &Ra::torque_constant_Nm_A, 1, 0, 1e3},
 };
 
 using M = model::MotorParams;

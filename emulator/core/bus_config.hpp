@@ -73,6 +73,8 @@ struct Quirks {
   CalibrateBusy calibrate_busy = CalibrateBusy::kSilent;
   OffHangs off_hangs = OffHangs::kNo;
   std::optional<EncoderSpan> encoder_span;  // overrides Profile::encoder_span
+  std::optional<int> encoder_bits;  // differs from the default of motor and generation; the parser
+                                    // has put it into Profile::drive
 
   friend bool operator==(const Quirks&, const Quirks&) = default;
 };
@@ -85,6 +87,7 @@ struct Rating {
   double torque_peak_Nm = 0;
   double speed_rated_rpm = 0;
   double speed_no_load_rpm = 0;
+  double torque_constant_Nm_A = 0;  // at the output; as printed or as hosts have it
 };
 
 /// Product data that 0x12 reports on RS-485. Versions are in hundredths.
@@ -108,6 +111,7 @@ struct Profile {
   model::DriveParams drive;
   EncoderSpan encoder_span = EncoderSpan::kRotorTurn;
   std::optional<Generation> seen_generation;  // generation observed on such drives
+  bool later_print = false;                   // named by a label of drives that show 16 bits
   Registers factory;
   Product product;
 };

@@ -229,7 +229,7 @@ MotorFile find_motor_file(const std::string& motor) {
                                known_motors(), either(motors_meant(motor))));
   }
   const fs::path file = shipped_motor(*name);
-  return {*name, file.string(), read_regular_file(file, kLongestText)};
+  return {*name, file.string(), read_regular_file(file, kLongestText), motor};
 }
 
 FindProfile profile_finder(MotorFiles& read) {

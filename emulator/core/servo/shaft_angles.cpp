@@ -33,6 +33,8 @@ std::int64_t floor_mod(std::int64_t a, std::int64_t b) { return a % b + (a % b <
 
 }  // namespace
 
+int wire_bits(const model::EncoderParams& encoder) { return std::min(encoder.bits, kMaxWireBits); }
+
 double encoder_turns(const Profile& profile, const Quirks& quirks) {
   const EncoderSpan span = quirks.encoder_span.value_or(profile.encoder_span);
   return span == EncoderSpan::kOutputTurn ? profile.drive.mechanics.gear_ratio : 1.0;
@@ -40,7 +42,7 @@ double encoder_turns(const Profile& profile, const Quirks& quirks) {
 
 ShaftAngles::ShaftAngles(const Profile& profile, const Quirks& quirks)
     : counts_(std::int64_t{1} << profile.drive.encoder.bits),
-      wire_counts_(std::int64_t{1} << std::min(profile.drive.encoder.bits, kMaxWireBits)),
+      wire_counts_(std::int64_t{1} << wire_bits(profile.drive.encoder)),
       sensor_(profile.drive.encoder) {
   const double span = encoder_turns(profile, quirks);
   counts_per_wire_lsb_ = static_cast<double>(counts_) * span / static_cast<double>(wire_counts_);

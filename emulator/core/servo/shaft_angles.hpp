@@ -16,6 +16,9 @@ struct CommandedPosition {
   friend bool operator==(const CommandedPosition&, const CommandedPosition&) = default;
 };
 
+/// Returns the bits of the encoder field of replies: at most 16, the upper ones of the encoder.
+int wire_bits(const model::EncoderParams& encoder);
+
 /// Rotor turns that the encoder field spans: 1, or the gear ratio.
 double encoder_turns(const Profile& profile, const Quirks& quirks);
 

@@ -12,6 +12,7 @@
 #include "emulator/config/register_fields.hpp"
 #include "emulator/core/generation.hpp"
 #include "emulator/core/servo/registers.hpp"
+#include "emulator/core/servo/shaft_angles.hpp"
 #include "emulator/core/text.hpp"
 #include "emulator/core/units.hpp"
 #include "emulator/io/program/loop_margins.hpp"
@@ -49,6 +50,12 @@ std::string generation_text(const ServoConfig& servo) {
   return std::string(generation_name(servo.generation)) + (mixed ? " mixed" : "");
 }
 
+/// Returns the turn that the encoder field spans: "rotor", "output"; empty without a gear.
+std::string encoder_turn(const ServoConfig& servo) {
+  if (servo.profile.drive.mechanics.gear_ratio == 1) return "";
+  return encoder_turns(servo.profile, servo.quirks) == 1 ? "rotor" : "output";
+}
+
 std::string limit_of_loops(const ServoConfig& servo) {
   return servo.profile.series == Series::kMs
              ? fmt::format("{} permille", servo.rom.max_power_permille)
@@ -73,12 +80,14 @@ struct Column {
   const char* unit;
   bool right;  // right-aligned
 };
+// clang-format off
 constexpr std::array kColumns{
     Column{"id", "", true},
     Column{"motor", "", false},
     Column{"series", "", false},
     Column{"generation", "", false},
     Column{"gear", "", true},
+    Column{"encoder", "bits", false},
     Column{"supply", "V", true},
     Column{"current", "or power", true},
     Column{"speed", "dps", true},
@@ -91,6 +100,7 @@ constexpr std::array kColumns{
     Column{"events", "", true},
     Column{"load", "", false},
 };
+// clang-format on
 using Row = std::array<std::string, kColumns.size()>;
 
 bool is_about(const Directive& directive, int id) {
@@ -109,6 +119,7 @@ Row row_of(const ServoConfig& servo, const BusConfig& bus) {
           protocol::name_of(servo.profile.series),
           generation_text(servo),
           number(servo.profile.drive.mechanics.gear_ratio),
+          fmt::format("{} {}", wire_bits(servo.profile.drive.encoder), encoder_turn(servo)),
           number(servo.profile.drive.supply.v_source),
           limit_of_loops(servo),
           number(rom.max_speed_dps),
@@ -251,10 +262,12 @@ std::vector<std::string> protocol_summary(const BusConfig& bus) {
   std::map<std::string, std::string> ids_by_text;
   for (const ServoConfig& servo : bus.servos) {
     const auto format = protocol::wire_format(servo.quirks.dialect, servo.profile.series);
+    const std::string turn = encoder_turn(servo);
     const std::string text = fmt::format(
-        "{}: {}, {}", generation_text(servo),
+        "{}: {}, {}, encoder {} bits a turn{}", generation_text(servo),
         place_text(protocol::ReadState1::kOpcode, protocol::Unit::kVolt, " V", format),
-        place_text(protocol::ReadSingleTurnAngle::kOpcode, protocol::Unit::kDegree, "°", format));
+        place_text(protocol::ReadSingleTurnAngle::kOpcode, protocol::Unit::kDegree, "°", format),
+        wire_bits(servo.profile.drive.encoder), turn.empty() ? "" : " of the " + turn);
     std::string& ids = ids_by_text[text];
     ids += (ids.empty() ? "" : ",") + std::to_string(servo.id);
   }

@@ -276,7 +276,7 @@ FindProfile recorded_profiles(const fs::path& directory, const ParsedInfo& parse
       return {motor, file.string(), read_regular_file(file, kLongestText)};
     }
     return {found->second.name, found->second.file,
-            read_regular_file(found->second.copy, kLongestText)};
+            read_regular_file(found->second.copy, kLongestText), is_path(motor) ? "" : motor};
   };
   return
       [find_file](const std::string& motor) { return parse_profile(find_file(motor), find_file); };
