@@ -1,7 +1,9 @@
 #include "emulator/files/profile_files.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <regex>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -39,7 +41,7 @@ std::vector<std::string> labels_of(const std::string& name) {
   return motor_labels(read_regular_file(file, kLongestText), file.string());
 }
 
-/// A shipped motor and its words in lower case.
+/// A shipped motor and the words that find it: its name, then its labels.
 struct MotorWords {
   std::string name;
   std::vector<std::string> words;
@@ -49,19 +51,17 @@ std::vector<MotorWords> called_motors() {
   std::vector<MotorWords> motors;
   for (const std::string& name : known_motors()) {
     motors.push_back({name, {name}});
-    for (const std::string& label : labels_of(name)) {
-      motors.back().words.push_back(small_letters(label));
-    }
+    for (std::string& label : labels_of(name)) motors.back().words.push_back(std::move(label));
   }
   return motors;
 }
 
-/// Returns the names of motors with a word that `fits` accepts.
+/// Returns the names of motors with a word that `fits` accepts in lower case.
 template <typename Fits>
 std::vector<std::string> names_with(const std::vector<MotorWords>& motors, Fits fits) {
   std::vector<std::string> names;
   for (const MotorWords& motor : motors) {
-    if (std::ranges::any_of(motor.words, fits)) names.push_back(motor.name);
+    if (std::ranges::any_of(motor.words, fits, small_letters)) names.push_back(motor.name);
   }
   return names;
 }
@@ -73,13 +73,26 @@ std::string without_version(const std::string& label) {
   return std::regex_replace(std::regex_replace(label, encoder, "$1"), version, "");
 }
 
+/// Returns true if the labels of motors of this size ("mg5010") name more than one gear.
+bool has_several_gears(const std::vector<MotorWords>& motors, const std::string& size) {
+  std::set<int> gears;
+  for (const MotorWords& motor : motors) {
+    for (const std::string& word : motor.words) {
+      const auto gear =
+          small_letters(word).starts_with(size) ? label_facts(word).gear : std::nullopt;
+      if (gear) gears.insert(*gear);
+    }
+  }
+  return gears.size() > 1;
+}
+
 /// Finds a shipped motor by name or label; if none, the only motor that differs just in version.
 std::optional<std::string> shipped_name(const std::string& motor) {
   const std::string wanted = small_letters(motor);
   const auto motors = called_motors();
   auto found = names_with(motors, [&](const std::string& word) { return word == wanted; });
-  if (found.empty()) {
-    const std::string plain = without_version(wanted);
+  const std::string plain = without_version(wanted);
+  if (found.empty() && !has_several_gears(motors, plain)) {
     found =
         names_with(motors, [&](const std::string& word) { return without_version(word) == plain; });
   }
@@ -97,44 +110,68 @@ std::string size_of(const std::string& word) {
   return text;
 }
 
-/// Returns the gear and the winding that a label names, "i36" or "35t"; empty if it names none.
-std::string part_of(const std::string& label, const std::regex& part) {
-  std::smatch found;
-  return std::regex_search(label, found, part) ? found.str(1) : "";
-}
-
-/// Returns true if no label of the motor names another gear or winding than the label `wanted`.
+/// Returns true if the motor has the gear and the winding that the label `wanted` names.
 bool has_parts_of(const MotorWords& motor, const std::string& wanted) {
-  static const std::regex gear("-(i[0-9]+)"), winding("([0-9]+t)$");
-  for (const std::regex* const part : {&gear, &winding}) {
-    const std::string asked = part_of(wanted, *part);
-    const auto differs = [&](const std::string& word) {
-      const std::string own = part_of(word, *part);
-      return !own.empty() && own != asked;
-    };
-    if (!asked.empty() && std::ranges::any_of(motor.words, differs)) return false;
-  }
-  return true;
+  const LabelFacts asked = label_facts(wanted);
+  if (asked.gear && load_profile(motor.name).drive.mechanics.gear_ratio != *asked.gear)
+    return false;
+  return asked.winding.empty() || std::ranges::any_of(motor.words, [&](const std::string& word) {
+           return label_facts(word).winding == asked.winding;
+         });
 }
 
-/// Returns motors with a similar name, the same gear and the same winding.
-std::vector<std::string> motors_meant(const std::string& given) {
+/// Returns the label of an LK-TECH motor of the size of an RMD-L or RMD-S: "mf9025" for
+/// "rmd-l-9025".
+std::string without_rmd(const std::string& label) {
+  static const std::regex large("^rmd-?l-?(?=[0-9]{4})"), small("^rmd-?s-?(?=[0-9]{4})");
+  return std::regex_replace(std::regex_replace(label, large, "mf"), small, "ms");
+}
+
+/// Returns the word nearest to `wanted`, ignoring case; nullopt if none is near.
+std::optional<std::string> nearest(const std::string& wanted,
+                                   const std::vector<std::string>& words) {
+  std::vector<std::string> small;
+  std::ranges::transform(words, std::back_inserter(small), small_letters);
+  const auto found = std::ranges::find(small, closest_match(wanted, small));
+  if (found == small.end()) return std::nullopt;
+  return words[static_cast<std::size_t>(found - small.begin())];
+}
+
+/// Returns the words of a motor that begin with `wanted`; if none, those with which it begins. What
+/// follows in an RMD-X, as in RMD-X8-S2, changes its gear.
+std::vector<std::string> begun_alike(const MotorWords& motor, const std::string& wanted) {
   constexpr std::size_t kShortest = 3;
-  const std::string wanted = small_letters(given);
-  auto motors = called_motors();
-  std::erase_if(motors, [&](const MotorWords& motor) { return !has_parts_of(motor, wanted); });
-  auto found = names_with(motors, [&](const std::string& word) {
-    return wanted.size() >= kShortest && (word.starts_with(wanted) || wanted.starts_with(word));
-  });
-  const std::string size = size_of(wanted);
-  if (!found.empty() || size.empty()) return found;
-  std::vector<std::string> alike;
-  for (const MotorWords& motor : motors) {
-    std::ranges::copy_if(motor.words, std::back_inserter(alike),
-                         [&](const std::string& word) { return size_of(word) == size; });
+  std::vector<std::string> longer;
+  std::vector<std::string> shorter;
+  for (const std::string& word : motor.words) {
+    const std::string small = small_letters(word);
+    if (small.starts_with(wanted)) longer.push_back(word);
+    if (wanted.starts_with(small) && !small.starts_with("rmd-x")) shorter.push_back(word);
   }
-  const std::string meant = closest_match(wanted, alike);
-  return names_with(motors, [&](const std::string& word) { return word == meant; });
+  if (wanted.size() < kShortest) return {};
+  return longer.empty() ? shorter : longer;
+}
+
+/// Returns the nearest words of motors with a similar name, the same gear and the same winding: one
+/// of each motor that begins alike, or the one with the fewest typing errors.
+std::vector<std::string> words_meant(const std::string& given) {
+  const std::string wanted = without_rmd(small_letters(given));
+  const std::string size = size_of(wanted);
+  std::vector<std::string> found;
+  std::vector<std::string> alike;
+  for (const MotorWords& motor : called_motors()) {
+    const std::vector<std::string> begun = begun_alike(motor, wanted);
+    std::vector<std::string> of_size;
+    std::ranges::copy_if(motor.words, std::back_inserter(of_size), [&](const std::string& word) {
+      return !size.empty() && size_of(small_letters(word)) == size;
+    });
+    if ((begun.empty() && of_size.empty()) || !has_parts_of(motor, wanted)) continue;
+    if (!begun.empty()) found.push_back(nearest(wanted, begun).value_or(begun.front()));
+    std::ranges::copy(of_size, std::back_inserter(alike));
+  }
+  if (!found.empty()) return found;
+  const auto meant = nearest(wanted, alike);
+  return meant ? std::vector{*meant} : found;
 }
 
 /// Returns a list for messages: "mg6012-i36 or mg6012-i8".
@@ -226,7 +263,7 @@ MotorFile find_motor_file(const std::string& motor) {
   const auto name = shipped_name(motor);
   if (!name) {
     throw UnknownMotor(unknown("motor", (config_directory() / "motors").string(), motor,
-                               known_motors(), either(motors_meant(motor))));
+                               known_motors(), either(words_meant(motor))));
   }
   const fs::path file = shipped_motor(*name);
   return {*name, file.string(), read_regular_file(file, kLongestText), motor};

@@ -6,6 +6,8 @@
 
 #include <filesystem>
 #include <fstream>
+#include <sstream>
+#include <utility>
 
 #include "tests/host/emulator_process.hpp"
 #include "tests/host/host.hpp"
@@ -73,6 +75,35 @@ const BadInput kBadInput[] = {
     {"MotorOfAnotherWinding",
      {"--bus", "a", "--ids", "1", "--motor", "MF9025v2-36T"},
      "lk-emu: --motor: no motor \"MF9025v2-36T\" (in "},
+    {"MotorWithoutAGear",
+     {"--bus", "a", "--ids", "1", "--motor", "MG5010E"},
+     "lk-emu: --motor: no motor \"MG5010E\", did you mean MG5010E-i10 or MG5010E-i36? (in "},
+    {"MotorWithTypingError",
+     {"--bus", "a", "--ids", "1", "--motor", "MG5001E-i36"},
+     "lk-emu: --motor: no motor \"MG5001E-i36\", did you mean MG5010E-i36? (in "},
+    {"MotorOfAnotherGearWithTypingError",
+     {"--bus", "a", "--ids", "1", "--motor", "MG8061E-i36"},
+     "lk-emu: --motor: no motor \"MG8061E-i36\" (in "},
+    {"MotorOfAnotherWindingWithTypingError",
+     {"--bus", "a", "--ids", "1", "--motor", "MF9052-35T"},
+     "lk-emu: --motor: no motor \"MF9052-35T\", did you mean mf9025-35t? (in "},
+    {"RmdByItsSize",
+     {"--bus", "a", "--ids", "1", "--motor", "RMD-L-9025"},
+     "lk-emu: --motor: no motor \"RMD-L-9025\", did you mean mf9025 or mf9025-35t? (in "},
+    {"RmdOfAWinding",
+     {"--bus", "a", "--ids", "1", "--motor", "RMD-L-9025-35T"},
+     "lk-emu: --motor: no motor \"RMD-L-9025-35T\", did you mean mf9025-35t? (in "},
+    {"RmdOfAnotherGear",
+     {"--bus", "a", "--ids", "1", "--motor", "RMD-X8-S2"},
+     "lk-emu: --motor: no motor \"RMD-X8-S2\" (in "},
+    {"EncoderBitsOfNoDrive",
+     {"--bus", "a", "--ids", "1", "--quirk", "encoder_bits=15"},
+     "lk-emu: --quirk: encoder_bits: must be 14 or 16"},
+    {"EncoderBitsOfAnotherSeries",
+     {"--bus", "a", "--ids", "1", "--motor", "MG5010E-i36", "--quirk", "encoder_bits=14"},
+     "lk-emu: --quirk: encoder_bits: mg5010-i36 has 16 only: MG drives show the upper 16 of 18 "
+     "bits; "
+     "MF and MH have 14 or 16"},
     {"MotorOfAnotherSize",
      {"--bus", "a", "--ids", "1", "--motor", "mg4006-i10"},
      "lk-emu: --motor: no motor \"mg4006-i10\" (in "},
@@ -238,16 +269,16 @@ sag_s = 1
       result.out,
       R"(nowhere0: 500 kbit/s, 2 drives, 1 event, seed 1
 )"
-      R"(  id  motor   series  generation    gear  supply       current  speed  accel.)"
+      R"(  id  motor   series  generation    gear  encoder    supply       current  speed  accel.)"
       R"(  angle    zero   boot  ROM     ROM  events  load
 )"
-      R"(                                               V      or power    dps   dps/s)"
+      R"(                                        bits            V      or power    dps   dps/s)"
       R"(    deg  counts    deg   ms  writes
 )"
-      R"(   3  mg4005  MG      v236 mixed      10      12      1000 LSB  16800     100)"
+      R"(   3  mg4005  MG      v236 mixed      10  16 output      12      1000 LSB  16800     100)"
       R"(     90       7   12.5    2       9       1  100 g cm2, gravity 0.5 Nm, stops -10..20 deg
 )"
-      R"(  12  ms3506  MS      legacy mixed     1      12  850 permille  16800       -)"
+      R"(  12  ms3506  MS      legacy mixed     1  16             12  850 permille  16800       -)"
       R"(      -       0  drawn    2   10000       -  -
 
 note: nowhere0 drive 3: supply of 12 V, the vendor says 24 to 48 V
@@ -283,6 +314,72 @@ TEST(Cli, AcceptsMotorNamesAndFiles) {
   EXPECT_NE(shown.out.find("  file " + file + "\n  extends "), std::string::npos) << shown.out;
   EXPECT_NE(shown.out.find("motors/mg4005.toml\n"), std::string::npos) << shown.out;
   EXPECT_NE(shown.out.find("150 g cm2"), std::string::npos) << shown.out;
+}
+
+/// Each label has its own gear, turn of the encoder field, and bits.
+TEST(Motors, LabelsDecideAboutGearAndEncoder) {
+  struct Label {
+    const char* label;
+    const char* motor;
+    const char* gear;
+    const char* legacy;
+    const char* v236;
+  };
+  for (const Label& label : {
+           Label{"MG4005E-i10", "mg4005", "10", "16 output", "16 output"},
+           {"MG4005-i10", "mg4005", "10", "16 rotor", "16 rotor"},
+           {"MG4010E-i10", "mg4010", "10", "16 output", "16 output"},
+           {"MG4010-i10", "mg4010", "10", "16 rotor", "16 rotor"},
+           {"MG4010E-i36", "mg4010-i36", "36", "16 output", "16 output"},
+           {"MG5010E-i10", "mg5010", "10", "16 output", "16 output"},
+           {"MG5010-i10", "mg5010", "10", "16 rotor", "16 rotor"},
+           {"MG5010E-i36v3", "mg5010-i36", "36", "16 output", "16 output"},
+           {"MG6012E-i8", "mg6012-i8", "8", "16 output", "16 output"},
+           {"MG6012-i8", "mg6012-i8", "8", "16 rotor", "16 rotor"},
+           {"MG6012E-i36", "mg6012-i36", "36", "16 output", "16 output"},
+           {"MG8010E-i36", "mg8010-i36", "36", "16 output", "16 output"},
+           {"MG8016E", "mg8016", "6", "16 output", "16 output"},
+           {"MG8016-i6", "mg8016", "6", "16 rotor", "16 rotor"},
+           {"MF4015", "mf4015", "1", "14", "16"},
+           {"MF7015-10T", "mf7015", "1", "14", "16"},
+           {"MF7015v2-10T", "mf7015", "1", "16", "16"},
+           {"MF9015", "mf9015", "1", "14", "16"},
+           {"MF9015v2-35T", "mf9015", "1", "16", "16"},
+           {"MF9025-16T", "mf9025", "1", "14", "16"},
+           {"MF9025v2", "mf9025", "1", "16", "16"},
+           {"MF9025-35T", "mf9025-35t", "1", "14", "16"},
+           {"MHF7015", "mhf7015", "1", "16", "16"},
+           {"MHF9025", "mh9025", "1", "14", "14"},
+           {"RMD-L-7015", "mf7015-23t", "1", "14", "16"},
+           {"RMD-L-7025", "mf7015", "1", "14", "16"},
+           {"RMD-X8", "rmd-x8", "6", "16 rotor", "16 rotor"},
+           {"RMD-X8-PRO", "rmd-x8-pro", "9", "16 rotor", "16 rotor"},
+       }) {
+    for (const auto& [generation, encoder] :
+         {std::pair{"legacy", label.legacy}, {"v236", label.v236}}) {
+      const auto result = EmulatorProcess({"--check", "--bus", "a", "--ids", "1", "--motor",
+                                           label.label, "--generation", generation})
+                              .wait();
+      EXPECT_EQ(result.err, "") << label.label;
+      const std::size_t begin = result.out.find("\n   1  ") + 7;
+      std::istringstream row(result.out.substr(begin, result.out.find('\n', begin) - begin));
+      std::string motor, series, name, gear, bits, turn;
+      row >> motor >> series >> name >> gear >> bits >> turn;
+      EXPECT_EQ(motor, label.motor) << result.out;
+      EXPECT_EQ(name, generation) << result.out;
+      EXPECT_EQ(gear, label.gear) << result.out;
+      EXPECT_EQ(gear == "1" ? bits : bits + " " + turn, encoder) << label.label << generation;
+    }
+  }
+}
+
+TEST(Motors, LabelsMatchTheDocument) {
+  std::ostringstream page;
+  page << std::ifstream(LKEMU_SOURCE_DIR "/docs/start/which-drive.md").rdbuf();
+  const std::string table = EmulatorProcess({"motors", "--labels"}).wait().out;
+  EXPECT_NE(page.str().find("<!-- begin labels -->\n" + table + "<!-- end labels -->"),
+            std::string::npos)
+      << "put what `lk-emu motors --labels` prints between the markers";
 }
 
 TEST(Cli, ErrorsOfAMotorFileNameThatFile) {

@@ -205,7 +205,8 @@ bool decode(int fd, const std::string& name, Reader& reader) {
   return ended;
 }
 
-/// Returns the profile name of the shipped motor with this label; empty if none has it.
+/// Returns the word for --motor of the shipped motor with this label; empty if none has it. This is
+/// the motor's name, or the label if it says more.
 std::string motor_sold_as(const std::string& label) {
   // The label may come from a log, and must not be used as a path.
   const bool is_label = !label.empty() && std::ranges::all_of(label, [](char c) {
@@ -213,7 +214,9 @@ std::string motor_sold_as(const std::string& label) {
   });
   if (!is_label) return "";
   try {
-    return find_motor_file(label).name;
+    const LabelFacts facts = label_facts(label);
+    const std::string name = find_motor_file(label).name;
+    return facts.encoder_span || facts.later_print ? small_letters(label) : name;
   } catch (const UnknownMotor&) {
     return "";
   }

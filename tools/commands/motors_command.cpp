@@ -1,14 +1,18 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "emulator/config/motor_file.hpp"
 #include "emulator/config/profile.hpp"
 #include "emulator/core/generation.hpp"
 #include "emulator/core/servo/registers.hpp"
+#include "emulator/core/servo/shaft_angles.hpp"
 #include "emulator/core/start_error.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/io/program/loop_margins.hpp"
@@ -25,13 +29,18 @@ std::string seen(const Profile& profile) {
   return profile.seen_generation ? std::string(generation_name(*profile.seen_generation)) : "-";
 }
 
+/// Returns the bits of the encoder of a drive that has the default generation.
+int encoder_bits(const Profile& profile) {
+  return profile.later_print ? 18 : profile.drive.encoder.bits;
+}
+
 std::string row(const Profile& profile) {
   const Rating& r = profile.rating;
   std::string text = fmt::format(
       "{:<11} {:<11} {:<6} {:>4.4g} V {:>7} / {:<5} {:>5} / {:<5} {:>5.4g} {:>4} bit  {:<12}{}",
       profile.name, profile.model, protocol::name_of(profile.series), profile.drive.supply.v_source,
       printed(r.torque_rated_Nm), printed(r.torque_peak_Nm), printed(r.speed_rated_rpm),
-      printed(r.speed_no_load_rpm), profile.drive.mechanics.gear_ratio, profile.drive.encoder.bits,
+      printed(r.speed_no_load_rpm), profile.drive.mechanics.gear_ratio, encoder_bits(profile),
       seen(profile), fmt::join(profile.aliases, ", "));
   return text.substr(0, text.find_last_not_of(' ') + 1) + "\n";
 }
@@ -56,7 +65,9 @@ std::string numbers(const Profile& profile) {
               fmt::format("{:.3g} mNm, {:.3g} mNm at the rotor", p.mechanics.tau_coulomb * 1e3,
                           p.mechanics.tau_static * 1e3)) +
          line("generation seen", seen(profile)) +
-         line("encoder", fmt::format("{} bit", p.encoder.bits)) +
+         line("encoder",
+              fmt::format("{} bit; replies span a turn of the {}", encoder_bits(profile),
+                          profile.encoder_span == EncoderSpan::kRotorTurn ? "rotor" : "output")) +
          line("supply", fmt::format("{:.4g} V, {:.3g} ohm, {:.4g} uF in the link",
                                     p.supply.v_source, p.supply.R_source, p.supply.C_link * 1e6)) +
          line("logic", fmt::format("resets below {:.4g} V, starts above {:.4g} V within {:.4g} ms, "
@@ -158,18 +169,81 @@ std::string describe_motor(const Profile& profile) {
   const Rating& r = profile.rating;
   return fmt::format("{} ({}, series {}), {:.4g} V\n", profile.name, profile.model,
                      protocol::name_of(profile.series), profile.drive.supply.v_source) +
-         origin(profile) + "\nPrinted by the vendor, at the output shaft\n" +
+         origin(profile) + "\nPrinted by the vendor, or in hosts, at the output shaft\n" +
          line("supply",
               fmt::format("{} to {} V", printed(r.voltage_min_V), printed(r.voltage_max_V))) +
          line("torque rated / peak",
               fmt::format("{} / {} Nm", printed(r.torque_rated_Nm), printed(r.torque_peak_Nm))) +
          line("speed rated / no load", fmt::format("{} / {} rpm", printed(r.speed_rated_rpm),
                                                    printed(r.speed_no_load_rpm))) +
+         line("torque constant",
+              r.torque_constant_Nm_A > 0
+                  ? fmt::format("{:.4g} Nm/A, volts over no-load speed", r.torque_constant_Nm_A)
+                  : std::string("-")) +
          "\nNumbers of the profile (origins in its file)\n" + numbers(profile) +
          "\nRegisters as they leave the factory\n" + registers(profile) +
          "\nWhat they amount to (25 C, factory registers; at the output shaft unless it says "
          "rotor)\n" +
          derived(profile);
+}
+
+// --- labels, for docs/start/which-drive.md
+
+std::vector<std::string> labels_of(const Profile& profile) {
+  std::vector<std::string> labels{profile.model};
+  labels.insert(labels.end(), profile.aliases.begin(), profile.aliases.end());
+  return labels;
+}
+
+std::string labels_text(const Profile& profile, const LabelFacts& like) {
+  std::vector<std::string> labels;
+  for (const std::string& label : labels_of(profile)) {
+    const LabelFacts facts = label_facts(label);
+    const bool alike =
+        facts.encoder_span == like.encoder_span && facts.later_print == like.later_print;
+    if (alike) labels.push_back(label);
+  }
+  return fmt::format("{}", fmt::join(labels, ", "));
+}
+
+/// Describes the encoder field of a drive with such a label: "65536 a turn of the output".
+std::string field_text(const Profile& profile, const LabelFacts& facts) {
+  const int counts = 1 << wire_bits(profile.drive.encoder);
+  if (profile.drive.mechanics.gear_ratio != 1) {
+    const EncoderSpan span = facts.encoder_span.value_or(profile.encoder_span);
+    return fmt::format("{} a turn of the {}", counts,
+                       span == EncoderSpan::kRotorTurn ? "rotor" : "output");
+  }
+  if (facts.later_print) return "65536 a turn";
+  return fmt::format("{} a turn{}", counts,
+                     profile.series == Series::kMf ? "; 65536 from `late-legacy` on" : "");
+}
+
+std::string iq_text(Series series) {
+  constexpr const char* kTexts[] = {"power in ‰; 0xA0, no 0xA1", "33/4096 A", "66/4096 A",
+                                    "33/4096 A (assumed)"};
+  return kTexts[static_cast<std::size_t>(series)];
+}
+
+/// Returns the table of all labels: a row for those that mean the same motor and encoder field.
+std::string label_page() {
+  std::string text =
+      "| label | motor | gear | encoder field | one count of iq, except `legacy` | `--generation "
+      "seen` |\n|---|---|---|---|---|---|\n";
+  for (const std::string& name : known_motors()) {
+    const Profile profile = load_profile(name);
+    std::vector<std::string> rows;
+    for (const std::string& label : labels_of(profile)) {
+      const LabelFacts facts = label_facts(label);
+      std::string row = fmt::format(
+          "| {} | `{}` | {}:1 | {} | {} | {} |\n", labels_text(profile, facts), name,
+          profile.drive.mechanics.gear_ratio, field_text(profile, facts), iq_text(profile.series),
+          profile.seen_generation ? "`" + seen(profile) + "`" : "–");
+      if (std::ranges::find(rows, row) == rows.end()) rows.push_back(std::move(row));
+    }
+    text += fmt::format("{}", fmt::join(rows, ""));
+  }
+  return text;
 }
 
 constexpr const char* kMotorsFooter = R"(
@@ -180,10 +254,14 @@ Exit status: 0 done, 1 it could not be printed, 2 unusable input.)";
 RunCommand declare_motors(CLI::App& app, Arguments /*arguments*/) {
   app.footer(kMotorsFooter);
   const auto name = std::make_shared<std::string>();
+  const auto labels = std::make_shared<bool>(false);
   app.add_option("MOTOR", *name, "motor to show with its derived figures: a name or a file");
-  return [name] {
+  app.add_flag("--labels", *labels, "print the labels as a table for docs/start/which-drive.md");
+  return [name, labels] {
     try {
-      const std::string text = name->empty() ? list_motors() : describe_motor(load_profile(*name));
+      const std::string text = *labels         ? label_page()
+                               : name->empty() ? list_motors()
+                                               : describe_motor(load_profile(*name));
       std::fputs(text.c_str(), stdout);
     } catch (const ConfigError& problem) {
       throw StartError(problem.what());

@@ -21,6 +21,7 @@ constexpr int kColdest_C = -40;
 constexpr int kMaxBusCurrent_lsb = 10000;  // 100 A
 constexpr std::uint32_t kMaxSingleTurn_cdeg = 36000 * 100;
 constexpr std::uint32_t kTurn_cdeg = 36000;
+constexpr std::uint16_t kMost14Bits = 16'383;
 constexpr std::uint8_t kUnderOrOverVoltage = 0x03;
 constexpr std::uint8_t kLegacyErrors = 0x09;
 constexpr std::uint8_t kBridgeOff = 0x10;
@@ -266,25 +267,37 @@ void DriveWatch::see_packet(const FrameInfo& info, const Sighting& sighting) {
   }
 }
 
+void DriveWatch::see_field(std::uint16_t counts, std::optional<int> speed_dps,
+                           const Sighting& sighting) {
+  encoder_.field(counts, speed_dps, sighting.at);
+  if (counts > kMost14Bits) {
+    evidence_.see(Trait::kEncoderBits, only(k16Bits), Weight::kSure, sighting);
+  }
+}
+
 void DriveWatch::see_encoder(const Sighting& sighting) {
   const auto& data = sighting.frame.data;
   const bool serial = protocol::is_serial(sighting.frame);
   const auto command = static_cast<Opcode>(data[0]);
   if (is_state_2(data[0])) {
-    encoder_.field(get_le<std::uint16_t>(data, 6), get_le<std::int16_t>(data, 4), sighting.at);
+    see_field(get_le<std::uint16_t>(data, 6), get_le<std::int16_t>(data, 4), sighting);
   } else if (command == protocol::ReadEncoder::kOpcode) {
     // Skips the longer form: it has all bits of the position, other replies may have fewer.
     const bool in_full = serial && sighting.frame.dlc > 7;
     const std::size_t place = serial ? 1 : 2;
-    if (!in_full) encoder_.field(get_le<std::uint16_t>(data, place), std::nullopt, sighting.at);
+    if (!in_full) see_field(get_le<std::uint16_t>(data, place), std::nullopt, sighting);
   } else if (command == protocol::ReadMultiTurnAngle::kOpcode) {
     const std::int64_t angle_cdeg =
         serial ? get_le<std::int64_t>(data, 1) : protocol::get_le56(data);
-    const auto span = encoder_.angle(angle_cdeg, sighting.at);
-    if (!span) return;
-    const bool rotor = *span == EncoderSpan::kRotorTurn;
+    const auto turn = encoder_.angle(angle_cdeg, sighting.at);
+    if (!turn) return;
+    const bool rotor = turn->span == EncoderSpan::kRotorTurn;
     evidence_.see(Trait::kEncoderSpan, only(rotor ? kRotorTurn : kOutputTurn), Weight::kLikely,
                   sighting);
+    if (turn->counts == kMost14Bits + 1 || turn->counts > 2 * (kMost14Bits + 1)) {
+      evidence_.see(Trait::kEncoderBits, only(turn->counts > kMost14Bits + 1 ? k16Bits : k14Bits),
+                    Weight::kLikely, sighting);
+    }
   }
 }
 

@@ -37,6 +37,7 @@ class DriveWatch {
   void see_answer(const FrameInfo& info, const Sighting& sighting);
   void see_packet(const FrameInfo& info, const Sighting& sighting);
   void see_encoder(const Sighting& sighting);
+  void see_field(std::uint16_t counts, std::optional<int> speed_dps, const Sighting& sighting);
   void see_state_1(const Sighting& sighting);
   void see_zero(const Sighting& sighting);
   void see_single_turn(const Sighting& sighting);

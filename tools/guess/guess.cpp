@@ -103,6 +103,13 @@ Guess guess_of(const Evidence& evidence) {
     guess.encoder_span =
         row_of(Trait::kEncoderSpan).values.at(likeliest(Trait::kEncoderSpan, evidence));
   }
+  if (evidence.decided(Trait::kEncoderBits) && !guess.ms) {
+    const std::size_t bits = likeliest(Trait::kEncoderBits, evidence);
+    const bool legacy = guess.nearest == Generation::kLegacy;
+    if ((bits == k16Bits) == legacy) {
+      guess.encoder_bits = row_of(Trait::kEncoderBits).values.at(bits);
+    }
+  }
   return guess;
 }
 
@@ -135,6 +142,7 @@ std::vector<Trait> telling(const Guess& guess) {
 std::vector<QuirkOption> Guess::all_quirks() const {
   std::vector<QuirkOption> all = quirks;
   if (!encoder_span.empty()) all.push_back({row_of(Trait::kEncoderSpan).key, encoder_span});
+  if (!encoder_bits.empty()) all.push_back({row_of(Trait::kEncoderBits).key, encoder_bits});
   return all;
 }
 

@@ -32,6 +32,7 @@ struct Guess {
   Generation nearest = Generation::kLegacy;  // first that fits; if none, fewest contradictions
   std::vector<QuirkOption> quirks;           // where the drive differs from `nearest`
   std::string_view encoder_span;             // quirk of no generation; empty: unknown
+  std::string_view encoder_bits;  // unlike an MF drive of `nearest`; empty: alike, or unknown
   protocol::Framing framing = protocol::Framing::kCan;
   bool ms = false;    // true: the drive is surely of the MS series
   std::string motor;  // by the label in the drive's product info; empty: unknown
@@ -40,7 +41,7 @@ struct Guess {
   std::vector<Trait> contradictory;  // frames about these traits contradict each other
   bool foreign = false;              // true: no LK drive replies with these identifiers
 
-  /// Returns `quirks`, and `encoder_span` if known.
+  /// Returns `quirks`, `encoder_span` and `encoder_bits` if known.
   std::vector<QuirkOption> all_quirks() const;
   /// Returns text like "--generation v235 --quirk single_turn_bits=16".
   std::string options() const;

@@ -39,7 +39,7 @@ void EncoderWatch::field(std::uint16_t counts, std::optional<int> speed_dps,
   last_ = {counts, speed_dps, at};
 }
 
-std::optional<EncoderSpan> EncoderWatch::angle(std::int64_t angle_cdeg, std::optional<SimTime> at) {
+std::optional<SeenTurn> EncoderWatch::angle(std::int64_t angle_cdeg, std::optional<SimTime> at) {
   if (!last_ || !last_->speed_dps) return std::nullopt;
   double since_s = 0;
   if (at && last_->at) {
@@ -58,10 +58,11 @@ std::optional<EncoderSpan> EncoderWatch::angle(std::int64_t angle_cdeg, std::opt
   if (std::abs(turned_cdeg) > kMaxTurn_cdeg) return std::nullopt;
   if (per_turn_.size() < kMaxTurns) per_turn_.push_back(per_turn);
   for (const double counts : kRotorTurns) {
-    if (is_near(per_turn, counts)) return EncoderSpan::kRotorTurn;
+    if (is_near(per_turn, counts)) return SeenTurn{EncoderSpan::kRotorTurn, counts};
   }
   for (const double ratio : kRatios) {
-    if (is_near(per_turn * ratio, kRotorTurns[3])) return EncoderSpan::kOutputTurn;
+    if (is_near(per_turn * ratio, kRotorTurns[3]))
+      return SeenTurn{EncoderSpan::kOutputTurn, kRotorTurns[3]};
   }
   return std::nullopt;
 }

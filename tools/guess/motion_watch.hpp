@@ -11,6 +11,12 @@
 
 namespace lk::emulator {
 
+/// What changes of the encoder field and of 0x92 show.
+struct SeenTurn {
+  EncoderSpan span = EncoderSpan::kRotorTurn;
+  double counts = 0;  // of the encoder field in this turn
+};
+
 /// Finds the width of a drive's encoder field, and whether it spans a turn of the rotor or of the
 /// output. Uses bounded memory.
 class EncoderWatch {
@@ -19,7 +25,7 @@ class EncoderWatch {
   void field(std::uint16_t counts, std::optional<int> speed_dps, std::optional<SimTime> at);
   /// Processes a reply to 0x92. Returns the turn that the encoder field spans, if the changes of
   /// the field and of the angle in 0x92 show it.
-  std::optional<EncoderSpan> angle(std::int64_t angle_cdeg, std::optional<SimTime> at);
+  std::optional<SeenTurn> angle(std::int64_t angle_cdeg, std::optional<SimTime> at);
 
   /// Returns the largest value of the field; empty if no reply had it.
   std::optional<std::uint16_t> largest() const { return largest_; }

@@ -46,6 +46,7 @@ enum class Trait : std::uint8_t {
   kTool,
   kRestore,
   kEncoderSpan,
+  kEncoderBits,
   kSeries,
 };
 inline constexpr std::size_t kTraitCount = static_cast<std::size_t>(Trait::kSeries) + 1;
@@ -65,6 +66,8 @@ inline constexpr std::size_t kNarrow = 0;  // 16 bits
 inline constexpr std::size_t kWide = 1;    // 32 bits
 inline constexpr std::size_t kRotorTurn = 0;
 inline constexpr std::size_t kOutputTurn = 1;
+inline constexpr std::size_t k14Bits = 0;
+inline constexpr std::size_t k16Bits = 1;
 inline constexpr std::size_t kNoProduct = 0;
 inline constexpr std::size_t kShortProduct = 1;  // 42 bytes
 inline constexpr std::size_t kLongProduct = 2;   // 58 bytes

@@ -172,7 +172,7 @@ def check_stamps(track: Track, timing: Timing) -> None:
     if abs(timing.angle_ratio - 1) > 0.1:
         raise TooRough(
             f"The angle changes {timing.angle_ratio:.2f} times as fast as the reported speed. "
-            "The encoder of the motor file (bits, encoder_span, gear_ratio) does not match the drive."
+            "The encoder of the motor (encoder_bits, encoder_span, gear_ratio) does not match the drive."
         )
     if timing.sample_s > ROUGH_S:
         raise TooRough(

@@ -184,12 +184,14 @@ def read_log(log: str, motor_name: str, motor: Motor, generation: Optional[str],
             if len(one.rows["time"]) < FEWEST_SAMPLES:
                 continue
             rows, set_points = as_arrays(one.rows), as_arrays(one.set_points)
-            span = motor.span_turns(wanted[place].get("quirks", {}).get("encoder_span", ""))
-            angle = unwrapped(rows["time"], rows["speed"], rows.pop("counts"), motor.counts, span)
+            quirks = wanted[place].get("quirks", {})
+            span = motor.span_turns(quirks.get("encoder_span", ""))
+            span_counts = motor.counts(firmware, quirks.get("encoder_bits", ""))
+            angle = unwrapped(rows["time"], rows["speed"], rows.pop("counts"), span_counts, span)
             tracks.append(
                 Track(
                     interface=place[0], id=place[1], motor=motor, generation=firmware, generation_given=generation is not None,
-                    fits=wanted[place].get("fits", []), span_turns=span, angle=angle,
+                    fits=wanted[place].get("fits", []), span_turns=span, span_counts=span_counts, angle=angle,
                     set_points=SetPoints(**set_points), gains=one.gains,
                     supply_V=one.volts / one.states if one.states else 0.0, queries=one.queries,
                     unanswered=one.queries - min(one.replies, one.queries), ambiguous=one.ambiguous, backwards=back, **rows,

@@ -147,10 +147,11 @@ class Motor:
         """Largest phase voltage over supply voltage (docs/internals/model.md §9)."""
         return (2 * self.number("inverter", "duty_max") - 1) / math.sqrt(3)
 
-    @cached_property
-    def counts(self) -> int:
-        """Counts of the encoder field."""
-        return 1 << min(WIRE_BITS, int(self.data["encoder"]["bits"]))
+    def counts(self, generation: str, encoder_bits: str = "") -> int:
+        """Counts of the encoder field; `encoder_bits` overrides motor and generation (docs/start/which-drive.md)."""
+        later_firmware = self.series == "MF" and generation != "legacy"
+        bits = WIRE_BITS if later_firmware else int(self.data["encoder"]["bits"])
+        return 1 << min(WIRE_BITS, int(encoder_bits or bits))
 
     def span_turns(self, encoder_span: str = "") -> float:
         """Rotor turns that the encoder field spans; `encoder_span` overrides that of the file."""
@@ -193,4 +194,8 @@ def load_motor(name: str, option: str = "--motor") -> Motor:
         raise Unusable(f"{option}: {str(problem).removeprefix('motors: ')}") from None
     found = [re.fullmatch(r"  (?:file|extends) (.+)", line) for line in listing.splitlines()]
     paths = [one[1] for one in found if one]
-    return Motor(os.path.basename(paths[0]).removesuffix(".toml"), os.path.abspath(paths[0]), merged(paths))
+    data = merged(paths)
+    field = re.search(r"^  encoder +(\d+) bit; replies span a turn of the (\w+)$", listing, re.MULTILINE)
+    assert field is not None
+    data["encoder"]["bits"], data["encoder_span"] = int(field[1]), f"{field[2]}_turn"  # the label may say so
+    return Motor(os.path.basename(paths[0]).removesuffix(".toml"), os.path.abspath(paths[0]), data)

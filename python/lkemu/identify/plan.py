@@ -99,7 +99,7 @@ def plan_script(motor: Motor, motor_name: str, id: int, generation: str, limits:
         f"MOTOR, DRIVE, GENERATION = {json.dumps(printable(motor_name))}, {id}, {json.dumps(generation)}\n"
         f"QUERY_ID, REPLY_ID = 0x140 + {id}, 0x140 + {id}\n"
         f"A_PER_LSB = {lsb!r}\n"
-        f"COUNTS, ROTOR_TURNS = {motor.counts}, {motor.span_turns():g}  # span of the encoder field\n"
+        f"COUNTS, ROTOR_TURNS = {motor.counts(generation)}, {motor.span_turns():g}  # span of the encoder field\n"
         f"FIRST_QUERIES = [{', '.join(f'0x{one:02X}' for one in queries)}]\n"
         f"RATE_HZ = {RATE_HZ:g}\n"
         f"SPEED_DPS = {limits.speed_dps:g}  # highest steady speed\n"

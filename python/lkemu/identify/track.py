@@ -38,6 +38,7 @@ class Track:
     generation_given: bool
     fits: List[str]  # Generations that fit the log.
     span_turns: float  # Rotor turns per span of the encoder field.
+    span_counts: int
     time: np.ndarray  # Query stamps of the samples, s.
     reply: np.ndarray  # Reply stamps, s.
     iq: np.ndarray  # A.
@@ -96,6 +97,7 @@ def joined(track: Track, more: Track) -> Track:
     return Track(
         interface=track.interface, id=track.id, motor=track.motor, generation=track.generation,
         generation_given=track.generation_given, fits=[one for one in track.fits if one in more.fits], span_turns=track.span_turns,
+        span_counts=track.span_counts,
         time=both("time", shift),
         reply=both("reply", shift), iq=both("iq"), speed=both("speed"), angle=both("angle"),
         set_points=set_points, gains=more.gains or track.gains, supply_V=track.supply_V or more.supply_V,

@@ -117,7 +117,7 @@ class Balance:
         if not np.any(turning):
             return False
         acceleration = (np.diff(track.speed) / np.maximum(steps, track.step_s / 4))[turning]
-        counts_rad = 2 * np.pi * track.span_turns / track.motor.counts
+        counts_rad = 2 * np.pi * track.span_turns / track.span_counts
         speed = np.sqrt(np.mean(track.speed[1:][turning] ** 2))
         of_angles = np.hypot(speed * timing.sample_s, counts_rad / 3) * np.sqrt(2) / (2 * track.step_s)
         of_reports = np.hypot(np.sqrt(np.mean(acceleration**2)) * timing.speed_lag_s / np.sqrt(12), REPORT_NOISE_RAD_S)

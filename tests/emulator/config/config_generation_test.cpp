@@ -96,6 +96,7 @@ TEST(ConfigGeneration, EverySwitchIsSettableAlone) {
       {"clear_reply = \"before\"", [](Quirks& q) { q.clear_reply = ClearReply::kBefore; }},
       {"encoder_span = \"output_turn\"",
        [](Quirks& q) { q.encoder_span = EncoderSpan::kOutputTurn; }},
+      {"encoder_bits = 16", [](Quirks& q) { q.encoder_bits = 16; }},
       {"reply_id_base = 0x180", [](Quirks& q) { q.dialect.reply_id_base = 0x180; }},
   };
   for (const auto& [line, change] : changes) {

@@ -19,13 +19,20 @@ TEST(DriveListing, NamesGenerationAndLayoutOfEachDrive) {
                 test::drive(Generation::kLegacy, Series::kMf, 2),
                 test::drive(Generation::kLateLegacy, Series::kMf, 3),
                 test::drive(Generation::kV236, Series::kMg, 7)};
-  EXPECT_EQ(protocol_summary(bus),
-            (std::vector<std::string>{"vcan0:3: late-legacy: 0x9A voltage 0.1 V in bytes 3-4, 0x94 "
-                                      "single-turn angle 0.01° in bytes 4-7",
-                                      "vcan0:1,2: legacy: 0x9A voltage 0.1 V in bytes 3-4, 0x94 "
-                                      "single-turn angle 0.01° in bytes 6-7",
-                                      "vcan0:7: v236: 0x9A voltage 0.01 V in bytes 2-3, 0x94 "
-                                      "single-turn angle 0.01° in bytes 4-7"}));
+  for (ServoConfig& servo : bus.servos) servo.profile.drive.encoder.bits = 14;
+  Profile& geared = bus.servos[3].profile;
+  geared.drive.encoder.bits = 18;
+  geared.drive.mechanics.gear_ratio = 10;
+  geared.encoder_span = EncoderSpan::kOutputTurn;
+  EXPECT_EQ(
+      protocol_summary(bus),
+      (std::vector<std::string>{"vcan0:3: late-legacy: 0x9A voltage 0.1 V in bytes 3-4, 0x94 "
+                                "single-turn angle 0.01° in bytes 4-7, encoder 14 bits a turn",
+                                "vcan0:1,2: legacy: 0x9A voltage 0.1 V in bytes 3-4, 0x94 "
+                                "single-turn angle 0.01° in bytes 6-7, encoder 14 bits a turn",
+                                "vcan0:7: v236: 0x9A voltage 0.01 V in bytes 2-3, 0x94 "
+                                "single-turn angle 0.01° in bytes 4-7, encoder 16 bits a turn of "
+                                "the output"}));
   bus.servos.resize(1);
   bus.servos[0].quirks.dialect.wide_single_turn = true;
   EXPECT_EQ(protocol_summary(bus)[0].substr(0, 23), "vcan0:1: legacy mixed: ");
@@ -35,11 +42,13 @@ TEST(DriveListing, NamesRs485FieldPositions) {
   BusConfig bus = test::serial_bus(
       {test::serial_drive(Generation::kLegacy, 1), test::serial_drive(Generation::kV235, 2)});
   bus.interface = "rs485:/tmp/arm";
-  EXPECT_EQ(protocol_summary(bus),
-            (std::vector<std::string>{"rs485:/tmp/arm:1: legacy: 0x9A voltage 0.1 V in D[2:3], "
-                                      "0x94 single-turn angle 0.01° in D[0:3]",
-                                      "rs485:/tmp/arm:2: v235: 0x9A voltage 0.01 V in D[1:2], "
-                                      "0x94 single-turn angle 0.01° in D[0:3]"}));
+  for (ServoConfig& servo : bus.servos) servo.profile.drive.encoder.bits = 14;
+  EXPECT_EQ(
+      protocol_summary(bus),
+      (std::vector<std::string>{"rs485:/tmp/arm:1: legacy: 0x9A voltage 0.1 V in D[2:3], "
+                                "0x94 single-turn angle 0.01° in D[0:3], encoder 14 bits a turn",
+                                "rs485:/tmp/arm:2: v235: 0x9A voltage 0.01 V in D[1:2], "
+                                "0x94 single-turn angle 0.01° in D[0:3], encoder 14 bits a turn"}));
 }
 
 TEST(ConfigListing, NamesTheAdapterOfABus) {

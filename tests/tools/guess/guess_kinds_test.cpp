@@ -348,7 +348,9 @@ TEST(WhichDrive, MatchesTheEncoderSpanOfHosts) {
     const std::string motor = word_after(row, "--motor ");
     if (rotor == output || motor.empty()) continue;
     const std::string given = word_after(row, "--quirk encoder_span=");
-    const bool by_motor = test::profile(motor).encoder_span == EncoderSpan::kRotorTurn;
+    const auto label = label_facts(motor).encoder_span;
+    const bool by_motor =
+        (label ? *label : test::profile(motor).encoder_span) == EncoderSpan::kRotorTurn;
     EXPECT_EQ(given.empty() ? by_motor : given == "rotor_turn", rotor) << row;
     ++rows;
   }

@@ -133,6 +133,53 @@ TEST(Guess, InfersTheEncoderSpanFromAngles) {
   }
 }
 
+/// Field of 0x9C at rest and 0x92, 90° further each time.
+Keys quarter_turns(int counts_per_turn) {
+  Keys lines;
+  for (int n = 0; n < 4; ++n) {
+    const auto counts = static_cast<unsigned>(n * counts_per_turn / 4 + 5);
+    const unsigned cdeg = 9000U * static_cast<unsigned>(n) + 1;
+    lines.push_back(fmt::format("(1.{:06}) can0 141#9C00000000000000", 100'000 * n));
+    lines.push_back(fmt::format("(1.{:06}) can0 141#9C1900000000{:02X}{:02X}", 100'000 * n + 300,
+                                counts & 0xFFU, counts >> 8U));
+    lines.push_back(fmt::format("(1.{:06}) can0 141#9200000000000000", 100'000 * n + 1000));
+    lines.push_back(fmt::format("(1.{:06}) can0 141#92{:02X}{:02X}0000000000", 100'000 * n + 1300,
+                                cdeg & 0xFFU, cdeg >> 8U));
+  }
+  return lines;
+}
+
+TEST(Guess, InfersTheEncoderBitsFromAngles) {
+  EXPECT_EQ(possible_value_names(guessed(quarter_turns(16384))[0], "encoder_bits"), Keys{"14"});
+  EXPECT_EQ(possible_value_names(guessed(quarter_turns(65536))[0], "encoder_bits"), Keys{"16"});
+  EXPECT_EQ(possible_value_names(guessed(quarter_turns(4096))[0], "encoder_bits"), Keys{});
+}
+
+/// 14 bits reach 16383, 0x3FFF.
+TEST(Guess, InfersTheEncoderBitsFromTheLargestValue) {
+  const auto bits = [](const std::string& field) {
+    return possible_value_names(guessed({"can0 141 [8] 9C 19 02 00 03 00 " + field})[0],
+                                "encoder_bits");
+  };
+  EXPECT_EQ(bits("FF 3F"), Keys{});
+  EXPECT_EQ(bits("00 40"), Keys{"16"});
+}
+
+/// `legacy` MF drives have 14 bits, later ones 16: the command names the others.
+TEST(GuessStarts, IncludeEncoderBitsThatDiffer) {
+  const std::string v235 = "can0 141 [8] 94 00 00 00 50 46 00 00";
+  const std::string wide = "can0 141 [8] 9C 19 02 00 03 00 00 40";
+  const auto early = guessed({wide});
+  EXPECT_EQ(early[0]["quirks"], (Json{{"encoder_bits", "16"}}));
+  const auto servo = test::started(early[1]["commands"][0])[0].servos[0];
+  EXPECT_EQ(servo.profile.drive.encoder.bits, 18);
+  EXPECT_EQ(guessed({wide, v235})[0]["quirks"], Json::object());
+  Keys narrow = quarter_turns(16384);
+  EXPECT_EQ(guessed(narrow)[0]["quirks"], Json::object());
+  narrow.push_back("(2.000000) can0 141#9400000050460000");
+  EXPECT_EQ(guessed(narrow)[0]["quirks"], (Json{{"encoder_bits", "14"}}));
+}
+
 /// An MG4005-i10 of §10.7 in a log without queries.
 TEST(Guess, NeedsNoQueries) {
   EXPECT_EQ(guessed({"can0  141   [8]  9A 1F 54 09 00 00 00 00"})[0]["fits"],
