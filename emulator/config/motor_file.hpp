@@ -36,7 +36,7 @@ struct MotorFile {
   std::string label{};  // the label by which it was found; empty: by its name or a path
 };
 
-/// What the label on a motor says of its drive, beyond the motor file.
+/// Facts that the label on a motor tells about its drive, beyond the motor file.
 struct LabelFacts {
   std::optional<EncoderSpan> encoder_span;  // of geared motors
   bool later_print = false;                 // replies show 16 bits of an 18-bit encoder

@@ -152,8 +152,8 @@ std::vector<std::string> begun_alike(const MotorWords& motor, const std::string&
   return longer.empty() ? shorter : longer;
 }
 
-/// Returns the nearest words of motors with a similar name, the same gear and the same winding: one
-/// of each motor that begins alike, or the one with the fewest typing errors.
+/// Returns words of motors that may be meant; they have the gear and winding of `given`. One word
+/// of each motor that begins alike; if there is none, the word with the fewest typing errors.
 std::vector<std::string> words_meant(const std::string& given) {
   const std::string wanted = without_rmd(small_letters(given));
   const std::string size = size_of(wanted);

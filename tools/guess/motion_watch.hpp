@@ -11,7 +11,7 @@
 
 namespace lk::emulator {
 
-/// What changes of the encoder field and of 0x92 show.
+/// Conclusion from changes of the encoder field and of 0x92.
 struct SeenTurn {
   EncoderSpan span = EncoderSpan::kRotorTurn;
   double counts = 0;  // of the encoder field in this turn
