@@ -9,9 +9,10 @@ namespace print_test {
 /// No-load speed at the output, rpm, and supply voltage, as printed by the vendors. MG6012-i36: not
 /// printed.
 const std::map<std::string, double> kPrintedNoLoadRpm{
-    {"ms3506", 2100},   {"mf5010", 3050}, {"mf7015", 1895}, {"mf7015-23t", 805}, {"mf9025", 710},
-    {"mh9025", 280},    {"mg4005", 320},  {"mg4010", 320},  {"mg5010", 320},     {"mg6010", 505},
-    {"mg6012-i8", 310}, {"mg8008", 220},  {"mg8016", 300}};
+    {"ms3506", 2100}, {"mf5010", 3050},   {"mf7015", 1895},   {"mf7015-23t", 805},
+    {"mf9025", 710},  {"mh9025", 280},    {"mg4005", 320},    {"mg4010", 320},
+    {"mg5010", 320},  {"mg6010", 505},    {"mg6012-i8", 310}, {"mg8008", 220},
+    {"mg8016", 300},  {"mg4010-i36", 90}, {"rmd-x8-pro", 160}};
 
 TEST(Print, MotorsReachTheirNoLoadSpeed) {
   std::size_t checked = 0;

@@ -113,7 +113,7 @@ TEST(ReferenceSolver, AgreesAtTheVoltageLimit) {
       ++checked;
     }
   }
-  EXPECT_EQ(checked, 48U);
+  EXPECT_EQ(checked, 75U);
 }
 
 /// Largest errors of i_q and ω over 30 ms under duties prescribed every 125 µs, with `parts`
