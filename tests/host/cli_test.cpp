@@ -272,7 +272,7 @@ sag_s = 1
       R"(  id  motor   series  generation    gear  encoder    supply       current  speed  accel.)"
       R"(  angle    zero   boot  ROM     ROM  events  load
 )"
-      R"(                                        bits            V      or power    dps   dps/s)"
+      R"(                                          bits            V      or power    dps   dps/s)"
       R"(    deg  counts    deg   ms  writes
 )"
       R"(   3  mg4005  MG      v236 mixed      10  16 output      12      1000 LSB  16800     100)"

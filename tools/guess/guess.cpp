@@ -103,7 +103,9 @@ Guess guess_of(const Evidence& evidence) {
     guess.encoder_span =
         row_of(Trait::kEncoderSpan).values.at(likeliest(Trait::kEncoderSpan, evidence));
   }
-  if (evidence.decided(Trait::kEncoderBits) && !guess.ms) {
+  const auto& product = evidence.product();
+  const bool may_be_mf = !guess.ms && (!product || product->motor.starts_with("MF"));
+  if (evidence.decided(Trait::kEncoderBits) && may_be_mf) {
     const std::size_t bits = likeliest(Trait::kEncoderBits, evidence);
     const bool legacy = guess.nearest == Generation::kLegacy;
     if ((bits == k16Bits) == legacy) {

@@ -175,9 +175,10 @@ TEST(GuessStarts, IncludeEncoderBitsThatDiffer) {
   EXPECT_EQ(servo.profile.drive.encoder.bits, 18);
   EXPECT_EQ(guessed({wide, v235})[0]["quirks"], Json::object());
   Keys narrow = quarter_turns(16384);
-  EXPECT_EQ(guessed(narrow)[0]["quirks"], Json::object());
+  EXPECT_EQ(guessed(narrow)[0]["quirks"], (Json{{"encoder_span", "rotor_turn"}}));
   narrow.push_back("(2.000000) can0 141#9400000050460000");
-  EXPECT_EQ(guessed(narrow)[0]["quirks"], (Json{{"encoder_bits", "14"}}));
+  EXPECT_EQ(guessed(narrow)[0]["quirks"],
+            (Json{{"encoder_span", "rotor_turn"}, {"encoder_bits", "14"}}));
 }
 
 /// An MG4005-i10 of §10.7 in a log without queries.

@@ -30,7 +30,7 @@ from lkemu.identify.motor import load_motor  # noqa: E402
 
 DEG = math.pi / 180
 A_PER_LSB = 33 / 4096  # MF, v235
-COUNTS = 16384
+COUNTS = 65536
 MOVE_DPS = 573
 
 
