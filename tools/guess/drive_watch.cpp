@@ -22,6 +22,7 @@ constexpr int kMaxBusCurrent_lsb = 10000;  // 100 A
 constexpr std::uint32_t kMaxSingleTurn_cdeg = 36000 * 100;
 constexpr std::uint32_t kTurn_cdeg = 36000;
 constexpr std::uint16_t kMost14Bits = 16'383;
+constexpr int kWrap = 12'288;  // a larger change of a field of 14 bits is a wrap-around
 constexpr std::uint8_t kUnderOrOverVoltage = 0x03;
 constexpr std::uint8_t kLegacyErrors = 0x09;
 constexpr std::uint8_t kBridgeOff = 0x10;
@@ -269,9 +270,12 @@ void DriveWatch::see_packet(const FrameInfo& info, const Sighting& sighting) {
 
 void DriveWatch::see_field(std::uint16_t counts, std::optional<int> speed_dps,
                            const Sighting& sighting) {
+  const auto before = encoder_.last();
   encoder_.field(counts, speed_dps, sighting.at);
   if (counts > kMost14Bits) {
     evidence_.see(Trait::kEncoderBits, only(k16Bits), Weight::kSure, sighting);
+  } else if (before && encoder_.largest() <= kMost14Bits && std::abs(*before - counts) > kWrap) {
+    evidence_.see(Trait::kEncoderBits, only(k14Bits), Weight::kLikely, sighting);
   }
 }
 

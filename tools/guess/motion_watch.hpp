@@ -29,6 +29,10 @@ class EncoderWatch {
 
   /// Returns the largest value of the field; empty if no reply had it.
   std::optional<std::uint16_t> largest() const { return largest_; }
+  /// Returns the last value of the field.
+  std::optional<std::uint16_t> last() const {
+    return last_ ? std::optional(last_->counts) : std::nullopt;
+  }
   /// Returns the counts of the field per 360° of 0x92; empty if the shaft turned too little.
   std::optional<double> counts_per_turn() const;
 

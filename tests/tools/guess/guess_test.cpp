@@ -163,6 +163,9 @@ TEST(Guess, InfersTheEncoderBitsFromTheLargestValue) {
   };
   EXPECT_EQ(bits("FF 3F"), Keys{});
   EXPECT_EQ(bits("00 40"), Keys{"16"});
+  const std::string before = "can0 141 [8] 9C 19 02 00 03 00 ";
+  const Keys wraps{before + "F0 3F", before + "10 00", before + "E0 3F"};
+  EXPECT_EQ(possible_value_names(guessed(wraps)[0], "encoder_bits"), Keys{"14"});
 }
 
 /// `legacy` MF drives have 14 bits, later ones 16: the command names the others.

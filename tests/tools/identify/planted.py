@@ -55,7 +55,7 @@ class Planted:
         self.profile = {
             "mechanics": mechanics,
             "current_sensor": sensor,
-            "encoder": {**self.base.data["encoder"], "noise_deg": draw.uniform(0.001, 0.004)},
+            "encoder": {"noise_deg": draw.uniform(0.001, 0.004)},
             "control": dict(self.base.data["control"]),
         }
         self.drive = {"boot_angle_deg": draw.uniform(-180, 180)}
