@@ -18,6 +18,7 @@ struct MotorParams {
   double psi_f = 0.00499;     // Wb, at 25 °C
   double alpha_cu = 0.00393;  // 1/K, copper
   double alpha_pm = -0.0011;  // 1/K, magnet
+  double torque_ripple = 0.0;  // 0..0.1: amplitude / mean of the torque, 6 per electrical turn
 };
 
 /// Three half bridges and their timer.
@@ -46,8 +47,12 @@ struct MechanicsParams {
   double B = 0.0;                 // Nm·s/rad, viscous
   double hysteresis_share = 0.0;  // 0..1 of tau_coulomb: lost in the stator's iron
   double eddy_share = 0.0;        // 0..1 of B: lost in the stator's iron
-  double tau_cogging = 0.0;       // Nm, amplitude
-  int cogging_per_turn = 84;      // periods per rotor turn
+  // Cogging: −tau_cogging·sin(n·θ + phase), n = cogging_per_turn, and the same at n = 2·pole_pairs.
+  double tau_cogging = 0.0;          // Nm, amplitude
+  int cogging_per_turn = 84;         // periods per rotor turn
+  double cogging_phase = 0.0;        // rad
+  double tau_pole_cogging = 0.0;     // Nm, amplitude
+  double pole_cogging_phase = 0.0;   // rad
 };
 
 /// Angle of an end stop that does not exist: no shaft gets there.
@@ -135,12 +140,14 @@ struct ControlParams {
   int motion_divider = 4;             // current-loop periods per speed/position-loop period
   bool has_current_loop = true;       // false (MS series): the loops set the voltage vector
   double current_bandwidth = 6283.0;  // rad/s at current Kp, Ki = ref_current_byte
+  double emf_share = 1.0;             // 0..1 of the back-EMF that the current loop feeds forward
   double speed_bandwidth = 200.0;     // rad/s at speed Kp = ref_speed_kp_byte and inertia J_nominal
   double speed_integral_rate = 20.0;  // 1/s, Ki/Kp at the reference speed bytes
   double angle_kp_per_byte = 0.5;     // 1/s per LSB of angle Kp
   double angle_ki_per_byte = 0.05;    // 1/s² per LSB of angle Ki, within 0.02 rad of the target
   double estimator_bandwidth = 1500.0;  // rad/s, natural frequency of the speed observer
-  double report_bandwidth = 300.0;      // rad/s, low-pass of the reported speed
+  double report_bandwidth = 300.0;      // rad/s, 1/window of the reported speed
+  double report_delay = 0.0;            // s, from the end of a window to its report, < window
   double ref_current_byte = 50.0;
   double ref_speed_kp_byte = 50.0;
   double ref_speed_ki_byte = 40.0;

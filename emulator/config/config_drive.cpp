@@ -53,6 +53,7 @@ ServoConfig as_delivered(const Profile& profile, const BusOptions& bus_options) 
   ServoConfig servo;
   servo.profile = profile;
   servo.rom = profile.factory;
+  servo.specimen = Specimen::kDrawn;
   if (bus_options.serial != nullptr) {
     servo.quirks.dialect.framing = protocol::Framing::kSerial;
     servo.reply_time = bus_options.serial->reply_time;
@@ -128,12 +129,15 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
   const std::vector<int> ids = read_ids(reader);
   if (ids.empty()) reader.note_missing("id");
   ServoConfig servo = as_delivered(read_motor(reader, overrides, find), bus_options);
-  bool bits_given = false;
+  // Drives that do not run may not support the requests of the command line: ignores the requests.
+  const auto running = first_running(ids, bus_options);
+  read_generation(reader, running ? bus_options.firmware : FirmwareRequest{},
+                  name_of(bus_options, running.value_or(0)), servo);
   if (auto changes = reader.table("profile")) {
-    if (const auto encoder = changes->table("encoder")) bits_given = encoder->has("bits");
     read_drive_params(*changes, Presence::kOptional, servo.profile.drive);
     changes->finish();
   }
+  apply_encoder_bits(servo);
   if (const auto us = reader.integer("reply_time_us", 0, 100'000)) {
     servo.reply_time = std::chrono::microseconds(*us);
     servo.reply_spread = SimTime{0};
@@ -147,10 +151,9 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
   const double most_deg = most_boot_angle_deg(servo);
   servo.boot_angle_deg = reader.number("boot_angle_deg", -most_deg, most_deg);
   servo.boot_temperature_C = reader.number("boot_temperature_C", -40, 125);
-  // Drives that do not run may not support the requests of the command line: ignores the requests.
-  const auto running = first_running(ids, bus_options);
-  read_generation(reader, running ? bus_options.firmware : FirmwareRequest{},
-                  name_of(bus_options, running.value_or(0)), bits_given, servo);
+  if (const auto specimen = reader.choice("specimen", {"nominal", "drawn"})) {
+    servo.specimen = static_cast<Specimen>(*specimen);
+  }
   read_settings(reader, servo);
   read_rom(reader, servo.flash);
   servo.joint = read_joint(reader, servo, bus_options.body);
@@ -189,7 +192,8 @@ ServoConfig make_servo(int id, const Profile& profile, const BusOptions& bus_opt
   servo.id = id;
   const toml::table nothing;
   TableReader reader(nothing, "--motor", "");
-  read_generation(reader, bus_options.firmware, name_of(bus_options, id), false, servo);
+  read_generation(reader, bus_options.firmware, name_of(bus_options, id), servo);
+  apply_encoder_bits(servo);
   apply_boot_angle(bus_options.boot_angle_deg, name_of(bus_options, id), servo);
   try {
     check_drive(reader, servo);

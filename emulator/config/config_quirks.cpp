@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <functional>
+#include <numbers>
 #include <optional>
 #include <type_traits>
 #include <utility>
@@ -39,10 +40,11 @@ class Switch {
       }
     };
   }
-  Switch(const char* name, std::optional<EncoderSpan> Quirks::*member, Choices all)
+  template <typename Value>
+  Switch(const char* name, std::optional<Value> Quirks::*member, Choices all)
       : key(name), choices(std::move(all)) {
     store_ = [member](Quirks& quirks, std::size_t n, std::size_t /*number*/) {
-      quirks.*member = static_cast<EncoderSpan>(n);
+      quirks.*member = static_cast<Value>(n);
     };
   }
   Switch(const char* name, std::optional<int> Quirks::*member, Choices all)
@@ -120,6 +122,7 @@ const std::vector<Switch> kSwitches = {
     {"off_hangs", &Quirks::off_hangs, {"no", "drive", "bus"}},
     {"encoder_span", &Quirks::encoder_span, {"rotor_turn", "output_turn"}},
     {"encoder_bits", &Quirks::encoder_bits, {"14", "16"}},
+    {"current_loop", &Quirks::current_loop, {"fast", "slow"}},
     {"clear_turns_command", &Dialect::clear_turns_command, kFlag, kSerial},
     {"zero_ram_command", &Dialect::zero_ram_command, kFlag, kSerial},
     {"typed_encoder", &Dialect::typed_encoder, kFlag, kSerial},
@@ -168,6 +171,13 @@ std::string printed(const Switch& one, const Quirks& quirks) {
   return std::string(one.key) + " = " + value;
 }
 
+/// Direct drives of the oldest firmware were logged with a slow loop, no other drive.
+CurrentLoop usual_current_loop(const ServoConfig& servo) {
+  const bool direct = servo.profile.series == Series::kMf || servo.profile.series == Series::kMh;
+  return direct && servo.generation == Generation::kLegacy ? CurrentLoop::kSlow
+                                                           : CurrentLoop::kFast;
+}
+
 void read_quirks(TableReader& reader, ServoConfig& servo) {
   Quirks& quirks = servo.quirks;
   for (const Switch& one : kSwitches) {
@@ -185,6 +195,10 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
                 servo.profile.name + " has 16 only: " + protocol::name_of(servo.profile.series) +
                     " drives show the upper 16 of 18 bits; MF and MH have 14 or 16");
   }
+  if (quirks.current_loop == usual_current_loop(servo)) quirks.current_loop.reset();
+  if (quirks.current_loop && !servo.profile.drive.control.has_current_loop) {
+    reader.fail("current_loop", "MS drives have none");
+  }
   if (quirks.dialect.framing == protocol::Framing::kSerial &&
       quirks.dialect.reply_id_base != protocol::kSingleDriveId) {
     reader.fail("reply_id_base", "belongs to CAN");
@@ -195,6 +209,26 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
       reader.has("open_loop_command")) {
     reader.fail("open_loop_command", "MS drives only");
   }
+}
+
+/// Sets the loops of a direct drive of the oldest firmware to those of a log
+/// (docs/internals/model.md §11): told 50 to 150 LSB, its current answers like 34 to 42 1/s, and
+/// its speed overshoots by 66 % and rings at 40 Hz.
+void set_slow_current_loop(model::DriveParams& drive) {
+  constexpr double kCurrentLoop = 35;   // 1/s, at the reference bytes; the log's bytes are unknown
+  constexpr double kDamping = 75;       // 1/s, by the part of the back-EMF that acts on the current
+  constexpr double kSpeedLoop = 1790;   // rad/s: (2π·40 Hz)²/kCurrentLoop
+  constexpr double kSpeedIntegral = 5;  // 1/s, assumed: stable with ten rotors, as angle Kp
+  constexpr double kAnglePerByte = 0.12;  // 1/s, that of an MS4015 in a log
+  const model::MotorParams& motor = drive.motor;
+  const double p_psi = motor.pole_pairs * motor.psi_f;
+  const double without = 1.5 * p_psi * p_psi / (motor.R_s * drive.mechanics.J);  // 1/s
+  model::ControlParams& control = drive.control;
+  control.current_bandwidth = kCurrentLoop;
+  control.emf_share = std::max(0.0, 1 - kDamping / without);
+  control.speed_bandwidth = kSpeedLoop;
+  control.speed_integral_rate = kSpeedIntegral;
+  control.angle_kp_per_byte = kAnglePerByte;
 }
 
 // --- command line
@@ -232,16 +266,26 @@ void apply_quirks(const std::map<std::string, std::string>& asked, ServoConfig& 
   reader.finish();
 }
 
-/// Sets the bits of the encoder: those of `encoder_bits`, or of the label and the generation.
-/// `bits_given`: the drive's own [profile.encoder] has them.
-void settle_encoder(ServoConfig& servo, bool bits_given) {
-  model::EncoderParams& encoder = servo.profile.drive.encoder;
+/// An encoder of another width has other errors and reports, those of the shipped motor files.
+void set_encoder_bits(int bits, model::DriveParams& drive) {
+  constexpr double kDeg = std::numbers::pi / 180;
+  const bool wide = bits > 14;
+  drive.encoder.bits = bits;
+  drive.encoder.inl_1 = (wide ? 0.05 : 0.2) * kDeg;
+  drive.encoder.inl_2 = (wide ? 0.025 : 0.1) * kDeg;
+  drive.encoder.noise = (wide ? 0.001 : 0.003) * kDeg;
+  drive.control.report_bandwidth = wide ? 1000 : 750;
+  drive.control.report_delay = wide ? 0 : 0.5e-3;
+}
+
+/// Later prints and later firmware of MF drives show 16 of 18 bits.
+void set_usual_encoder(ServoConfig& servo) {
   const bool later_firmware =
       servo.profile.series == Series::kMf && servo.generation != Generation::kLegacy;
-  if (!bits_given && (servo.profile.later_print || later_firmware)) encoder.bits = 18;
-  std::optional<int>& asked = servo.quirks.encoder_bits;
-  if (asked == wire_bits(encoder)) asked.reset();
-  if (asked) encoder.bits = *asked == 14 ? 14 : 18;
+  model::DriveParams& drive = servo.profile.drive;
+  if ((servo.profile.later_print || later_firmware) && wire_bits(drive.encoder) == 14) {
+    set_encoder_bits(18, drive);
+  }
 }
 
 Generation resolve_generation(const std::string& word, const std::string& drive,
@@ -280,6 +324,13 @@ Generation read_choice(const TableReader& reader, const std::string& word, const
 
 }  // namespace
 
+void apply_encoder_bits(ServoConfig& servo) {
+  model::DriveParams& drive = servo.profile.drive;
+  std::optional<int>& asked = servo.quirks.encoder_bits;
+  if (asked == wire_bits(drive.encoder)) asked.reset();
+  if (asked) set_encoder_bits(*asked == 14 ? 14 : 18, drive);
+}
+
 std::vector<std::string> differing_switches(Generation generation, const Quirks& quirks) {
   const Quirks preset = quirks_of(generation, quirks.dialect.framing);
   std::vector<std::string> differing;
@@ -312,7 +363,7 @@ Generation chosen_generation(const std::string& word, const Profile& profile) {
 }
 
 void read_generation(TableReader& reader, const FirmwareRequest& asked, const std::string& drive,
-                     bool bits_given, ServoConfig& servo) {
+                     ServoConfig& servo) {
   const auto in_file = reader.text("generation");
   if (asked.generation) {
     servo.generation = resolve_generation(*asked.generation, drive, servo.profile);
@@ -327,7 +378,10 @@ void read_generation(TableReader& reader, const FirmwareRequest& asked, const st
     quirks->finish();
   }
   apply_quirks(asked.quirks, servo);
-  settle_encoder(servo, bits_given);
+  set_usual_encoder(servo);
+  if (servo.quirks.current_loop.value_or(usual_current_loop(servo)) == CurrentLoop::kSlow) {
+    set_slow_current_loop(servo.profile.drive);
+  }
 }
 
 }  // namespace lk::emulator

@@ -29,11 +29,14 @@ Generation chosen_generation(const std::string& word, const Profile& profile);
 /// Reads `generation` and [quirks] of a drive: the preset, then each switch that differs. `asked`
 /// holds the options of the command line, which override the file key by key. `drive`, e.g. "vcan0
 /// drive 1", is for messages. Pre: `servo.profile` is set; it gives the seen generation, the
-/// series, and the default of `encoder_span` and of the encoder's bits. `bits_given`: the drive has
-/// [profile.encoder] bits, which label and generation do not change. Throws ConfigError. An error
-/// in `asked` throws std::invalid_argument, or a ConfigError that names the option instead of the
-/// file.
+/// series, and the default of `encoder_span`. Changes the profile to the encoder and the loops of
+/// such drives. Throws ConfigError. An error in `asked` throws std::invalid_argument, or a
+/// ConfigError that names the option instead of the file.
 void read_generation(TableReader& reader, const FirmwareRequest& asked, const std::string& drive,
-                     bool bits_given, ServoConfig& servo);
+                     ServoConfig& servo);
+
+/// Gives the profile the encoder that `encoder_bits` asks for. Call after all changes of the
+/// profile.
+void apply_encoder_bits(ServoConfig& servo);
 
 }  // namespace lk::emulator

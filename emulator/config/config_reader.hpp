@@ -107,6 +107,7 @@ struct Field {
   double unit = 1;  // value of the member for 1 in the file
   double min = 0;   // in units of the file
   double max = 0;
+  bool may_lack = false;  // true: even a file with required values may lack it
 };
 
 /// Reads `fields` into `section`. The member of an absent key keeps its value.
@@ -132,7 +133,7 @@ void read_fields(TableReader& reader, std::span<const Field<Section>> fields, Pr
   };
   for (const auto& field : fields) {
     const bool found = std::visit([&](auto member) { return read(field, member); }, field.member);
-    if (!found && presence == Presence::kRequired) reader.note_missing(field.key);
+    if (!found && presence == Presence::kRequired && !field.may_lack) reader.note_missing(field.key);
   }
 }
 

@@ -222,6 +222,18 @@ MotorDocument read_motor_document(const MotorFile& motor, const FindMotorFile& f
   return {std::move(tables.front()), std::move(files), later_print};
 }
 
+/// Sets the texture by the rule of [stator], if there is one; values that the file states win.
+void read_stator(TableReader& reader, model::DriveParams& params) {
+  Stator stator;
+  if (!reader.has("stator")) return;
+  read_section(reader, "stator", fields::kStator, Presence::kRequired, stator);
+  set_texture(stator, params);
+  read_section(reader, "motor", fields::kMotor, Presence::kOptional, params.motor);
+  read_section(reader, "mechanics", fields::kMechanics, Presence::kOptional, params.mechanics);
+  read_section(reader, "current_sensor", fields::kCurrentSensor, Presence::kOptional,
+               params.current_sensor);
+}
+
 }  // namespace
 
 void read_drive_params(TableReader& reader, Presence presence, model::DriveParams& params) {
@@ -240,6 +252,7 @@ void read_drive_params(TableReader& reader, Presence presence, model::DriveParam
   read_section(reader, "slow_sensor", fields::kSlowSensor, presence, params.slow_sensor);
   read_section(reader, "thermistor", fields::kThermistor, Presence::kOptional, params.slow_sensor);
   read_section(reader, "control", fields::kControl, presence, params.control);
+  read_stator(reader, params);
   if (reader.has("encoder")) check_direction(reader, params.encoder);
   if (reader.has("mechanics")) check_friction(reader, params.mechanics);
 }

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "emulator/config/config_reader.hpp"
+#include "emulator/config/stator.hpp"
 #include "emulator/core/bus_config.hpp"
 #include "emulator/core/servo/registers.hpp"
 
@@ -16,6 +17,7 @@ using std::numbers::pi;
 inline constexpr double kDeg = pi / 180;
 inline constexpr double kArcmin = kDeg / 60;
 inline constexpr double kGramCm2 = 1e-7;
+inline constexpr bool kMayLack = true;
 
 // One row per line.
 // clang-format off
@@ -39,6 +41,7 @@ inline const Field<M> kMotor[] = {
     {"psi_f_Wb", &M::psi_f, 1, 1e-5, 1},
     {"alpha_cu_per_K", &M::alpha_cu, 1, 0, 0.01},
     {"alpha_pm_per_K", &M::alpha_pm, 1, -0.01, 0},
+    {"torque_ripple", &M::torque_ripple, 1, 0, 0.1, kMayLack},
 };
 
 using I = model::InverterParams;
@@ -66,8 +69,16 @@ inline const Field<Me> kMechanics[] = {
     {"tau_static_mNm", &Me::tau_static, 1e-3, 0, 1e4},
     {"omega_stribeck_rad_s", &Me::omega_stribeck, 1, 1e-3, 1e3},
     {"B_uNm_s_rad", &Me::B, 1e-6, 0, 1e6},
-    {"tau_cogging_mNm", &Me::tau_cogging, 1e-3, 0, 1e3},
-    {"cogging_per_turn", &Me::cogging_per_turn, 1, 1, 10000},
+    {"tau_cogging_mNm", &Me::tau_cogging, 1e-3, 0, 1e3, kMayLack},
+    {"cogging_per_turn", &Me::cogging_per_turn, 1, 1, 10000, kMayLack},
+    {"tau_pole_cogging_mNm", &Me::tau_pole_cogging, 1e-3, 0, 1e3, kMayLack},
+};
+
+/// Gives the default of the rows that may lack in `mechanics`, `motor` and `current_sensor`.
+inline const Field<Stator> kStator[] = {
+    {"slots", &Stator::slots, 1, 3, 240},
+    {"diameter_mm", &Stator::diameter, 1e-3, 5, 1000},
+    {"height_mm", &Stator::height, 1e-3, 1, 1000},
 };
 
 /// Shares of the friction in kMechanics that heat the winding; the rest heats the housing.
@@ -136,11 +147,11 @@ using C = model::CurrentSensorParams;
 inline const Field<C> kCurrentSensor[] = {
     {"range_A", &C::range, 1, 0.1, 1000},
     {"bits", &C::bits, 1, 6, 24},
-    {"offset_a_A", &C::offset_a, 1, -10, 10},
-    {"offset_b_A", &C::offset_b, 1, -10, 10},
     {"gain_a", &C::gain_a, 1, 0.5, 1.5},
     {"gain_b", &C::gain_b, 1, 0.5, 1.5},
-    {"noise_A", &C::noise, 1, 0, 10},
+    {"offset_a_A", &C::offset_a, 1, -10, 10, kMayLack},
+    {"offset_b_A", &C::offset_b, 1, -10, 10, kMayLack},
+    {"noise_A", &C::noise, 1, 0, 10, kMayLack},
 };
 
 using Sl = model::SlowSensorParams;
@@ -169,6 +180,8 @@ inline const Field<Co> kControl[] = {
     {"ref_speed_kp_byte", &Co::ref_speed_kp_byte, 1, 1, 255},
     {"ref_speed_ki_byte", &Co::ref_speed_ki_byte, 1, 1, 255},
     {"J_nominal_g_cm2", &Co::J_nominal, kGramCm2, 0.1, 1e6},
+    {"emf_share", &Co::emf_share, 1, 0, 1, kMayLack},
+    {"report_delay_ms", &Co::report_delay, 1e-3, 0, 100, kMayLack},
 };
 // clang-format on
 

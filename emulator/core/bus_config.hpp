@@ -51,6 +51,12 @@ enum class CalibrateBusy : std::uint8_t { kSilent, kAnswers };
 /// it also holds the RS-485 line: no drive receives anything.
 enum class OffHangs : std::uint8_t { kNo, kDrive, kBus };
 
+/// Current loop of the drive's board: it follows its reference within a millisecond, or within tens
+/// of milliseconds (docs/internals/model.md §11).
+enum class CurrentLoop : std::uint8_t { kFast, kSlow };
+/// Texture of a drive: that of its motor's type, or of one specimen, drawn from seed and ID.
+enum class Specimen : std::uint8_t { kNominal, kDrawn };
+
 /// Values are indices of protocol::kGenerationRows.
 enum class Generation : std::uint8_t { kLegacy, kLateLegacy, kV235, kV236, kV236b };
 
@@ -75,6 +81,7 @@ struct Quirks {
   std::optional<EncoderSpan> encoder_span;  // overrides Profile::encoder_span
   std::optional<int> encoder_bits;  // differs from the default of motor and generation; the parser
                                     // has put it into Profile::drive
+  std::optional<CurrentLoop> current_loop;  // absent: by generation and series
 
   friend bool operator==(const Quirks&, const Quirks&) = default;
 };
@@ -140,6 +147,7 @@ struct ServoConfig {
   Generation generation = Generation::kLegacy;  // base of `quirks`
   bool generation_given = false;                // false: `generation` is the default
   Quirks quirks;
+  Specimen specimen = Specimen::kNominal;
   Registers rom;    // contents at power-up; default: profile.factory
   RomWear wear{};   // write counts at power-up
   RomParams flash;  // write time and endurance of the ROM

@@ -12,7 +12,8 @@ enum class SeedStream : std::uint8_t {
   kReplyTime,
   kWire,
   kAdapter,
-  kAlign
+  kAlign,
+  kSpecimen
 };
 
 /// SplitMix64 (Steele, Lea, Flood 2014): neighbouring inputs give unrelated outputs.

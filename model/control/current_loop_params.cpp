@@ -30,7 +30,7 @@ CurrentLoopParams<double> current_loop_params(const DriveParams& drive,
   p.unwind_q = p.kp_q > 0.0 ? std::min(1.0, p.ki_T / p.kp_q) : 1.0;
   p.L_d = drive.motor.L_d;
   p.L_q = drive.motor.L_q;
-  p.psi_f = drive.motor.psi_f;
+  p.psi_f = c.emf_share * drive.motor.psi_f;
   p.advance_time = 1.5 / drive.inverter.f_pwm;
   p.modulation = modulation(drive.inverter);
   p.timer_counts = drive.inverter.timer_counts;

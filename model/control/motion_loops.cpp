@@ -22,17 +22,18 @@ constexpr double kRampSpeed = 0.5;  // rad/s, assumed
 
 /// Estimates the speed from the counts (docs/internals/model.md §11). The loops get the difference
 /// of two readings, low-passed. The replies get the distance within the last window, in whole
-/// counts of the reply.
+/// counts of the reply, `report_periods` after the end of the window.
 void observe(const MotionParams& p, double encoder_counts, MotionState& s) {
   const double difference = (encoder_counts - s.counts_before) * p.rad_s_per_count;
   s.omega_hat += p.estimator_share * (difference - s.omega_hat);
   s.counts_before = encoder_counts;
   if (++s.periods_in_window >= p.window_periods) {
     const double shown = floored(encoder_counts * p.shown_per_count);
-    s.omega_report = (shown - s.shown_before) * p.rad_s_per_shown;
+    s.omega_window = (shown - s.shown_before) * p.rad_s_per_shown;
     s.shown_before = shown;
     s.periods_in_window = 0;
   }
+  if (s.periods_in_window == p.report_periods) s.omega_report = s.omega_window;
 }
 
 /// Shares of the current limit and, in voltage mode, of the voltage limit that Lead uses (assumed).
@@ -223,6 +224,8 @@ MotionParams motion_params(const DriveParams& drive, const ControlSettings& sett
   p.rad_s_per_count = p.rad_per_count / p.T_m;
   p.estimator_share = c.estimator_bandwidth * p.T_m / (1.0 + c.estimator_bandwidth * p.T_m);
   p.window_periods = static_cast<int>(std::max(1.0, nearest(1.0 / (c.report_bandwidth * p.T_m))));
+  p.report_periods =
+      std::min(static_cast<int>(nearest(c.report_delay / p.T_m)), p.window_periods - 1);
   p.shown_per_count = 1.0 / static_cast<double>(1 << std::max(drive.encoder.bits - kShownBits, 0));
   p.rad_s_per_shown = p.rad_s_per_count / (p.shown_per_count * p.window_periods);
   p.i_q_max = settings.i_q_max;

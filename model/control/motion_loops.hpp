@@ -30,6 +30,7 @@ struct MotionParams {
   double rad_s_per_count = 0;         // speed of one encoder count per period
   double estimator_share = 1;         // low-pass coefficient of the speed that the loops use
   int window_periods = 1;             // periods in a window of the reported speed
+  int report_periods = 0;             // from the end of a window to its report, < window_periods
   double shown_per_count = 1;         // reply counts per encoder count, at most 1
   double rad_s_per_shown = 0;         // speed of one reply count per window
   double i_q_max = 0, omega_max = 0, accel_max = 0, current_step = 0;  // A, rad/s, rad/s², A/period
@@ -42,7 +43,8 @@ struct MotionParams {
 
 struct MotionState {
   double counts_before = 0, omega_hat = 0;    // counts, rad/s: estimator
-  double shown_before = 0, omega_report = 0;  // counts of the reply, rad/s: reported speed
+  double shown_before = 0, omega_window = 0;  // counts of the reply, rad/s: last full window
+  double omega_report = 0;                    // rad/s, reported speed
   int periods_in_window = 0;
   double speed_integral = 0;                // A
   double i_envelope = 0;                    // A, limit by the current ramp

@@ -50,10 +50,19 @@ inline ToothTorque<Real> tooth_torque(const PlantParams<Real>& p, const Motion<R
   return {total, total - spring};
 }
 
-/// Returns τ_cog·sin(n·θ) [Nm], with θ half a period ahead.
+/// Returns sine and cosine of twice the electrical angle: one period per magnet pole.
 template <class Real>
-inline Real cogging(const PlantParams<Real>& p, const Motion<Real>& m) {
-  return p.tau_cogging * sine<Real>(p.cogging_per_turn * (m.theta + 0.5 * p.T_s * m.omega));
+inline SinCos<Real> per_pole(const SinCos<Real>& theta_e) {
+  return {2.0 * theta_e.sin * theta_e.cos, theta_e.cos * theta_e.cos - theta_e.sin * theta_e.sin};
+}
+
+/// Returns the cogging torque of slots and of magnet poles [Nm], with the angles half a period
+/// ahead.
+template <class Real>
+inline Real cogging(const PlantParams<Real>& p, const Motion<Real>& m, const SinCos<Real>& pole) {
+  const Real slots = p.cogging_per_turn * (m.theta + 0.5 * p.T_s * m.omega) + p.cogging_phase;
+  return p.tau_cogging * sine<Real>(slots) +
+         (p.pole_cogging_cos * pole.sin + p.pole_cogging_sin * pole.cos);
 }
 
 /// Returns m·g·l·sin θ_out [Nm] of an arm at the output, with θ_out half a period ahead.
@@ -104,10 +113,10 @@ inline constexpr Parts kCommonParts{false, false, false, false};
 /// Stribeck: τ_dry ≤ τ_c + (τ_s − τ_c)/(1 + (ω/ω_s)²), the rational form that needs no exponential.
 /// The gear loses (1 − η) of the torque it transmits, as friction on the rotor, in either direction
 /// of power flow. At rest, the direction of the torque decides. The rotor's speed is clamped to
-/// ω_max, beyond which the equations are not valid.
+/// ω_max, beyond which the equations are not valid. `pole` is per_pole() of half a period ahead.
 template <Parts parts = kEveryPart, class Real>
 inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Real>& m,
-                                     const Real& tau_e) {
+                                     const Real& tau_e, const SinCos<Real>& pole) {
   const auto compliant = p.compliant != 0.0;
   ToothTorque<Real> tooth{0.0, 0.0};
   if constexpr (parts.compliant) {
@@ -120,7 +129,7 @@ inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Re
   const Real transmitted = select_if<parts.compliant>(compliant, tooth.total, Real(-tau_world));
   const Real bearing =
       p.tau_coulomb + p.tau_static_excess / (1.0 + m.omega * m.omega * p.inv_omega_stribeck2);
-  const Real tau = tau_e - cogging(p, m) - transmitted * p.inv_gear;
+  const Real tau = tau_e - cogging(p, m, pole) - transmitted * p.inv_gear;
 
   const Real drive = (p.inertia_rate - p.B_half) * m.omega + tau;
   const Real heading = select(m.omega == 0.0, drive, m.omega);

@@ -134,9 +134,13 @@ inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<R
 
   const Real R_s = p.R_25 * (1.0 + p.alpha_cu * (s.temp_winding - 25.0));
   // Far above a magnet's temperature limit, the flux is zero: the formula must not change its sign.
-  const Real psi_f = max(p.psi_25 * (1.0 + p.alpha_pm * (s.temp_winding - 25.0)), Real(0.0));
+  const Real psi_mean = max(p.psi_25 * (1.0 + p.alpha_pm * (s.temp_winding - 25.0)), Real(0.0));
 
   const SinCos<Real> middle = rotate(theta_e, sincos_small<Real>(0.5 * p.T_s * omega_e));
+  const SinCos<Real> pole = per_pole(middle);
+  // cos 3x = x·(4x² − 3): the 5th and 7th harmonics of the back-EMF, seen from the rotor.
+  const Real ripple = pole.cos * (4.0 * (pole.cos * pole.cos) - 3.0);
+  const Real psi_f = psi_mean * (1.0 + p.torque_ripple * ripple);
   const InverterOutput<Real> bridge = inverter(p, duty, i_abc, middle);
   WindingStep<Real> step =
       driven_windings(p, {s.i_d, s.i_q}, bridge, v_middle, R_s, psi_f, omega_e);
@@ -157,7 +161,7 @@ inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<R
 
   const Real tau_e = torque(p, step, psi_f);
   const MechanicsStep<Real> mech =
-      mechanics<parts>(p, {s.theta, s.omega, s.theta_out, s.omega_out}, tau_e);
+      mechanics<parts>(p, {s.theta, s.omega, s.theta_out, s.omega_out}, tau_e, pole);
   const Real i_logic = p.g_logic * s.v_link;
   const Real i_link = step.i_link + i_logic;
   const LinkStep<Real> dc = link(p, s.v_link, i_link);

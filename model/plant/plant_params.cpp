@@ -21,6 +21,7 @@ void set_electrical(PlantParams<double>& p, const DriveParams& d) {
   p.alpha_cu = d.motor.alpha_cu;
   p.psi_25 = d.motor.psi_f;
   p.alpha_pm = d.motor.alpha_pm;
+  p.torque_ripple = d.motor.torque_ripple;
   p.L_d = d.motor.L_d;
   p.L_q = d.motor.L_q;
   p.T_by_L_d = p.T_s / d.motor.L_d;
@@ -54,6 +55,10 @@ void set_mechanical(PlantParams<double>& p, const DriveParams& d, bool coupled) 
   set_iron(p, m);
   p.tau_cogging = m.tau_cogging;
   p.cogging_per_turn = m.cogging_per_turn;
+  p.cogging_phase = m.cogging_phase;
+  const SinCos<double> phase = sincos(m.pole_cogging_phase);
+  p.pole_cogging_cos = m.tau_pole_cogging * phase.cos;
+  p.pole_cogging_sin = m.tau_pole_cogging * phase.sin;
   p.compliant = compliant ? 1.0 : 0.0;
   p.gear_stiffness = coupled ? m.gear_stiffness_out : 0.0;
   p.gear_damping = coupled ? m.gear_damping_out : 0.0;

@@ -17,9 +17,16 @@ inline double stored_energy(const PlantParams<double>& p, const PlantState<doubl
   const double twist = s.theta * p.inv_gear - s.theta_out;
   const double excess = p.compliant * (twist - clamp(twist, -p.half_backlash, p.half_backlash));
   const double spring = 0.5 * p.gear_stiffness * excess * excess;
-  const double cogging = p.cogging_per_turn == 0.0 ? 0.0
-                                                   : -p.tau_cogging / p.cogging_per_turn *
-                                                         sincos(p.cogging_per_turn * s.theta).cos;
+  double cogging = 0.0;
+  if (p.cogging_per_turn != 0.0) {
+    cogging -= p.tau_cogging / p.cogging_per_turn *
+               sincos(p.cogging_per_turn * s.theta + p.cogging_phase).cos;
+  }
+  if (p.pole_pairs != 0.0) {
+    const SinCos<double> poles = sincos(2.0 * p.pole_pairs * s.theta);
+    cogging -= (p.pole_cogging_cos * poles.cos - p.pole_cogging_sin * poles.sin) /
+               (2.0 * p.pole_pairs);
+  }
   return link + magnetic + kinetic + spring + cogging - p.tau_gravity * sincos(s.theta_out).cos;
 }
 

@@ -118,7 +118,9 @@ struct Shafts {
 
   explicit Shafts(const DriveParams& d) : p(plant_params(d)) {}
   void step(double tau_e) {
-    const MechanicsStep<double> s = mechanics(p, m, tau_e);
+    const double ahead = 0.5 * p.T_s * m.omega;
+    const MechanicsStep<double> s =
+        mechanics(p, m, tau_e, per_pole(sincos(p.pole_pairs * (m.theta + ahead))));
     m = s.next;
     friction += s.p_friction * p.T_s;
     gear += s.p_gear * p.T_s;

@@ -4,6 +4,7 @@
 
 #include "emulator/core/seed.hpp"
 #include "emulator/core/servo/servo_commands.hpp"
+#include "emulator/core/servo/specimen.hpp"
 #include "emulator/core/units.hpp"
 #include "protocol/rounding.hpp"
 
@@ -63,7 +64,11 @@ model::DriveInit make_drive(const ServoConfig& config, std::uint64_t bus_seed) {
   const protocol::Dialect& dialect = config.quirks.dialect;
   const double start_deg =
       config.boot_angle_deg ? *config.boot_angle_deg : drawn_angle_deg(config, bus_seed);
-  return {.params = config.profile.drive,
+  model::DriveParams params = config.profile.drive;
+  if (config.specimen == Specimen::kDrawn) {
+    draw_specimen(stream_seed(bus_seed, config.id, SeedStream::kSpecimen), params);
+  }
+  return {.params = params,
           .settings =
               control_settings(config.rom, protocol::wire_format(dialect, config.profile.series)),
           .seed = stream_seed(bus_seed, config.id, SeedStream::kNoise),
