@@ -216,16 +216,22 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
 /// its speed overshoots by 66 % and rings at 40 Hz.
 void set_slow_current_loop(model::DriveParams& drive) {
   constexpr double kCurrentLoop = 35;   // 1/s, at the reference bytes; the log's bytes are unknown
-  constexpr double kDamping = 75;       // 1/s, by the part of the back-EMF that acts on the current
+  constexpr double kDamping = 55;       // 1/s, by the part of the back-EMF that acts on the current
   constexpr double kSpeedLoop = 1790;   // rad/s: (2π·40 Hz)²/kCurrentLoop
+  constexpr double kCurrentNoise = 0.125;  // A: iq deviates by 11 to 15 LSB at 573 dps
+  constexpr double kEstimator = 8000;   // rad/s, assumed: hardly delays the back-EMF
   constexpr double kSpeedIntegral = 5;  // 1/s, assumed: stable with ten rotors, as angle Kp
   constexpr double kAnglePerByte = 0.12;  // 1/s, that of an MS4015 in a log
   const model::MotorParams& motor = drive.motor;
   const double p_psi = motor.pole_pairs * motor.psi_f;
   const double without = 1.5 * p_psi * p_psi / (motor.R_s * drive.mechanics.J);  // 1/s
   model::ControlParams& control = drive.control;
+  // The log's current grows at once: its board compensates the dead time.
+  drive.inverter.t_dead = 0;
+  drive.current_sensor.noise = kCurrentNoise;
   control.current_bandwidth = kCurrentLoop;
   control.emf_share = std::max(0.0, 1 - kDamping / without);
+  control.estimator_bandwidth = kEstimator;
   control.speed_bandwidth = kSpeedLoop;
   control.speed_integral_rate = kSpeedIntegral;
   control.angle_kp_per_byte = kAnglePerByte;

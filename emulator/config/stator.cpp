@@ -3,29 +3,29 @@
 namespace lk::emulator {
 namespace {
 
-/// Cogging torque over the volume D²·h of the label, N/m². An MS4015 whose speed ripples by 57 to
-/// 79 dps at 720 dps has 690; an MG4005 whose speed ripples by 22 dps at 576 dps has 750.
-constexpr double kCoggingPressure = 650;
-/// Of it, at the orders of the slots (uneven magnets) and of the poles (uneven teeth; Gašparin et
-/// al., IEEE Trans. Magn. 45, 2009). Logs of two direct drives have both orders, with 0.44 and 0.63
-/// as much torque at the poles. The log of a geared motor has the poles alone.
-constexpr double kDirectSlots = 0.9, kDirectPoles = 0.45;
-constexpr double kGearedSlots = 0.0, kGearedPoles = 1.2;
+/// Cogging torque of one slot or pole over the volume D²·h of the label, N/m². Uneven magnets cog at
+/// every slot at once, uneven teeth at every pole at once (Gašparin et al., IEEE Trans. Magn. 45,
+/// 2009). From the speed ripple of two direct drives, an MS4015 (57 to 79 dps at 720 dps) and one
+/// with 36 slots and 42 poles (118 to 127 dps at 573 dps), and of a geared MG4005 (22 dps at 576
+/// dps), which ripples at its poles alone.
+constexpr double kDirectSlot = 24.4, kDirectPole = 11.2;
+constexpr double kGearedSlot = 0, kGearedPole = 26.8;
 /// Fifth and seventh harmonics of the back-EMF together; assumed.
 constexpr double kTorqueRipple = 0.01;
-/// Of the range of the current sensors: offset vector and noise. 0.06 A and 0.07 A of 33 A in the
+/// Offset vector and noise of the current sensors over their range: 0.06 A and 0.07 A of 33 A in the
 /// log of an MG4005.
-constexpr double kCurrentOffset = 0.0018, kCurrentNoise = 0.0021;
+constexpr double kCurrentOffset = 0.0018, kCurrentNoise = 0.00212;
 
 }  // namespace
 
 void set_texture(const Stator& stator, model::DriveParams& drive) {
   model::MechanicsParams& m = drive.mechanics;
   const bool direct = m.gear_ratio == 1;
-  const double tau = kCoggingPressure * stator.diameter * stator.diameter * stator.height;
-  m.tau_cogging = tau * (direct ? kDirectSlots : kGearedSlots);
+  const double volume = stator.diameter * stator.diameter * stator.height;
+  const int poles = 2 * drive.motor.pole_pairs;
+  m.tau_cogging = volume * stator.slots * (direct ? kDirectSlot : kGearedSlot);
   m.cogging_per_turn = stator.slots;
-  m.tau_pole_cogging = tau * (direct ? kDirectPoles : kGearedPoles);
+  m.tau_pole_cogging = volume * poles * (direct ? kDirectPole : kGearedPole);
   drive.motor.torque_ripple = kTorqueRipple;
   model::CurrentSensorParams& sensor = drive.current_sensor;
   sensor.offset_a = kCurrentOffset * sensor.range;

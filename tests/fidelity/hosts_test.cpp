@@ -47,7 +47,7 @@ TEST(Hosts, PushesAgainstAnEndStopWithTheExpectedCurrent) {
       host.wait(milliseconds(10));
     }
     const auto held = host.state_2();
-    EXPECT_EQ(held.speed_dps, 0) << "at the stop";
+    EXPECT_LE(std::abs(held.speed_dps), 5.5) << "at the stop: a count of the encoder's noise";
     EXPECT_GT(held.iq_A, c.least_A) << "speed Kp " << int{c.speed_kp};
   }
 }

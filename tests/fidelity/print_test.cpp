@@ -22,10 +22,12 @@ TEST(Print, MotorsReachTheirNoLoadSpeed) {
       ControlSettings settings = group[n].init.settings;
       settings.omega_max = 1e4;
       bank.configure(n, settings);
-      // Two and a half times the friction torque: only the voltage limits the speed.
+      // More than friction and cogging: only the voltage limits the speed.
       const DriveParams& d = group[n].init.params;
+      const MechanicsParams& m = d.mechanics;
       if (d.control.has_current_loop) {
-        bank.command(n, Torque{2.5 * d.mechanics.tau_coulomb / k_t(d.motor)});
+        const double tau = 2.5 * m.tau_coulomb + 1.5 * (m.tau_cogging + m.tau_pole_cogging);
+        bank.command(n, Torque{tau / k_t(d.motor)});
       } else {
         bank.command(n, Speed{1e4});  // within Max Power, which limits such drives
       }
