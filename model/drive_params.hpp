@@ -11,13 +11,13 @@ namespace lk::model {
 /// Permanent-magnet synchronous machine in amplitude-invariant dq coordinates. The d axis is that
 /// of the magnet flux.
 struct MotorParams {
-  int pole_pairs = 14;        // 1..64
-  double R_s = 0.14;          // Ω, phase, at 25 °C
-  double L_d = 0.12e-3;       // H
-  double L_q = 0.12e-3;       // H
-  double psi_f = 0.00499;     // Wb, at 25 °C
-  double alpha_cu = 0.00393;  // 1/K, copper
-  double alpha_pm = -0.0011;  // 1/K, magnet
+  int pole_pairs = 14;         // 1..64
+  double R_s = 0.14;           // Ω, phase, at 25 °C
+  double L_d = 0.12e-3;        // H
+  double L_q = 0.12e-3;        // H
+  double psi_f = 0.00499;      // Wb, at 25 °C
+  double alpha_cu = 0.00393;   // 1/K, copper
+  double alpha_pm = -0.0011;   // 1/K, magnet
   double torque_ripple = 0.0;  // 0..0.1: amplitude / mean of the torque, 6 per electrical turn
 };
 
@@ -47,12 +47,14 @@ struct MechanicsParams {
   double B = 0.0;                 // Nm·s/rad, viscous
   double hysteresis_share = 0.0;  // 0..1 of tau_coulomb: lost in the stator's iron
   double eddy_share = 0.0;        // 0..1 of B: lost in the stator's iron
-  // Cogging: −tau_cogging·sin(n·θ + phase), n = cogging_per_turn, and the same at n = 2·pole_pairs.
-  double tau_cogging = 0.0;          // Nm, amplitude
-  int cogging_per_turn = 84;         // periods per rotor turn
-  double cogging_phase = 0.0;        // rad
-  double tau_pole_cogging = 0.0;     // Nm, amplitude
-  double pole_cogging_phase = 0.0;   // rad
+  // Cogging: −tau_cogging·sin(n·θ + phase), n = cogging_per_turn, and its third harmonic; and
+  // −tau_pole_cogging·sin(2·pole_pairs·θ + phase).
+  double tau_cogging = 0.0;         // Nm, amplitude
+  int cogging_per_turn = 84;        // periods per rotor turn
+  double tau_cogging_3 = 0.0;       // Nm, amplitude of the third harmonic
+  double cogging_phase = 0.0;       // rad
+  double tau_pole_cogging = 0.0;    // Nm, amplitude
+  double pole_cogging_phase = 0.0;  // rad
 };
 
 /// Angle of an end stop that does not exist: no shaft gets there.

@@ -172,10 +172,10 @@ std::string printed(const Switch& one, const Quirks& quirks) {
 }
 
 /// Direct drives of the oldest firmware were logged with a slow loop, no other drive.
-CurrentLoop usual_current_loop(const ServoConfig& servo) {
+CurrentLoopKind usual_current_loop(const ServoConfig& servo) {
   const bool direct = servo.profile.series == Series::kMf || servo.profile.series == Series::kMh;
-  return direct && servo.generation == Generation::kLegacy ? CurrentLoop::kSlow
-                                                           : CurrentLoop::kFast;
+  return direct && servo.generation == Generation::kLegacy ? CurrentLoopKind::kSlow
+                                                           : CurrentLoopKind::kFast;
 }
 
 void read_quirks(TableReader& reader, ServoConfig& servo) {
@@ -215,13 +215,13 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
 /// (docs/internals/model.md §11): told 50 to 150 LSB, its current answers like 34 to 42 1/s, and
 /// its speed overshoots by 66 % and rings at 40 Hz.
 void set_slow_current_loop(model::DriveParams& drive) {
-  constexpr double kCurrentLoop = 35;   // 1/s, at the reference bytes; the log's bytes are unknown
-  constexpr double kDamping = 55;       // 1/s, by the part of the back-EMF that acts on the current
-  constexpr double kSpeedLoop = 1790;   // rad/s: (2π·40 Hz)²/kCurrentLoop
+  constexpr double kCurrentLoop = 35;  // 1/s, at the reference bytes; the log's bytes are unknown
+  constexpr double kDamping = 55;      // 1/s, by the part of the back-EMF that acts on the current
+  constexpr double kSpeedLoop = 1790;  // rad/s: (2π·40 Hz)²/kCurrentLoop
   constexpr double kCurrentNoise = 0.125;  // A: iq deviates by 11 to 15 LSB at 573 dps
-  constexpr double kEstimator = 8000;   // rad/s, assumed: hardly delays the back-EMF
-  constexpr double kSpeedIntegral = 5;  // 1/s, assumed: stable with ten rotors, as angle Kp
-  constexpr double kAnglePerByte = 0.12;  // 1/s, that of an MS4015 in a log
+  constexpr double kEstimator = 8000;      // rad/s, assumed: hardly delays the back-EMF
+  constexpr double kSpeedIntegral = 5;     // 1/s, assumed: stable with ten rotors, as angle Kp
+  constexpr double kAnglePerByte = 0.12;   // 1/s, that of an MS4015 in a log
   const model::MotorParams& motor = drive.motor;
   const double p_psi = motor.pole_pairs * motor.psi_f;
   const double without = 1.5 * p_psi * p_psi / (motor.R_s * drive.mechanics.J);  // 1/s
@@ -385,7 +385,7 @@ void read_generation(TableReader& reader, const FirmwareRequest& asked, const st
   }
   apply_quirks(asked.quirks, servo);
   set_usual_encoder(servo);
-  if (servo.quirks.current_loop.value_or(usual_current_loop(servo)) == CurrentLoop::kSlow) {
+  if (servo.quirks.current_loop.value_or(usual_current_loop(servo)) == CurrentLoopKind::kSlow) {
     set_slow_current_loop(servo.profile.drive);
   }
 }

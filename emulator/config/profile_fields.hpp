@@ -70,6 +70,7 @@ inline const Field<Me> kMechanics[] = {
     {"omega_stribeck_rad_s", &Me::omega_stribeck, 1, 1e-3, 1e3},
     {"B_uNm_s_rad", &Me::B, 1e-6, 0, 1e6},
     {"tau_cogging_mNm", &Me::tau_cogging, 1e-3, 0, 1e3, kMayLack},
+    {"tau_cogging_3_mNm", &Me::tau_cogging_3, 1e-3, 0, 1e3, kMayLack},
     {"cogging_per_turn", &Me::cogging_per_turn, 1, 1, 10000, kMayLack},
     {"tau_pole_cogging_mNm", &Me::tau_pole_cogging, 1e-3, 0, 1e3, kMayLack},
 };

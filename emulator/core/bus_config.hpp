@@ -53,7 +53,7 @@ enum class OffHangs : std::uint8_t { kNo, kDrive, kBus };
 
 /// Current loop of the drive's board: it follows its reference within a millisecond, or within tens
 /// of milliseconds (docs/internals/model.md §11).
-enum class CurrentLoop : std::uint8_t { kFast, kSlow };
+enum class CurrentLoopKind : std::uint8_t { kFast, kSlow };
 /// Texture of a drive: that of its motor's type, or of one specimen, drawn from seed and ID.
 enum class Specimen : std::uint8_t { kNominal, kDrawn };
 
@@ -81,7 +81,7 @@ struct Quirks {
   std::optional<EncoderSpan> encoder_span;  // overrides Profile::encoder_span
   std::optional<int> encoder_bits;  // differs from the default of motor and generation; the parser
                                     // has put it into Profile::drive
-  std::optional<CurrentLoop> current_loop;  // absent: by generation and series
+  std::optional<CurrentLoopKind> current_loop;  // absent: by generation and series
 
   friend bool operator==(const Quirks&, const Quirks&) = default;
 };

@@ -61,7 +61,9 @@ inline SinCos<Real> per_pole(const SinCos<Real>& theta_e) {
 template <class Real>
 inline Real cogging(const PlantParams<Real>& p, const Motion<Real>& m, const SinCos<Real>& pole) {
   const Real slots = p.cogging_per_turn * (m.theta + 0.5 * p.T_s * m.omega) + p.cogging_phase;
-  return p.tau_cogging * sine<Real>(slots) +
+  const Real slot = sine<Real>(slots);
+  // sin 3x = sin x·(3 − 4·sin² x)
+  return slot * (p.tau_cogging + p.tau_cogging_3 * (3.0 - 4.0 * (slot * slot))) +
          (p.pole_cogging_cos * pole.sin + p.pole_cogging_sin * pole.cos);
 }
 

@@ -54,6 +54,7 @@ void set_mechanical(PlantParams<double>& p, const DriveParams& d, bool coupled) 
   p.tau_coulomb_out = m.tau_coulomb_out;
   set_iron(p, m);
   p.tau_cogging = m.tau_cogging;
+  p.tau_cogging_3 = m.tau_cogging_3;
   p.cogging_per_turn = m.cogging_per_turn;
   p.cogging_phase = m.cogging_phase;
   const SinCos<double> phase = sincos(m.pole_cogging_phase);

@@ -28,9 +28,9 @@ struct PlantParams {
   T omega_max{};                           // rad/s: limit of the rotor's speed
   T tau_coulomb{}, tau_static_excess{}, inv_omega_stribeck2{}, tau_coulomb_out{};
   T tau_hysteresis{}, B_eddy{};  // friction that is lost in the stator's iron
-  T tau_cogging{}, cogging_per_turn{}, cogging_phase{};
+  T tau_cogging{}, tau_cogging_3{}, cogging_per_turn{}, cogging_phase{};
   T pole_cogging_cos{}, pole_cogging_sin{};  // Nm: τ·cos φ, τ·sin φ at 2·pole_pairs per turn
-  T compliant{};  // 1: gear with stiffness and play, 0: rigid
+  T compliant{};                             // 1: gear with stiffness and play, 0: rigid
   T gear_stiffness{}, gear_damping{}, half_backlash{}, loss_driving{}, loss_driven{};
   T tau_load{}, tau_gravity{}, theta_min{}, theta_max{};
 
@@ -59,20 +59,21 @@ requires requires(Params p) {
   p.current_max;
 }
 constexpr auto fields(Params& p) {
-  return std::tie(p.T_s, p.f_s, p.pole_pairs, p.R_25, p.alpha_cu, p.psi_25, p.alpha_pm, p.torque_ripple, p.L_d,
-                  p.L_q, p.T_by_L_d, p.T_by_L_q, p.L_d_by_L_q, p.L_q_by_L_d, p.dead_fraction,
-                  p.dead_drop, p.inv_i_dead_zone, p.R_on, p.v_diode, p.gear_ratio, p.inv_gear,
-                  p.inertia_rate, p.inertia_rate_out, p.B_half, p.mobility, p.mobility_out,
-                  p.omega_max, p.tau_coulomb, p.tau_static_excess, p.inv_omega_stribeck2,
-                  p.tau_coulomb_out, p.tau_hysteresis, p.B_eddy, p.tau_cogging, p.cogging_per_turn, p.cogging_phase, p.pole_cogging_cos, p.pole_cogging_sin,
-                  p.compliant, p.gear_stiffness, p.gear_damping, p.half_backlash, p.loss_driving,
-                  p.loss_driven, p.tau_load, p.tau_gravity, p.theta_min, p.theta_max, p.v_source,
-                  p.R_source, p.link_decay, p.link_rate, p.inv_link_rate, p.i_regen_max, p.g_logic,
-                  p.heat_winding, p.heat_housing, p.heat_stage, p.g_winding_housing,
-                  p.g_housing_ambient, p.g_stage_ambient, p.temp_ambient, p.counts_per_rad,
-                  p.encoder_offset, p.inl_sin, p.inl_cos, p.inl_sin_2, p.inl_cos_2, p.encoder_noise,
-                  p.encoder_direction, p.encoder_latency, p.gain_a, p.gain_b, p.offset_a,
-                  p.offset_b, p.current_noise, p.current_lsb, p.inv_current_lsb, p.current_max);
+  return std::tie(
+      p.T_s, p.f_s, p.pole_pairs, p.R_25, p.alpha_cu, p.psi_25, p.alpha_pm, p.torque_ripple, p.L_d,
+      p.L_q, p.T_by_L_d, p.T_by_L_q, p.L_d_by_L_q, p.L_q_by_L_d, p.dead_fraction, p.dead_drop,
+      p.inv_i_dead_zone, p.R_on, p.v_diode, p.gear_ratio, p.inv_gear, p.inertia_rate,
+      p.inertia_rate_out, p.B_half, p.mobility, p.mobility_out, p.omega_max, p.tau_coulomb,
+      p.tau_static_excess, p.inv_omega_stribeck2, p.tau_coulomb_out, p.tau_hysteresis, p.B_eddy,
+      p.tau_cogging, p.tau_cogging_3, p.cogging_per_turn, p.cogging_phase, p.pole_cogging_cos,
+      p.pole_cogging_sin, p.compliant, p.gear_stiffness, p.gear_damping, p.half_backlash,
+      p.loss_driving, p.loss_driven, p.tau_load, p.tau_gravity, p.theta_min, p.theta_max,
+      p.v_source, p.R_source, p.link_decay, p.link_rate, p.inv_link_rate, p.i_regen_max, p.g_logic,
+      p.heat_winding, p.heat_housing, p.heat_stage, p.g_winding_housing, p.g_housing_ambient,
+      p.g_stage_ambient, p.temp_ambient, p.counts_per_rad, p.encoder_offset, p.inl_sin, p.inl_cos,
+      p.inl_sin_2, p.inl_cos_2, p.encoder_noise, p.encoder_direction, p.encoder_latency, p.gain_a,
+      p.gain_b, p.offset_a, p.offset_b, p.current_noise, p.current_lsb, p.inv_current_lsb,
+      p.current_max);
 }
 
 }  // namespace LKEMU_ISA

@@ -19,13 +19,14 @@ inline double stored_energy(const PlantParams<double>& p, const PlantState<doubl
   const double spring = 0.5 * p.gear_stiffness * excess * excess;
   double cogging = 0.0;
   if (p.cogging_per_turn != 0.0) {
-    cogging -= p.tau_cogging / p.cogging_per_turn *
-               sincos(p.cogging_per_turn * s.theta + p.cogging_phase).cos;
+    const double slots = p.cogging_per_turn * s.theta + p.cogging_phase;
+    cogging -= (p.tau_cogging * sincos(slots).cos + p.tau_cogging_3 / 3 * sincos(3.0 * slots).cos) /
+               p.cogging_per_turn;
   }
   if (p.pole_pairs != 0.0) {
     const SinCos<double> poles = sincos(2.0 * p.pole_pairs * s.theta);
-    cogging -= (p.pole_cogging_cos * poles.cos - p.pole_cogging_sin * poles.sin) /
-               (2.0 * p.pole_pairs);
+    cogging -=
+        (p.pole_cogging_cos * poles.cos - p.pole_cogging_sin * poles.sin) / (2.0 * p.pole_pairs);
   }
   return link + magnetic + kinetic + spring + cogging - p.tau_gravity * sincos(s.theta_out).cos;
 }

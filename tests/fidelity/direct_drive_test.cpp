@@ -1,6 +1,6 @@
 /// @file The log of a direct drive with a 14-bit encoder and legacy firmware, 0xA1 and 0xA2 every
 /// 1.25 ms: 36 slots, 42 poles; type, gains and supply are unknown. Emulated with an MF7015-23T,
-/// which starts alike, at factory gains.
+/// which starts alike, at factory gains, but with 42 poles.
 
 #include <gtest/gtest.h>
 
@@ -9,6 +9,7 @@
 #include <numbers>
 #include <vector>
 
+#include "emulator/config/stator.hpp"
 #include "tests/fidelity/drives.hpp"
 #include "tests/fidelity/statistics.hpp"
 #include "tests/support/test_bus.hpp"
@@ -23,7 +24,14 @@ constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr int kSpecimens = 50;
 
 emulator::ServoConfig logged_drive() {
-  static const emulator::Profile kType = profile("mf7015-23t");
+  static const emulator::Profile kType = [] {
+    emulator::Profile type = profile("mf7015-23t");
+    model::MotorParams& motor = type.drive.motor;
+    motor.psi_f *= motor.pole_pairs / 21.0;
+    motor.pole_pairs = 21;
+    emulator::set_texture({.slots = 36, .diameter = 0.070, .height = 0.015}, type.drive);
+    return type;
+  }();
   return delivered("mf7015-23t", "legacy", kType);
 }
 

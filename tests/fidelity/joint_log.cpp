@@ -32,19 +32,40 @@ void hang(const JointLoad& load, model::DriveParams& drive) {
   m.gear_efficiency = 1;
 }
 
-emulator::BusConfig joint(std::uint64_t seed, const JointLoad& load) {
+emulator::BusConfig joint(std::uint64_t seed, const JointLoad& load, emulator::Specimen specimen) {
   emulator::ServoConfig servo;
   servo.id = 1;
   servo.profile = profile("mg4005-14p");
   hang(load, servo.profile.drive);
   servo.rom = servo.profile.factory;
   servo.rom.gains = {100, 100, 40, 14, 50, 50};
+  servo.specimen = specimen;
   servo.boot_angle_deg = 10.0 + 13.0 * static_cast<double>(seed);
   emulator::BusConfig config = bus_config({});
   config.seed = seed;
   config.servos.push_back(servo);
   return config;
 }
+
+/// The pause before sample `n` of a host with this jitter.
+class Sampling {
+ public:
+  Sampling(std::uint64_t seed, int jitter_us) : dice_(2463534242U + seed), jitter_us_(jitter_us) {}
+  microseconds next() {
+    dice_ = dice_ * 6364136223846793005U + 1442695040888963407U;
+    const int early_us = late_us_;
+    late_us_ = jitter_us_ > 0
+                   ? static_cast<int>((dice_ >> 33U) % static_cast<std::uint64_t>(2 * jitter_us_)) -
+                         jitter_us_
+                   : 0;
+    return kSampling + microseconds(late_us_ - early_us);
+  }
+
+ private:
+  std::uint64_t dice_;
+  int jitter_us_;
+  int late_us_ = 0;
+};
 
 }  // namespace
 
@@ -55,8 +76,9 @@ std::vector<double> JointLog::pick(std::size_t from, std::size_t to,
   return values;
 }
 
-JointLog move_joint(std::uint64_t seed, int jitter_us, const JointLoad& load) {
-  Host host(joint(seed, load));
+JointLog move_joint(std::uint64_t seed, int jitter_us, const JointLoad& load,
+                    emulator::Specimen specimen) {
+  Host host(joint(seed, load, specimen));
   host.wait(std::chrono::milliseconds(200));
   const auto target_cdeg = host.multi_turn_cdeg() - 60000;
   host.get<protocol::State2>(
@@ -66,17 +88,9 @@ JointLog move_joint(std::uint64_t seed, int jitter_us, const JointLoad& load) {
   const auto target_counts =
       static_cast<int>(std::lround(static_cast<double>(target_cdeg) * 65536 / 360000));
   JointLog log;
-  std::uint64_t dice = 2463534242U + seed;
-  int late_us = 0;
+  Sampling sampling(seed, jitter_us);
   for (std::size_t n = 0; n < kTravelSamples + kHoldSamples; ++n) {
-    dice = dice * 6364136223846793005U + 1442695040888963407U;
-    const int next_us =
-        jitter_us > 0
-            ? static_cast<int>((dice >> 33U) % static_cast<std::uint64_t>(2 * jitter_us)) -
-                  jitter_us
-            : 0;
-    host.wait(kSampling + microseconds(next_us - late_us));
-    late_us = next_us;
+    host.wait(sampling.next());
     const auto state = host.state_2();
     const auto error = static_cast<std::int16_t>(state.encoder_counts - target_counts);
     log.samples.push_back(
@@ -86,6 +100,27 @@ JointLog move_joint(std::uint64_t seed, int jitter_us, const JointLoad& load) {
       std::find_if(log.samples.begin() + 40, log.samples.end(),
                    [](const JointSample& s) { return std::abs(s.speed_dps) < 0.8 * kLimit_dps; });
   log.stop_begins = static_cast<std::size_t>(slower - log.samples.begin());
+  return log;
+}
+
+JointLog track_joint(std::uint64_t seed, double from_dps, double to_dps, std::size_t samples) {
+  Host host(joint(seed, {}, emulator::Specimen::kDrawn));
+  host.wait(std::chrono::milliseconds(200));
+  JointLog log;
+  Sampling sampling(seed, kJitter_us);
+  constexpr std::size_t kRunUp = 20;
+  for (std::size_t n = 0; n < kRunUp + samples; ++n) {
+    const double share =
+        n < kRunUp ? 0 : static_cast<double>(n - kRunUp) / static_cast<double>(samples);
+    const double limit_dps = std::round(from_dps + share * (to_dps - from_dps));
+    const auto target_cdeg = static_cast<std::int32_t>(host.multi_turn_cdeg() + 7000);
+    host.get<protocol::State2>(
+        protocol::Position2{.max_speed_dps = limit_dps, .target_cdeg = target_cdeg});
+    host.wait(sampling.next());
+    const auto state = host.state_2();
+    if (n < kRunUp) continue;
+    log.samples.push_back({state.speed_dps - limit_dps, std::round(state.iq_A / kIqLsb_A), 0, 0});
+  }
   return log;
 }
 

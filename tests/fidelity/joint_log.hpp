@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "emulator/core/bus_config.hpp"
+
 namespace lk::test {
 
 inline constexpr double kLimit_dps = 573;
@@ -49,7 +51,12 @@ struct JointLog {
 };
 
 /// The host queries every 12 ms ± `jitter_us`.
-JointLog move_joint(std::uint64_t seed, int jitter_us = 0, const JointLoad& load = {});
+JointLog move_joint(std::uint64_t seed, int jitter_us = 0, const JointLoad& load = {},
+                    emulator::Specimen specimen = emulator::Specimen::kNominal);
+/// Follows a target that stays 70° ahead, so that the speed is the limit of 0xA4, which the host
+/// changes from `from_dps` to `to_dps` in `samples` steps, as the log's second half does.
+/// Of one specimen for each seed.
+JointLog track_joint(std::uint64_t seed, double from_dps, double to_dps, std::size_t samples);
 /// Jitter of the log's host, assumed. The log proves jitter: with exactly 12 ms, 28 ripples a turn
 /// could not be told from 24.4.
 inline constexpr int kJitter_us = 2000;

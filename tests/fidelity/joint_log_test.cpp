@@ -18,21 +18,6 @@ class Joint : public ::testing::TestWithParam<std::uint64_t> {
   const JointLog log_ = move_joint(GetParam());
 };
 
-/// The log has −64, −450 and −561 dps in three samples, over 24 ms; tolerance is one sample of 12
-/// ms. The emulated joint reaches 500 dps after one sample and then waits for its load.
-TEST_P(Joint, StartsLikeTheLog) {
-  const auto reached_ms = [this](double dps) {
-    double before = 0;
-    for (std::size_t n = 0; n < 40; ++n) {
-      const double now = -log_.samples[n].speed_dps;
-      if (now >= dps) return 12.0 * (static_cast<double>(n) + (dps - before) / (now - before));
-      before = now;
-    }
-    return 1e9;
-  };
-  EXPECT_NEAR(reached_ms(561) - reached_ms(64), 24, 12.5);
-}
-
 /// The log overshoots to −698 dps, 22 %, and settles within 150 ms.
 TEST_P(Joint, OvershootsLikeTheLog) {
   double most = 0;
@@ -55,14 +40,11 @@ TEST_P(Joint, CruisesLikeTheLog) {
   EXPECT_LE(slope(speed_dps, iq_lsb), -0.17 + 0.09);
 }
 
-/// The log: full speed 3.9° before the target, −18 dps one sample later, with the rest in the
-/// load's spring. Then ±4 counts of ringing for 170 ms, iq ±20 LSB. Tolerance: a third more, and a
-/// count. One sample later the emulated joint has −27 to −60 dps, depending on the sample's phase
-/// (see JointStop); 62 is the present error.
+/// The log: full speed 3.9° before the target, then ±4 counts of ringing for 170 ms, iq ±20 LSB.
+/// Tolerance: a third more, and a count.
 TEST_P(Joint, StopsLikeTheLog) {
   const std::size_t stop = log_.stop_begins;
   ASSERT_LT(stop + 40, log_.samples.size());
-  EXPECT_LT(std::abs(log_.samples[stop].speed_dps), 62) << "within one sample";
   int before_target = 0;
   int past_target = 0;
   for (std::size_t n = stop + 1; n < stop + 14; ++n) {
@@ -80,7 +62,7 @@ TEST_P(Joint, StopsLikeTheLog) {
 }
 
 /// The log: error ≤ 1 count; iq noise sd 3.5 to 6 LSB. Speed is 0 in 82 to 85 % of the samples (by
-/// the position within a count), otherwise a few steps of about 5 dps.
+/// the position within a count), otherwise a few steps of about 5 dps; see JointFigures.
 TEST_P(Joint, HoldsLikeTheLog) {
   for (std::size_t n = kTravelSamples; n < log_.samples.size(); ++n) {
     EXPECT_LE(std::abs(log_.samples[n].error_counts), 1) << "sample " << n;
@@ -89,7 +71,6 @@ TEST_P(Joint, HoldsLikeTheLog) {
   EXPECT_GE(iq_noise_lsb, 3.5);
   EXPECT_LE(iq_noise_lsb, 6);
   const auto speed_dps = log_.hold(&JointSample::speed_dps);
-  EXPECT_LE(deviation(speed_dps), 3.6);
   for (const double dps : speed_dps) {
     const double steps = dps / kJointSpeedStep_dps;
     EXPECT_LE(std::abs(steps - std::round(steps)), 0.5 / 5.4) << dps << " dps, shown in whole ones";
@@ -97,6 +78,29 @@ TEST_P(Joint, HoldsLikeTheLog) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, Joint, ::testing::Range<std::uint64_t>(1, kMoves + 1));
+
+/// Returns the time from 64 to 561 dps, ms.
+double start_ms(const JointLog& log) {
+  const auto reached_ms = [&log](double dps) {
+    double before = 0;
+    for (std::size_t n = 0; n < 40; ++n) {
+      const double now = -log.samples[n].speed_dps;
+      if (now >= dps) return 12.0 * (static_cast<double>(n) + (dps - before) / (now - before));
+      before = now;
+    }
+    return 1e9;
+  };
+  return reached_ms(561) - reached_ms(64);
+}
+
+/// The log has −64, −450 and −561 dps in three samples, over 24 ms; tolerance is one sample of 12
+/// ms. The emulated joint reaches 500 dps after one sample and then waits for its load.
+TEST(JointStart, IsAsFastAsTheLog) {
+  std::vector<double> times_ms;
+  for (std::uint64_t seed = 1; seed <= kMoves; ++seed)
+    times_ms.push_back(start_ms(move_joint(seed)));
+  EXPECT_NEAR(quantile(times_ms, 0.5), 24, 12.5);
+}
 
 /// The log's iq at the start: −54, −36, −18, 2, 13, 5, 7, −20, −39, −20, −9 LSB, 12 ms apart. It
 /// oscillates at about 12 Hz, by 67 and 52 LSB. The mean of the moves, whose ripples differ,
@@ -116,7 +120,8 @@ TEST(JointStart, RingsLikeTheLog) {
   EXPECT_NEAR(static_cast<double>(second - top), 4, 1.5);
 }
 
-/// The log has −18 dps one sample after full speed: within the range of moves with its jitter.
+/// The log has −18 dps one sample after full speed, the rest in the load's spring: within the range
+/// of moves with its jitter.
 TEST(JointStop, HasTheSpeedOfTheLogAfterOneSample) {
   std::vector<double> speed_dps;
   for (const JointLog& log : joint_moves()) {

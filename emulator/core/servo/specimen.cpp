@@ -8,7 +8,7 @@ namespace lk::emulator {
 namespace {
 
 /// Specimens of a type differ by up to ± this share; assumed.
-constexpr double kSpread = 0.10;
+constexpr double kSpread = 0.12;
 
 }  // namespace
 
@@ -18,6 +18,7 @@ void draw_specimen(std::uint64_t random, model::DriveParams& drive) {
   const auto phase = [&] { return model::kTwoPi * drawn(); };
   model::MechanicsParams& m = drive.mechanics;
   m.tau_cogging *= factor();
+  m.tau_cogging_3 *= factor();
   m.cogging_phase = phase();
   m.tau_pole_cogging *= factor();
   m.pole_cogging_phase = phase();
@@ -28,8 +29,8 @@ void draw_specimen(std::uint64_t random, model::DriveParams& drive) {
   const double size = factor();
   const model::AlphaBeta<double> offset = model::clarke(model::Abc<double>{
       size * sensor.offset_a, size * sensor.offset_b, -size * (sensor.offset_a + sensor.offset_b)});
-  const model::Abc<double> turned = model::inverse_clarke(model::inverse_park(
-      model::Dq<double>{offset.alpha, offset.beta}, model::sincos(phase())));
+  const model::Abc<double> turned = model::inverse_clarke(
+      model::inverse_park(model::Dq<double>{offset.alpha, offset.beta}, model::sincos(phase())));
   sensor.offset_a = turned.a;
   sensor.offset_b = turned.b;
 }

@@ -96,7 +96,7 @@ Complex open_loop(const model::DriveParams& drive, const model::ControlSettings&
   const Complex per_current = 1.5 * p_psi * angle_per_torque(drive, s);
   // Back-EMF minus its compensation by the firmware. The delay of the compensation acts as an added
   // inertia.
-  const Complex emf = p_psi * (s - estimate * held * std::exp(-s * T_s));
+  const Complex emf = p_psi * (s - drive.control.emf_share * estimate * held * std::exp(-s * T_s));
   const Complex angle =
       held * per_current * current.per_reference / (1.0 + per_current * current.per_voltage * emf);
 
