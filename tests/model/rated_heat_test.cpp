@@ -34,6 +34,10 @@ std::vector<RatedDrive> rated_drives() {
     // No protection trips meanwhile, and no ramp limits the current.
     rated.init.settings.protections = {};
     rated.init.settings.current_ramp = 0.0;
+    // The rule knows no texture, whose currents are small but not zero.
+    d.mechanics.tau_cogging = d.mechanics.tau_cogging_3 = d.mechanics.tau_pole_cogging = 0.0;
+    d.motor.torque_ripple = 0.0;
+    d.current_sensor.offset_a = d.current_sensor.offset_b = d.current_sensor.noise = 0.0;
     // Three digits are accurate to 0.5 %, and the rule ignores viscous friction. Heat is the square
     // of the current. ΔT = 65 K·(1 + ε)·g(T), with g = resistance over flux squared. g grows by
     // α_cu/1.2555 + 2·0.0011/0.9285 = 0.0055 per K: this amplifies errors by 1/(1 − 65·0.0055).

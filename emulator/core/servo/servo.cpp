@@ -64,7 +64,9 @@ model::DriveInit make_drive(const ServoConfig& config, std::uint64_t bus_seed) {
   const protocol::Dialect& dialect = config.quirks.dialect;
   const double start_deg =
       config.boot_angle_deg ? *config.boot_angle_deg : drawn_angle_deg(config, bus_seed);
+  const double theta_m = config.joint ? mounted_theta_m(config) : start_theta_m(config, start_deg);
   model::DriveParams params = config.profile.drive;
+  rest_in_detent(theta_m, params);
   if (config.specimen == Specimen::kDrawn) {
     draw_specimen(stream_seed(bus_seed, config.id, SeedStream::kSpecimen), params);
   }
@@ -72,7 +74,7 @@ model::DriveInit make_drive(const ServoConfig& config, std::uint64_t bus_seed) {
           .settings =
               control_settings(config.rom, protocol::wire_format(dialect, config.profile.series)),
           .seed = stream_seed(bus_seed, config.id, SeedStream::kNoise),
-          .theta_m = config.joint ? mounted_theta_m(config) : start_theta_m(config, start_deg),
+          .theta_m = theta_m,
           .temp = config.boot_temperature_C};
 }
 

@@ -12,6 +12,12 @@ constexpr double kSpread = 0.12;
 
 }  // namespace
 
+void rest_in_detent(double theta_m, model::DriveParams& drive) {
+  model::MechanicsParams& m = drive.mechanics;
+  m.cogging_phase = -m.cogging_per_turn * theta_m;
+  m.pole_cogging_phase = -2.0 * drive.motor.pole_pairs * theta_m;
+}
+
 void draw_specimen(std::uint64_t random, model::DriveParams& drive) {
   const auto drawn = [&] { return uniform(random = mix(random)); };
   const auto factor = [&] { return 1 + kSpread * (2 * drawn() - 1); };
@@ -19,9 +25,13 @@ void draw_specimen(std::uint64_t random, model::DriveParams& drive) {
   model::MechanicsParams& m = drive.mechanics;
   m.tau_cogging *= factor();
   m.tau_cogging_3 *= factor();
-  m.cogging_phase = phase();
   m.tau_pole_cogging *= factor();
-  m.pole_cogging_phase = phase();
+  // Half of the friction holds the rotor beside its detent; strong friction, anywhere.
+  const double cogging = m.tau_cogging + 3 * m.tau_cogging_3 + m.tau_pole_cogging;
+  const double friction = m.tau_static + m.tau_coulomb_out / m.gear_ratio;
+  const double held = 0.5 * friction < cogging ? 0.5 * friction / cogging : model::kPi;
+  m.cogging_phase += held * (2 * drawn() - 1);
+  m.pole_cogging_phase += held * (2 * drawn() - 1);
   drive.encoder.inl_1_phase = phase();
   drive.encoder.inl_2_phase = phase();
   // The sensors' offsets are a vector that stands still in the stator.

@@ -6,9 +6,13 @@
 
 namespace lk::emulator {
 
-/// Changes the texture of a motor type to that of one specimen, drawn from `random`: strength and
-/// phase of the cogging, direction and size of the current sensors' offset, and phase of the
-/// encoder's error (docs/internals/model.md §15).
+/// Turns the cogging so that a rotor at `theta_m` [rad] rests in a detent, as a rotor at power-up
+/// does.
+void rest_in_detent(double theta_m, model::DriveParams& drive);
+
+/// Changes the texture of a motor type to that of one specimen, drawn from `random`: strength of
+/// the cogging, its phase as far as friction holds the rotor, direction and size of the current
+/// sensors' offset, and phase of the encoder's error (docs/internals/model.md §15).
 void draw_specimen(std::uint64_t random, model::DriveParams& drive);
 
 }  // namespace lk::emulator

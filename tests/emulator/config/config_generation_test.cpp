@@ -96,6 +96,7 @@ TEST(ConfigGeneration, EverySwitchIsSettableAlone) {
       {"clear_reply = \"before\"", [](Quirks& q) { q.clear_reply = ClearReply::kBefore; }},
       {"encoder_span = \"output_turn\"",
        [](Quirks& q) { q.encoder_span = EncoderSpan::kOutputTurn; }},
+      {"current_loop = \"fast\"", [](Quirks& q) { q.current_loop = CurrentLoopKind::kFast; }},
       {"encoder_bits = 16", [](Quirks& q) { q.encoder_bits = 16; }},
       {"reply_id_base = 0x180", [](Quirks& q) { q.dialect.reply_id_base = 0x180; }},
   };

@@ -199,9 +199,9 @@ TEST(ConfigProfile, ErrorsNameFileLineKeyAndReason) {
             "series: \"MX\" is not one of MS, MF, MG, MH");
   EXPECT_EQ(spoilt("tau_coulomb_mNm = ", "tau_coulomb_mNm = 9"),
             "mechanics.tau_static_mNm: must not be below tau_coulomb_mNm");
-  EXPECT_EQ(spoilt("max_torque_current_lsb = 1000", "max_torque_current_lsb = 2048"),
+  EXPECT_EQ(spoilt("max_torque_current_lsb = 1300", "max_torque_current_lsb = 2048"),
             "factory.max_torque_current_lsb: 2048 is out of range (0 to 2000)");
-  EXPECT_EQ(spoilt("max_torque_current_lsb = 1000", "max_power_permille = 850"),
+  EXPECT_EQ(spoilt("max_torque_current_lsb = 1300", "max_power_permille = 850"),
             "factory.max_power_permille: for MS drives only; use max_torque_current_lsb");
   EXPECT_EQ(spoilt("series = \"MF\"", "series = \"MS\""),
             "factory.max_torque_current_lsb: not for MS drives; use max_power_permille");

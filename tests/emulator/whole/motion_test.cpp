@@ -130,7 +130,8 @@ TEST(Speed, ReachedWithoutSteadyError) {
     command(host, protocol::Speed{wanted_dps});
     host.wait(2s);
     EXPECT_NEAR(mean_speed_dps(host, 1s), wanted_dps, 0.002 * std::abs(wanted_dps) + 0.5);
-    EXPECT_NEAR(host.state_2().speed_dps, wanted_dps, 0.03 * std::abs(wanted_dps) + 10);
+    // A single reading, between two cogs.
+    EXPECT_NEAR(host.state_2().speed_dps, wanted_dps, 0.03 * std::abs(wanted_dps) + 60);
   }
 }
 
@@ -223,7 +224,9 @@ TEST(Hold, IncrementsAddUpWhileMoving) {
 // --- off and idle
 
 TEST(RunStates, OffCoastsWithoutCurrent) {
-  Host host = turning();
+  Host host(motor());
+  command(host, protocol::Speed{3600});  // slow rotors stop in the next cog
+  host.wait(1s);
   command(host, protocol::Off{});
   host.wait(50ms);
   EXPECT_GT(speed_dps(host), 100);  // coasting
