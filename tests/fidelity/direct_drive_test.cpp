@@ -1,18 +1,18 @@
-/// @file The log of a direct drive with a 14-bit encoder and legacy firmware, 0xA1 and 0xA2 every
-/// 1.25 ms: 36 slots, 42 poles; type, gains and supply are unknown. Emulated with an MF7015-23T,
-/// which starts alike, at factory gains, but with 42 poles.
+/// @file The emulated drive against the log of a direct drive.
+
+#include "tests/fidelity/direct_drive.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 #include <vector>
 
-#include "emulator/config/stator.hpp"
 #include "tests/fidelity/drives.hpp"
+#include "tests/fidelity/record_range.hpp"
 #include "tests/fidelity/statistics.hpp"
-#include "tests/support/test_bus.hpp"
 
 namespace lk::test {
 namespace direct_drive_test {
@@ -23,35 +23,12 @@ using std::chrono::milliseconds;
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr int kSpecimens = 50;
 
-emulator::ServoConfig logged_drive() {
-  static const emulator::Profile kType = [] {
-    emulator::Profile type = profile("mf7015-23t");
-    model::MotorParams& motor = type.drive.motor;
-    motor.psi_f *= motor.pole_pairs / 21.0;
-    motor.pole_pairs = 21;
-    emulator::set_texture({.slots = 36, .diameter = 0.070, .height = 0.015}, type.drive);
-    return type;
-  }();
-  return delivered("mf7015-23t", "legacy", kType);
-}
-
-Host specimen(std::uint64_t seed, double J_load_kg_m2 = 0) {
-  emulator::ServoConfig servo = logged_drive();
-  servo.profile.drive.load.J = J_load_kg_m2;
-  emulator::BusConfig config = bus_config({});
-  config.seed = seed;
-  config.servos.push_back(servo);
-  Host host(config);
-  host.wait(milliseconds(200));
-  return host;
-}
-
 struct Texture {
   double speed_dps, iq_lsb, slope, slots, poles;  // deviations; iq over speed; shares of the orders
 };
 
 Texture texture(std::uint64_t seed) {
-  Host host = specimen(seed);
+  Host host = logged_specimen(seed);
   host.get<protocol::State2>(protocol::Speed{.speed_dps = 573});
   host.wait(milliseconds(1000));
   std::vector<double> speed_dps, iq_lsb, turns;
@@ -83,6 +60,7 @@ std::vector<double> each(double Texture::*field) {
 
 /// The log's segments lie in the range of 9 of 10 specimens, whose median is within a fifth.
 void expect_like(const std::vector<double>& specimens, const Band& log, const char* what) {
+  record_range(what, specimens);
   EXPECT_LE(quantile(specimens, 0.05), log.high) << what;
   EXPECT_GE(quantile(specimens, 0.95), log.low) << what;
   const double middle = (log.low + log.high) / 2;
@@ -107,6 +85,8 @@ TEST(DirectDrive, DiffersFromItsSister) {
 /// The log has 0.57 to 0.68 of the variance at its slots and 0.03 to 0.15 at its poles. The rest of
 /// the real variance is unknown: 0.2 is the present error.
 TEST(DirectDrive, RipplesAtItsSlotsAndPoles) {
+  record_range("share of the slots' order", each(&Texture::slots));
+  record_range("share of the poles' order", each(&Texture::poles));
   const double slots = quantile(each(&Texture::slots), 0.5);
   EXPECT_GE(slots, 0.57);
   EXPECT_LE(slots, 0.68 + 0.2);
@@ -114,31 +94,15 @@ TEST(DirectDrive, RipplesAtItsSlotsAndPoles) {
   EXPECT_LE(quantile(each(&Texture::poles), 0.5), 0.15);
 }
 
-/// Measured iq over the 50, 100 and 150 LSB of 0xA1, from a standstill (the log: four steps, the
-/// lowest and the highest). 5 LSB of noise are up to 0.1 of a step; the mean over 8 positions has
-/// a third of it.
+/// 5 LSB of noise are up to 0.1 of a step; the mean over 8 positions has a third of it.
 TEST(DirectDrive, FollowsATorqueLikeTheLog) {
-  struct Moment {
-    double after_ms, low, high;
-  };
-  const std::vector<Moment> log{{3, 0.11, 0.19},  {6, 0.09, 0.25},  {10, 0.19, 0.32},
-                                {15, 0.33, 0.40}, {20, 0.28, 0.54}, {30, 0.36, 0.52}};
-  std::vector<double> share(log.size());
-  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-    for (const double step : {50.0, 100.0, 150.0}) {
-      Host host = specimen(seed);
-      double waited_ms = 0;
-      host.get<protocol::State2>(protocol::Torque{.iq_A = step * kLegacyLsb_A});
-      for (std::size_t n = 0; n < log.size(); ++n) {
-        host.wait(microseconds(std::lround(1000 * (log[n].after_ms - waited_ms))));
-        waited_ms = log[n].after_ms;
-        share[n] += host.state_2().iq_A / kLegacyLsb_A / step / 24;
-      }
-    }
-  }
-  for (std::size_t n = 0; n < log.size(); ++n) {
-    EXPECT_GE(share[n], log[n].low - 0.04) << log[n].after_ms << " ms";
-    EXPECT_LE(share[n], log[n].high + 0.04) << log[n].after_ms << " ms";
+  std::vector<double> after_ms;
+  for (const LoggedTorque& moment : kLoggedTorque) after_ms.push_back(moment.after_ms);
+  const std::vector<double> shares = torque_shares(after_ms);
+  for (std::size_t n = 0; n < shares.size(); ++n) {
+    record_range(std::to_string(after_ms[n]) + " ms", {shares[n]});
+    EXPECT_GE(shares[n], kLoggedTorque[n].low - 0.04) << after_ms[n] << " ms";
+    EXPECT_LE(shares[n], kLoggedTorque[n].high + 0.04) << after_ms[n] << " ms";
   }
 }
 
@@ -160,7 +124,7 @@ TEST(DirectDrive, StartsLikeTheLog) {
   for (const double rotors : {0.0, 0.25, 0.5}) {
     std::vector<double> over, crossing_ms, ring_Hz;
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-      Host host = specimen(seed, rotors * 933e-7);
+      Host host = logged_specimen(seed, rotors * 933e-7);
       host.get<protocol::State2>(protocol::Speed{.speed_dps = 573});
       double most = 0, at_ms = 0, up_ms = 0, down_ms = 0;
       for (int n = 1; n <= 160; ++n) {
@@ -175,6 +139,10 @@ TEST(DirectDrive, StartsLikeTheLog) {
       ring_Hz.push_back(500 / (down_ms - up_ms));
       EXPECT_GT(at_ms, up_ms);
     }
+    const std::string load = std::to_string(rotors) + " rotors, ";
+    record_range(load + "overshoot", over);
+    record_range(load + "crossing, ms", crossing_ms);
+    record_range(load + "ringing, Hz", ring_Hz);
     EXPECT_NEAR(mean(over), 0.66, 0.15) << rotors;
     EXPECT_NEAR(mean(crossing_ms), 10, 3) << rotors;
     EXPECT_NEAR(mean(ring_Hz), 40, 10) << rotors;
@@ -202,6 +170,7 @@ TEST(DirectDrive, ReportsACountAsTheLogDoes) {
     shown = now > 0 ? shown + 1 : 0;
     longest = std::max(longest, shown);
   }
+  record_range("largest speed of a count, dps", {most});
   EXPECT_NEAR(most, 16.5, 0.6);  // 11 periods of 8 kHz: 16.0
   EXPECT_LE(longest * 0.1, 2.0);
   EXPECT_GT(longest, 0);
@@ -226,6 +195,7 @@ TEST(DirectDrive, ReportsItsSpeedLate) {
     before = now;
     lag_ms.push_back((now - host.state_2().speed_dps) / accel_dps_ms);
   }
+  record_range("lag of the reported speed, ms", {mean(lag_ms)});
   EXPECT_NEAR(mean(lag_ms), 1.9, 0.15);
 }
 

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "tests/fidelity/joint_figures.hpp"
 #include "tests/fidelity/joint_log.hpp"
+#include "tests/fidelity/record_range.hpp"
 #include "tests/fidelity/statistics.hpp"
 
 namespace lk::test {
@@ -26,12 +28,13 @@ struct Figures {
 };
 
 /// The logged value lies in the range of 9 of 10 specimens.
-void expect_within(const std::vector<double>& specimens, const Band& log, const char* what) {
+void expect_within(const std::vector<double>& specimens, const Band& log, const std::string& what) {
+  record_range(what, specimens);
   EXPECT_LE(quantile(specimens, 0.05), log.high) << what;
   EXPECT_GE(quantile(specimens, 0.95), log.low) << what;
 }
 /// The same, and the median of the specimens is within a fifth of it.
-void expect_like(const std::vector<double>& specimens, const Band& log, const char* what) {
+void expect_like(const std::vector<double>& specimens, const Band& log, const std::string& what) {
   expect_within(specimens, log, what);
   const double middle = (log.low + log.high) / 2;
   EXPECT_NEAR(quantile(specimens, 0.5), middle, std::abs(0.2 * middle)) << what;
@@ -65,9 +68,11 @@ TEST(GearedDrive, FollowsATargetLikeTheLog) {
       figures.add(log.pick(0, 46, &JointSample::speed_dps), log.pick(0, 46, &JointSample::iq_lsb));
     }
     SCOPED_TRACE(joint.from_dps);
-    expect_like(figures.speed_dps, joint.speed_dps, "deviation of the speed, dps");
-    expect_like(figures.iq_lsb, joint.iq_lsb, "deviation of iq, LSB");
-    expect_within(figures.slope, joint.slope, "iq over speed, LSB per dps");
+    const std::string from = "from " + std::to_string(joint.from_dps) + " dps, ";
+    record_range(from + "lag-1 autocorrelation", figures.lag_1);
+    expect_like(figures.speed_dps, joint.speed_dps, from + "deviation of the speed, dps");
+    expect_like(figures.iq_lsb, joint.iq_lsb, from + "deviation of iq, LSB");
+    expect_within(figures.slope, joint.slope, from + "iq over speed, LSB per dps");
   }
 }
 

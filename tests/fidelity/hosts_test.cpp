@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 #include <vector>
 
+#include "tests/fidelity/record_range.hpp"
 #include "tests/fidelity/statistics.hpp"
 #include "tests/support/profile.hpp"
 #include "tests/support/test_bus.hpp"
@@ -48,6 +50,7 @@ TEST(Hosts, PushesAgainstAnEndStopWithTheExpectedCurrent) {
     }
     const auto held = host.state_2();
     EXPECT_LE(std::abs(held.speed_dps), 5.5) << "at the stop: a count of the encoder's noise";
+    record_range("at speed Kp " + std::to_string(c.speed_kp) + ", A", {held.iq_A});
     EXPECT_GT(held.iq_A, c.least_A) << "speed Kp " << int{c.speed_kp};
   }
 }
@@ -70,7 +73,9 @@ double rise_ms(const std::string& motor, int speed_kp, double speed_dps) {
 /// Without the current ramp (0 in the vendor's tool) a step to 1500 rotor dps takes at most 3.0 ms.
 /// With a ramp of 25 A/s it took 30.5 ms. The step depends on the speed Kp.
 TEST(NoRamp, StepTimeDependsOnTheSpeedGain) {
-  EXPECT_LT(rise_ms("mg4005", 50, 1500), 3.0);
+  const double step_ms = rise_ms("mg4005", 50, 1500);
+  record_range("0 to 1500 dps, ms", {step_ms});
+  EXPECT_LT(step_ms, 3.0);
   double before_ms = 1e9;
   for (const int kp : {5, 20, 40, 100}) {
     const double now_ms = rise_ms("mg4005", kp, 720);
@@ -96,6 +101,7 @@ TEST(Telemetry, SpeedLagsTheEncoderByOneMillisecond) {
     const double true_dps = host.bus.truth(1).omega_m * kDegPerRad;
     behind_dps.push_back(true_dps - host.state_2().speed_dps);
   }
+  record_range("lag of the reported speed, ms", {1000 * mean(behind_dps) / kRamp_dps_s});
   EXPECT_NEAR(mean(behind_dps) / kRamp_dps_s, 1.0e-3, 0.15e-3);
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <vector>
 
+#include "tests/fidelity/record_range.hpp"
 #include "tests/fidelity/statistics.hpp"
 
 namespace lk::test {
@@ -16,6 +17,7 @@ namespace joint_figures_test {
 TEST(JointFigures, MatchTheLog) {
   for (const JointFigure& figure : joint_figures()) {
     const Band band = emulated_band(figure);
+    record_range(figure.name, {band.low, band.high});
     EXPECT_LE(band.low - figure.apart, figure.real.high)
         << figure.name << ": " << band.low << " to " << band.high;
     EXPECT_GE(band.high + figure.apart, figure.real.low)
@@ -69,6 +71,7 @@ TEST(JointFigures, HaveTheSpectrumOfTheLog) {
     }
   }
   const Band band = bootstrap_band(shares, kJoints);
+  record_range("share of 28 a turn", {band.low, band.high});
   EXPECT_GE(band.high, 0.41);
   EXPECT_LE(band.low, 0.41 + 0.25) << "the unexplained part has not grown";
   EXPECT_GT(mean(iq_14), 2 * mean(iq_elsewhere));

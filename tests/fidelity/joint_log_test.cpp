@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/fidelity/record_range.hpp"
 #include "tests/fidelity/statistics.hpp"
 
 namespace lk::test {
@@ -22,6 +23,7 @@ class Joint : public ::testing::TestWithParam<std::uint64_t> {
 TEST_P(Joint, OvershootsLikeTheLog) {
   double most = 0;
   for (std::size_t n = 0; n < 13; ++n) most = std::max(most, -log_.samples[n].speed_dps);
+  record_range("overshoot", {most / kLimit_dps - 1});
   EXPECT_GE(most, 1.10 * kLimit_dps);
   EXPECT_LE(most, 1.30 * kLimit_dps);
 }
@@ -99,6 +101,7 @@ TEST(JointStart, IsAsFastAsTheLog) {
   std::vector<double> times_ms;
   for (std::uint64_t seed = 1; seed <= kMoves; ++seed)
     times_ms.push_back(start_ms(move_joint(seed)));
+  record_range("64 to 561 dps, ms", times_ms);
   EXPECT_NEAR(quantile(times_ms, 0.5), 24, 12.5);
 }
 
@@ -114,6 +117,7 @@ TEST(JointStart, RingsLikeTheLog) {
   const auto top = std::max_element(iq_lsb.begin() + 2, iq_lsb.begin() + 7);
   const double first = *std::min_element(iq_lsb.begin(), top);
   const auto second = std::min_element(top, iq_lsb.end());
+  record_range("iq swing, LSB", {*top - first, *top - *second});
   EXPECT_GT(*top - first, 67 / 2.0);
   EXPECT_GT(*top - *second, 52 / 2.0);
   // From a maximum to the next minimum is half a period: 4 samples in the log.
@@ -127,6 +131,7 @@ TEST(JointStop, HasTheSpeedOfTheLogAfterOneSample) {
   for (const JointLog& log : joint_moves()) {
     speed_dps.push_back(-log.samples[log.stop_begins].speed_dps);
   }
+  record_range("speed after one sample, dps", speed_dps);
   EXPECT_LE(quantile(speed_dps, 0), 18);
   EXPECT_GE(quantile(speed_dps, 1), 18);
 }
@@ -149,6 +154,7 @@ TEST(JointStop, RingsLikeTheLog) {
     ASSERT_EQ(crossings_s.size(), 3U) << "seed " << seed;
     sum_Hz += 1 / (crossings_s[2] - crossings_s[0]);
   }
+  record_range("ringing, Hz", {sum_Hz / kMoves});
   EXPECT_NEAR(sum_Hz / kMoves, 12.0, 1.5);
 }
 

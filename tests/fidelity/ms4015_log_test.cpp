@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "tests/fidelity/record_range.hpp"
 #include "tests/fidelity/statistics.hpp"
 #include "tests/support/profile.hpp"
 #include "tests/support/test_bus.hpp"
@@ -44,6 +45,7 @@ TEST(Ms4015, ChangesItsSpeedLikeTheLog) {
       most = std::max(most, host.state_2().power_permille / 1000.0);
     }
   }
+  record_range("largest power", {most});
   EXPECT_NEAR(most, 0.164, 0.2 * 0.164);
   std::vector<double> power;
   std::vector<double> speed_dps;
@@ -55,6 +57,10 @@ TEST(Ms4015, ChangesItsSpeedLikeTheLog) {
     power.push_back(state.power_permille / 1000.0);
     speed_dps.push_back(state.speed_dps);
   }
+  record_range("mean power", {mean(power)});
+  record_range("deviation of the speed, dps", {deviation(speed_dps)});
+  record_range("share of the slots' order", {spectral_share(turns, speed_dps, 24)});
+  record_range("share of the poles' order", {spectral_share(turns, speed_dps, 26)});
   EXPECT_GE(mean(power), 0.094);
   EXPECT_LE(mean(power), 0.120);
   // Two stretches of the log: 79 and 56.7 dps; tolerance a fifth of their mean.

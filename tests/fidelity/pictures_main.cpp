@@ -1,4 +1,5 @@
-/// @file fidelity_pictures DIRECTORY: writes the pictures of docs/internals/model.md to DIRECTORY.
+/// @file fidelity_pictures DIRECTORY: writes the pictures of docs/internals/fidelity.md to
+/// DIRECTORY.
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +9,7 @@
 #include <iterator>
 
 #include "tests/fidelity/chart.hpp"
+#include "tests/fidelity/direct_drive.hpp"
 #include "tests/fidelity/joint_figures.hpp"
 #include "tests/model/profiles.hpp"
 
@@ -133,6 +135,49 @@ std::string joint_picture() {
                panels, 4);
 }
 
+// --- the log of a direct drive
+
+Panel torque_step_panel() {
+  std::vector<double> after_ms;
+  for (int ms = 0; ms <= 32; ++ms) after_ms.push_back(ms);
+  const std::vector<double> shares = torque_shares(after_ms);
+  Panel panel{"0xA1: iq over command", "ms", "", {{}}};
+  for (std::size_t n = 0; n < shares.size(); ++n) {
+    panel.lines[0].points.emplace_back(after_ms[n], shares[n]);
+  }
+  for (const LoggedTorque& moment : kLoggedTorque) {
+    const Points range{{moment.after_ms, moment.low}, {moment.after_ms, moment.high}};
+    panel.lines.push_back({range, true, false});
+  }
+  return panel;
+}
+
+Panel direct_start_panel() {
+  constexpr double kSampling_ms = 2.5;
+  Panel panel{"0xA2, 573 dps: speed", "ms", "dps", {}};
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Host host = logged_specimen(seed);
+    const auto before = host.state_2();
+    Points points{{0, before.speed_dps}};
+    host.get<protocol::State2>(protocol::Speed{.speed_dps = 573});
+    for (std::size_t n = 1; n < kLoggedStart_dps.size(); ++n) {
+      host.wait(std::chrono::microseconds(2500));
+      points.emplace_back(kSampling_ms * static_cast<double>(n), host.state_2().speed_dps);
+    }
+    panel.lines.push_back({points, false, false});
+  }
+  Points logged;
+  for (std::size_t n = 0; n < kLoggedStart_dps.size(); ++n) {
+    logged.emplace_back(kSampling_ms * static_cast<double>(n), kLoggedStart_dps[n]);
+  }
+  panel.lines.push_back({logged, true, false});
+  return panel;
+}
+
+std::string direct_drive_picture() {
+  return chart("A log of a direct drive", {torque_step_panel(), direct_start_panel()}, 2);
+}
+
 bool write(const std::filesystem::path& file, const std::string& text) {
   std::ofstream stream(file, std::ios::binary);
   stream << text;
@@ -152,7 +197,8 @@ int main(int argc, char** argv) {
   }
   const std::filesystem::path directory = argv[1];
   return write(directory / "torque-speed.svg", torque_picture()) &&
-                 write(directory / "joints.svg", joint_picture())
+                 write(directory / "joints.svg", joint_picture()) &&
+                 write(directory / "direct-drive.svg", direct_drive_picture())
              ? 0
              : 1;
 }

@@ -1,7 +1,7 @@
-# Checks that the pictures of docs/internals/model.md equal those that PROGRAM draws.
+# Checks that the pictures of docs/internals/fidelity.md equal those that PROGRAM draws.
 file(MAKE_DIRECTORY ${OUT})
 execute_process(COMMAND ${PROGRAM} ${OUT} COMMAND_ERROR_IS_FATAL ANY)
-foreach(picture torque-speed.svg joints.svg)
+foreach(picture torque-speed.svg joints.svg direct-drive.svg)
   file(SHA256 ${OUT}/${picture} drawn)
   file(SHA256 ${SHOWN}/${picture} shown)
   if(NOT drawn STREQUAL shown)

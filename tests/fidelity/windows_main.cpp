@@ -1,6 +1,6 @@
 /// @file Windows of telemetry for classifiers: fidelity_windows [MOVES] prints CSV. A window is ten
 /// samples of 0x9C, about 12 ms apart, of the log's move on emulated drives
-/// (docs/internals/model.md).
+/// (docs/internals/fidelity.md).
 
 #include <cstdio>
 #include <cstdlib>
