@@ -20,7 +20,7 @@ from .telemetry import Sample, Telemetry
 if TYPE_CHECKING:
     from .stepped_bus import SteppedBus as SteppedBus
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 __all__ = [
     "Attached",
