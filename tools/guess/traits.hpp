@@ -118,6 +118,7 @@ inline constexpr std::string_view kNeverShown[] = {
     "id_change_reply",
     "setting_read",
     "calibrate_busy",
+    "current_loop",
     "open_loop_limit_permille",
     "wrong_len",
 };
