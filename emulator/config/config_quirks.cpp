@@ -212,8 +212,8 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
 }
 
 /// Sets the loops of a direct drive of the oldest firmware to those of a log
-/// (docs/internals/model.md §11): told 50 to 150 LSB, its current answers like 34 to 42 1/s, and
-/// its speed overshoots by 66 % and rings at 40 Hz.
+/// (docs/internals/model.md §11). Its current follows steps of 50 to 150 LSB with 30 to 42 1/s. Its
+/// speed overshoots by 66 % and rings at 40 Hz.
 void set_slow_current_loop(model::DriveParams& drive) {
   constexpr double kCurrentLoop = 35;  // 1/s, at the reference bytes; the log's bytes are unknown
   constexpr double kDamping = 55;      // 1/s, by the part of the back-EMF that acts on the current

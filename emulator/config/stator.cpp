@@ -5,10 +5,11 @@ namespace {
 
 /// Cogging torque of one slot or pole over the volume D²·h of the label, N/m². Uneven magnets cog
 /// at every slot at once, uneven teeth at every pole at once (Gašparin et al., IEEE Trans. Magn.
-/// 45, 2009). From the speed ripple of two direct drives, an MS4015 (57 to 79 dps at 720 dps) and
-/// one with 36 slots and 42 poles (118 to 127 dps at 573 dps), and of a geared MG4005 (22 dps at
-/// 576 dps), which ripples at its 28 poles (0.22 to 0.48 of the variance) and at three times 24
-/// slots (0.11 to 0.27).
+/// 45, 2009). The numbers come from the speed ripple in three logs:
+/// - an MS4015, 57 to 79 dps at 720 dps;
+/// - a direct drive with 36 slots and 42 poles, 118 to 127 dps at 573 dps;
+/// - a geared MG4005, 22 dps at 576 dps. It ripples at its 28 poles (0.22 to 0.48 of the variance)
+///   and at three times 24 slots (0.11 to 0.27).
 constexpr double kDirectSlot = 24.4, kDirectPole = 11.2;
 constexpr double kGearedSlot = 0, kGearedSlot3 = 20, kGearedPole = 23;
 /// Fifth and seventh harmonics of the back-EMF together; assumed.

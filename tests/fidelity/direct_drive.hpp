@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file The log of a direct drive with a 14-bit encoder and legacy firmware, 0xA1 and 0xA2 every
-/// 1.25 ms: 36 slots, 42 poles; type, gains and supply are unknown. Emulated with an MF7015-23T,
-/// which starts alike, at factory gains, but with 42 poles.
+/// 1.25 ms. It has 36 slots and 42 poles; type, gains and supply are unknown. The emulated drive is
+/// an MF7015-23T at factory gains, but with 42 poles.
 
 #include <cstdint>
 #include <vector>
@@ -26,8 +26,8 @@ inline const std::vector<double> kLoggedStart_dps{0,   76,  296, 556, 819, 954,
 emulator::ServoConfig logged_drive();
 /// Returns the drive of a specimen for each seed, 200 ms after power-up.
 Host logged_specimen(std::uint64_t seed, double J_load_kg_m2 = 0);
-/// Returns iq over the command at these times after it, in ascending order: the mean of steps to
-/// 50, 100 and 150 LSB from a standstill at 8 positions.
+/// Returns iq over the command at these times after it. The result is the mean of steps to 50, 100
+/// and 150 LSB from a standstill at 8 positions. Pre: `after_ms` is sorted.
 std::vector<double> torque_shares(const std::vector<double>& after_ms);
 
 }  // namespace lk::test

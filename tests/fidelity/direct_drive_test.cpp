@@ -100,7 +100,7 @@ TEST(DirectDrive, FollowsATorqueLikeTheLog) {
   for (const LoggedTorque& moment : kLoggedTorque) after_ms.push_back(moment.after_ms);
   const std::vector<double> shares = torque_shares(after_ms);
   for (std::size_t n = 0; n < shares.size(); ++n) {
-    record_range(std::to_string(after_ms[n]) + " ms", {shares[n]});
+    record_range("after " + std::to_string(std::lround(after_ms[n])) + " ms", {shares[n]});
     EXPECT_GE(shares[n], kLoggedTorque[n].low - 0.04) << after_ms[n] << " ms";
     EXPECT_LE(shares[n], kLoggedTorque[n].high + 0.04) << after_ms[n] << " ms";
   }
@@ -118,11 +118,11 @@ TEST(DirectDrive, ReachesTheTorqueAtAStop) {
   EXPECT_NEAR(host.state_2().iq_A / kLegacyLsb_A, 150, 15);
 }
 
-/// The log, 0xA2 from 0 to 573 dps: the first crossing after 10 ms, 66 % over, rings at about 40
-/// Hz, on a twisted string. Here with up to half of the rotor's inertia as load.
+/// The log, 0xA2 from 0 to 573 dps on a twisted string: the first crossing after 10 ms, 66 % over.
+/// It rings at about 40 Hz. The emulated load is up to half of the rotor's inertia.
 TEST(DirectDrive, StartsLikeTheLog) {
   for (const double rotors : {0.0, 0.25, 0.5}) {
-    std::vector<double> over, crossing_ms, ring_Hz;
+    std::vector<double> over, crossing_ms, above_ms, ring_Hz;
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {
       Host host = logged_specimen(seed, rotors * 933e-7);
       host.get<protocol::State2>(protocol::Speed{.speed_dps = 573});
@@ -136,13 +136,14 @@ TEST(DirectDrive, StartsLikeTheLog) {
       }
       over.push_back(most / 573 - 1);
       crossing_ms.push_back(up_ms + 1.9);  // as reported
-      ring_Hz.push_back(500 / (down_ms - up_ms));
+      above_ms.push_back(down_ms - up_ms);
+      ring_Hz.push_back(500 / above_ms.back());
       EXPECT_GT(at_ms, up_ms);
     }
-    const std::string load = std::to_string(rotors) + " rotors, ";
+    const std::string load = std::to_string(std::lround(100 * rotors)) + " % load, ";
     record_range(load + "overshoot", over);
     record_range(load + "crossing, ms", crossing_ms);
-    record_range(load + "ringing, Hz", ring_Hz);
+    record_range(load + "above the target, ms", above_ms);
     EXPECT_NEAR(mean(over), 0.66, 0.15) << rotors;
     EXPECT_NEAR(mean(crossing_ms), 10, 3) << rotors;
     EXPECT_NEAR(mean(ring_Hz), 40, 10) << rotors;

@@ -33,7 +33,7 @@ void expect_within(const std::vector<double>& specimens, const Band& log, const 
   EXPECT_LE(quantile(specimens, 0.05), log.high) << what;
   EXPECT_GE(quantile(specimens, 0.95), log.low) << what;
 }
-/// The same, and the median of the specimens is within a fifth of it.
+/// As expect_within, and the median of the specimens is within a fifth of the log.
 void expect_like(const std::vector<double>& specimens, const Band& log, const std::string& what) {
   expect_within(specimens, log, what);
   const double middle = (log.low + log.high) / 2;
@@ -68,7 +68,7 @@ TEST(GearedDrive, FollowsATargetLikeTheLog) {
       figures.add(log.pick(0, 46, &JointSample::speed_dps), log.pick(0, 46, &JointSample::iq_lsb));
     }
     SCOPED_TRACE(joint.from_dps);
-    const std::string from = "from " + std::to_string(joint.from_dps) + " dps, ";
+    const std::string from = "from " + std::to_string(std::lround(joint.from_dps)) + " dps, ";
     record_range(from + "lag-1 autocorrelation", figures.lag_1);
     expect_like(figures.speed_dps, joint.speed_dps, from + "deviation of the speed, dps");
     expect_like(figures.iq_lsb, joint.iq_lsb, from + "deviation of iq, LSB");

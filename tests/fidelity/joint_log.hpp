@@ -53,9 +53,9 @@ struct JointLog {
 /// The host queries every 12 ms ± `jitter_us`.
 JointLog move_joint(std::uint64_t seed, int jitter_us = 0, const JointLoad& load = {},
                     emulator::Specimen specimen = emulator::Specimen::kNominal);
-/// Follows a target that stays 70° ahead, so that the speed is the limit of 0xA4, which the host
-/// changes from `from_dps` to `to_dps` in `samples` steps, as the log's second half does.
-/// Of one specimen for each seed.
+/// Follows a target that stays 70° ahead, so that the speed is the limit of 0xA4. The host changes
+/// the limit from `from_dps` to `to_dps` in `samples` steps, as in the log's second half. Each seed
+/// is one specimen.
 JointLog track_joint(std::uint64_t seed, double from_dps, double to_dps, std::size_t samples);
 /// Jitter of the log's host, assumed. The log proves jitter: with exactly 12 ms, 28 ripples a turn
 /// could not be told from 24.4.

@@ -19,7 +19,7 @@ constexpr std::size_t kSamples = 800;
 constexpr emulator::SimTime kTextureSampling = std::chrono::microseconds(2500);
 constexpr double kLeastShare = 0.05;  // of the variance, of an order that the table names
 
-/// What one specimen shows.
+/// Replies of one specimen.
 struct Samples {
   std::vector<double> turns, speed_dps, iq_A;
 };

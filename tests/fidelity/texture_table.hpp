@@ -6,8 +6,8 @@
 
 namespace lk::test {
 
-/// Returns a table in Markdown: motors at 573 dps of the rotor without load, the median of 20
-/// specimens, sampled every 2.5 ms for 2 s.
+/// Returns a table in Markdown. Each row is the median of 20 specimens at 573 dps of the rotor,
+/// without load, sampled every 2.5 ms for 2 s.
 std::string texture_table();
 
 }  // namespace lk::test

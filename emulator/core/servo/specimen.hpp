@@ -10,9 +10,9 @@ namespace lk::emulator {
 /// does.
 void rest_in_detent(double theta_m, model::DriveParams& drive);
 
-/// Changes the texture of a motor type to that of one specimen, drawn from `random`: strength of
-/// the cogging, its phase as far as friction holds the rotor, direction and size of the current
-/// sensors' offset, and phase of the encoder's error (docs/internals/model.md §15).
+/// Changes the texture of a motor type to that of one specimen (docs/internals/model.md §15).
+/// Draws from `random`: strength of the cogging, its phase as far as friction holds the rotor,
+/// direction and size of the current sensors' offset, phases of the encoder's error.
 void draw_specimen(std::uint64_t random, model::DriveParams& drive);
 
 }  // namespace lk::emulator
