@@ -17,8 +17,8 @@ constexpr double kMove_rad = 1.0;  // of the rotor
 constexpr double kAtRest_rad =
     0.01;  // 0.6°: a position that holds against cogging still moves less
 
-/// Returns the largest way of a shaft that should be at rest, 3 s after a move, over all specimens
-/// and loads; rad of the rotor.
+/// Returns how far a shaft still moves 3 s after a move, rad of the rotor: the largest of all
+/// specimens and loads.
 double unrest_rad(const std::string& motor, const std::string& generation) {
   std::vector<model::DriveInit> inits;
   const emulator::Profile type = profile(motor);
