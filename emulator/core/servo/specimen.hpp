@@ -11,8 +11,9 @@ namespace lk::emulator {
 void rest_in_detent(double theta_m, model::DriveParams& drive);
 
 /// Changes the texture of a motor type to that of one specimen (docs/internals/model.md §15).
-/// Draws from `random`: strength of the cogging, its phase as far as friction holds the rotor,
-/// direction and size of the current sensors' offset, phases of the encoder's error.
+/// Draws from `random`: strength of the cogging, direction and size of the current sensors' offset,
+/// phases of the encoder's error. The phase of the cogging moves as far as friction holds the
+/// rotor.
 void draw_specimen(std::uint64_t random, model::DriveParams& drive);
 
 }  // namespace lk::emulator

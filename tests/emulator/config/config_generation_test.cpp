@@ -98,7 +98,6 @@ TEST(ConfigGeneration, EverySwitchIsSettableAlone) {
        [](Quirks& q) { q.encoder_span = EncoderSpan::kOutputTurn; }},
       {"current_loop = \"fast\"", [](Quirks& q) { q.current_loop = CurrentLoopKind::kFast; }},
       {"encoder_bits = 16", [](Quirks& q) { q.encoder_bits = 16; }},
-      {"current_loop = \"fast\"", [](Quirks& q) { q.current_loop = CurrentLoopKind::kFast; }},
       {"reply_id_base = 0x180", [](Quirks& q) { q.dialect.reply_id_base = 0x180; }},
   };
   for (const auto& [line, change] : changes) {
