@@ -133,7 +133,8 @@ void read_fields(TableReader& reader, std::span<const Field<Section>> fields, Pr
   };
   for (const auto& field : fields) {
     const bool found = std::visit([&](auto member) { return read(field, member); }, field.member);
-    if (!found && presence == Presence::kRequired && !field.may_lack) reader.note_missing(field.key);
+    if (!found && presence == Presence::kRequired && !field.may_lack)
+      reader.note_missing(field.key);
   }
 }
 

@@ -17,8 +17,8 @@ inline constexpr std::size_t kHoldSamples = 300;
 inline constexpr std::uint64_t kMoves = 12;  // seeds from 1
 
 /// Load on the log's shaft, at the output. Not measured, but derived from start, stop and settling
-/// together (docs/internals/fidelity.md). One part is fixed to the gear; the other is behind a spring,
-/// like a finger behind its linkage.
+/// together (docs/internals/fidelity.md). One part is fixed to the gear; the other is behind a
+/// spring, like a finger behind its linkage.
 struct JointLoad {
   double rigid_kg_m2 = 0.0023;
   double sprung_kg_m2 = 0.0030;  // 0: none, with the profile's gear
