@@ -20,14 +20,14 @@ import can
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from lk_decode import angle_deg, query_in_words, reply_in_words, state2
 
-SPEED_DPS = {1: 90, 2: -180, 3: 270, 4: -360}
+SPEED_DPS = {1: 1000, 2: -1500, 3: 2000, 4: -2500}  # fast enough to pass over the cogs evenly
 TARGET_DEG = {1: 90.0, 2: -45.0, 3: 360.0, 4: -123.45}
 DRIVES = list(SPEED_DPS)
 
 START_LIMIT_S = 20
 REPLY_LIMIT_S = 1.0
 MOTION_LIMIT_S = 10.0
-SPEED_TOLERANCE_DPS = 3  # noise of a drive's speed reading
+SPEED_TOLERANCE_DPS = 30  # ripple by cogging, and noise of a drive's speed reading
 ANGLE_TOLERANCE_DEG = 360 / 16384 + 0.01  # one encoder count and one unit of the wire
 READINGS = 9  # the angle is their median, since each reading has a noise of one count
 

@@ -292,8 +292,8 @@ bus = "vcan0"
 id = 1
 signal = "true_speed_dps"
 at_s = 0.8
-min = 80
-max = 100
+min = 20
+max = 200
 
 [[expect]]
 says = "and so does the other"
@@ -301,8 +301,8 @@ bus = "{self.bus}"
 id = 1
 signal = "true_speed_dps"
 at_s = 0.8
-min = 80
-max = 100
+min = 20
+max = 200
 
 [[expect]]
 says = "which answers"
@@ -316,11 +316,13 @@ reply = {{ command = "state_2", count = 1 }}
 interface = "vcan0"
 [[bus.drive]]
 id = 1
+quirks = {{ current_loop = "fast" }}
 
 [[bus]]
 interface = "{self.bus}"
 [[bus.drive]]
 id = 1
+quirks = {{ current_loop = "fast" }}
 """)
         self.assertIn("passed", self.lk_emu("run", scenario))
         self.assertFalse(os.path.lexists(self.link), "a run makes no terminal")

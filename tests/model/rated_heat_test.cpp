@@ -29,12 +29,11 @@ std::vector<RatedDrive> rated_drives() {
     RatedDrive rated{drive.name, drive.init, 0.0, 0.0};
     DriveParams& d = rated.init.params;
     d.load.tau = -torque;
-    d.mechanics.tau_cogging = 0.0;  // the winding would follow its ripple at this speed
     d.thermal.C_winding = d.thermal.C_housing = 0.02;
     // No protection trips meanwhile, and no ramp limits the current.
     rated.init.settings.protections = {};
     rated.init.settings.current_ramp = 0.0;
-    // The rule knows no texture, whose currents are small but not zero.
+    // The rule knows no texture, and the winding would follow its ripple at this speed.
     d.mechanics.tau_cogging = d.mechanics.tau_cogging_3 = d.mechanics.tau_pole_cogging = 0.0;
     d.motor.torque_ripple = 0.0;
     d.current_sensor.offset_a = d.current_sensor.offset_b = d.current_sensor.noise = 0.0;

@@ -127,8 +127,8 @@ def run(shafts: Shafts, joints, steps: int):
 
 class LockStep(unittest.TestCase):
     def test_joint_turns_at_the_commanded_speed(self) -> None:
-        with program("--clock", "stepped", ids="1") as running, open(running.can, "r+b", buffering=0) as can, \
-                Shafts(running.place) as shafts:
+        with program("--clock", "stepped", "--quirk", "current_loop=fast", ids="1") as running, \
+                open(running.can, "r+b", buffering=0) as can, Shafts(running.place) as shafts:
             self.assertEqual(shafts.joints[0].name, f"slcan-pty:{running.can}:1")
             self.assertEqual(shafts.step_s, 1e-3)
             joint = FreeJoint(0.01)

@@ -127,7 +127,8 @@ class Motor:
 
     @cached_property
     def cogging(self) -> float:
-        return self.number("mechanics", "tau_cogging_mNm", 1e-3)
+        """0: the file leaves it to the rule of [stator]."""
+        return float(self.data["mechanics"].get("tau_cogging_mNm", 0.0)) * 1e-3
 
     @cached_property
     def supply_V(self) -> float:
