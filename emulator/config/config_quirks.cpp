@@ -216,7 +216,7 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
 /// speed overshoots by 66 % and rings at 40 Hz.
 void set_slow_current_loop(model::DriveParams& drive) {
   constexpr double kCurrentLoop = 35;  // 1/s, at the reference bytes; the log's bytes are unknown
-  constexpr double kDamping = 55;      // 1/s, by the part of the back-EMF that acts on the current
+  constexpr double kDamping = 70;      // 1/s, by the part of the back-EMF that acts on the current
   constexpr double kSpeedLoop = 1790;  // rad/s: (2π·40 Hz)²/kCurrentLoop
   constexpr double kCurrentNoise = 0.125;  // A: iq deviates by 11 to 15 LSB at 573 dps
   constexpr double kEstimator = 8000;      // rad/s, assumed: hardly delays the back-EMF

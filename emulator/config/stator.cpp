@@ -11,7 +11,7 @@ namespace {
 /// - a geared MG4005, 22 dps at 576 dps. It ripples at its 28 poles (0.22 to 0.48 of the variance)
 ///   and at three times 24 slots (0.11 to 0.27).
 constexpr double kDirectSlot = 24.4, kDirectPole = 11.2;
-constexpr double kGearedSlot = 0, kGearedSlot3 = 20, kGearedPole = 23;
+constexpr double kGearedSlot = 0, kGearedSlot3 = 16, kGearedPole = 24;
 /// Fifth and seventh harmonics of the back-EMF together; assumed.
 constexpr double kTorqueRipple = 0.01;
 /// Offset vector and noise of the current sensors over their range: 0.07 A each of 33 A in

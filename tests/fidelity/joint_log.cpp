@@ -128,7 +128,7 @@ const std::vector<JointLog>& joint_moves() {
   static const std::vector<JointLog> kLogs = [] {
     std::vector<JointLog> logs;
     for (std::uint64_t seed = 1; seed <= kMoves; ++seed) {
-      logs.push_back(move_joint(seed, kJitter_us));
+      logs.push_back(move_joint(seed, kJitter_us, {}, emulator::Specimen::kDrawn));
     }
     return logs;
   }();
