@@ -44,7 +44,7 @@ TABLES = {
         *((f"0xA1: iq over command after {ms} ms", real, [("DirectDrive.FollowsATorqueLikeTheLog", f"after {ms} ms")], 2)
           for ms, real in ((3, "0.11 to 0.19"), (6, "0.09 to 0.25"), (10, "0.19 to 0.32"), (15, "0.33 to 0.40"), (20, "0.28 to 0.54"), (30, "0.36 to 0.52"))),
         ("start: overshoot, bare shaft", "66 %", [("DirectDrive.StartsLikeTheLog", "0 % load, overshoot")], 0, 100, " %"),
-        ("start: overshoot, load of half a rotor", "66 %", [("DirectDrive.StartsLikeTheLog", "50 % load, overshoot")], 0, 100, " %"),
+        ("start: overshoot, load of 0.4 rotors", "66 %", [("DirectDrive.StartsLikeTheLog", "40 % load, overshoot")], 0, 100, " %"),
         # The log has a sample every 2.5 ms; between them, interpolated.
         ("start: reaches 573 dps after", "7.7 ms", [("DirectDrive.StartsLikeTheLog", "0 % load, crossing, ms")], 1, 1, " ms"),
         ("start: first time above 573 dps", "7.9 ms", [("DirectDrive.StartsLikeTheLog", "0 % load, above the target, ms")], 1, 1, " ms"),
