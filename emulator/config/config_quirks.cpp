@@ -221,8 +221,8 @@ void set_slow_current_loop(model::DriveParams& drive) {
   constexpr double kCurrentNoise = 0.125;  // A: iq deviates by 11 to 15 LSB at 573 dps
   constexpr double kEstimator = 8000;      // rad/s, assumed: hardly delays the back-EMF
   constexpr double kSpeedIntegral = 2;     // 1/s, assumed: stable with ten rotors, as the angle's
-  constexpr double kAngleIntegralPerByte = 0.05;  // 1/s², assumed, as for an MS4015
-  constexpr double kAnglePerByte = 0.25;          // 1/s, assumed: real drives showed 0.12 to 1.5
+  constexpr double kAngleIntegralPerByte = 0.5;  // 1/s², assumed: ends a rest of friction
+  constexpr double kAnglePerByte = 0.25;         // 1/s, assumed: real drives showed 0.12 to 1.5
   const model::MotorParams& motor = drive.motor;
   const double p_psi = motor.pole_pairs * motor.psi_f;
   const double without = 1.5 * p_psi * p_psi / (motor.R_s * drive.mechanics.J);  // 1/s

@@ -63,6 +63,10 @@ class Motor:
     def number(self, section: str, key: str, unit: float = 1.0) -> float:
         return float(self.data[section][key]) * unit
 
+    def texture(self, section: str, key: str, unit: float = 1.0) -> float:
+        """Returns 0 for a number that the file leaves to the rule of [stator]."""
+        return float(self.data[section].get(key, 0.0)) * unit
+
     @property
     def model(self) -> str:
         return str(self.data["model"])
@@ -127,8 +131,7 @@ class Motor:
 
     @cached_property
     def cogging(self) -> float:
-        """0: the file leaves it to the rule of [stator]."""
-        return float(self.data["mechanics"].get("tau_cogging_mNm", 0.0)) * 1e-3
+        return self.texture("mechanics", "tau_cogging_mNm", 1e-3)
 
     @cached_property
     def supply_V(self) -> float:

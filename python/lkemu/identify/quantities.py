@@ -129,7 +129,7 @@ QUANTITIES = (
     # iq is computed from two measured phases: their noise times √(4/3), averaged over angles.
     Quantity("iq_noise_A", "noise of the reported current", "A", "iq at rest with torque 0",
              "0xA1 with torque 0 for two seconds, shaft at rest", current_noise,
-             lambda m: m.number("current_sensor", "noise_A") * math.sqrt(4 / 3)),
+             lambda m: m.texture("current_sensor", "noise_A") * math.sqrt(4 / 3)),
     Quantity("current_lag_s", "lag of the current loop", "s", "measured current after torque commands", PLAN,
              of_balance("lag"), lambda m: 1 / m.number("control", "current_bandwidth_rad_s")),
     Quantity("no_load_rad_s", "speed at the voltage limit", "rad/s", LIMIT, LIMIT_RUN, of_voltage("no_load"),
