@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "emulator/config/config_drive.hpp"
 #include "emulator/config/motor_file.hpp"
 #include "emulator/config/profile.hpp"
 #include "emulator/core/generation.hpp"
@@ -49,6 +50,19 @@ std::string line(const char* what, const std::string& value) {
   return fmt::format("  {:<34} {}\n", what, value);
 }
 
+/// Returns text like "36 a turn 65 mNm, 28 a turn 23 mNm": the harmonics that the motor has.
+std::string cogging_text(const model::DriveParams& p) {
+  const std::pair<int, double> tones[] = {
+      {p.mechanics.cogging_per_turn, p.mechanics.tau_cogging},
+      {3 * p.mechanics.cogging_per_turn, p.mechanics.tau_cogging_3},
+      {2 * p.motor.pole_pairs, p.mechanics.tau_pole_cogging}};
+  std::vector<std::string> parts;
+  for (const auto& [per_turn, tau] : tones) {
+    if (tau > 0) parts.push_back(fmt::format("{} a turn {:.3g} mNm", per_turn, tau * 1e3));
+  }
+  return parts.empty() ? "none" : fmt::format("{} at the rotor", fmt::join(parts, ", "));
+}
+
 std::string numbers(const Profile& profile) {
   const model::DriveParams& p = profile.drive;
   return line("pole pairs", fmt::format("{}", p.motor.pole_pairs)) +
@@ -64,7 +78,7 @@ std::string numbers(const Profile& profile) {
          line("friction: Coulomb, break-away",
               fmt::format("{:.3g} mNm, {:.3g} mNm at the rotor", p.mechanics.tau_coulomb * 1e3,
                           p.mechanics.tau_static * 1e3)) +
-         line("generation seen", seen(profile)) +
+         line("cogging", cogging_text(p)) + line("generation seen", seen(profile)) +
          line("encoder",
               fmt::format("{} bit; replies span a turn of the {}", encoder_bits(profile),
                           profile.encoder_span == EncoderSpan::kRotorTurn ? "rotor" : "output")) +
@@ -121,6 +135,16 @@ std::string margins_text(const Profile& profile, Loop loop) {
   return fmt::format("{}; with a load of ten rotors {}", text(0), text(10));
 }
 
+/// Returns the margins of a direct drive with legacy firmware, whose current loop is slow.
+std::string legacy_margins(const Profile& profile) {
+  if (profile.series != Series::kMf && profile.series != Series::kMh) return "";
+  BusOptions options;
+  options.firmware.generation = "legacy";
+  const Profile legacy = make_servo(1, profile, options).profile;
+  return line("legacy: speed loop margins", margins_text(legacy, Loop::kSpeed)) +
+         line("legacy: position loop margins", margins_text(legacy, Loop::kPosition));
+}
+
 std::string derived(const Profile& profile) {
   const MotorFigures f = motor_figures(profile);
   const std::string current = profile.drive.control.has_current_loop
@@ -136,7 +160,8 @@ std::string derived(const Profile& profile) {
          line("speed loop bandwidth", fmt::format("{:.3g} Hz", f.speed_bandwidth_Hz)) +
          line("position loop bandwidth", fmt::format("{:.3g} Hz", f.position_bandwidth_Hz)) +
          line("speed loop margins", margins_text(profile, Loop::kSpeed)) +
-         line("position loop margins", margins_text(profile, Loop::kPosition));
+         line("position loop margins", margins_text(profile, Loop::kPosition)) +
+         legacy_margins(profile);
 }
 
 std::string origin(const Profile& profile) {
