@@ -53,7 +53,7 @@ ServoConfig as_delivered(const Profile& profile, const BusOptions& bus_options) 
   ServoConfig servo;
   servo.profile = profile;
   servo.rom = profile.factory;
-  servo.specimen = Specimen::kDrawn;
+  servo.specimen = profile.states_cogging ? Specimen::kNominal : Specimen::kDrawn;
   if (bus_options.serial != nullptr) {
     servo.quirks.dialect.framing = protocol::Framing::kSerial;
     servo.reply_time = bus_options.serial->reply_time;
@@ -135,6 +135,13 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
                   name_of(bus_options, running.value_or(0)), servo);
   if (auto changes = reader.table("profile")) {
     read_drive_params(*changes, Presence::kOptional, servo.profile.drive);
+    for (const char* section : {"mechanics", "current_sensor"}) {
+      const auto table = changes->table(section);
+      if (!table) continue;
+      for (const char* key : {"tau_cogging_mNm", "offset_a_A", "offset_b_A"}) {
+        if (table->has(key)) servo.specimen = Specimen::kNominal;
+      }
+    }
     changes->finish();
   }
   apply_encoder_bits(servo);

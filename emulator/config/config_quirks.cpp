@@ -171,8 +171,9 @@ std::string printed(const Switch& one, const Quirks& quirks) {
   return std::string(one.key) + " = " + value;
 }
 
-/// Direct drives of the oldest firmware were logged with a slow loop, no other drive.
+/// Unless the motor file states it: slow for MF and MH drives in `legacy` (one log), else fast.
 CurrentLoopKind usual_current_loop(const ServoConfig& servo) {
+  if (servo.profile.current_loop) return *servo.profile.current_loop;
   const bool direct = servo.profile.series == Series::kMf || servo.profile.series == Series::kMh;
   return direct && servo.generation == Generation::kLegacy ? CurrentLoopKind::kSlow
                                                            : CurrentLoopKind::kFast;
@@ -188,8 +189,9 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
     reader.fail("state_on_byte", "must not be 0x10, which means off");
   }
   if (quirks.encoder_span == servo.profile.encoder_span) quirks.encoder_span.reset();
-  const bool has_14_bits =
-      servo.profile.series == Series::kMf || servo.profile.series == Series::kMh;
+  const bool has_14_bits = servo.profile.series == Series::kMf ||
+                           servo.profile.series == Series::kMh ||
+                           wire_bits(servo.profile.drive.encoder) == 14;
   if (reader.has("encoder_bits") && quirks.encoder_bits == 14 && !has_14_bits) {
     reader.fail("encoder_bits",
                 servo.profile.name + " has 16 only: " + protocol::name_of(servo.profile.series) +
@@ -216,8 +218,9 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
 /// speed overshoots by 66 % and rings at 40 Hz.
 void set_slow_current_loop(model::DriveParams& drive) {
   constexpr double kCurrentLoop = 35;  // 1/s, at the reference bytes; the log's bytes are unknown
-  constexpr double kDamping = 70;      // 1/s, by the part of the back-EMF that acts on the current
-  constexpr double kSpeedLoop = 1790;  // rad/s: (2π·40 Hz)²/kCurrentLoop
+  constexpr double kDamping =
+      70;  // 1/s, by the back-EMF that acts on the current; from the overshoot
+  constexpr double kSpeedLoop = 1790;      // rad/s: (2π·40 Hz)²/kCurrentLoop
   constexpr double kCurrentNoise = 0.125;  // A: iq deviates by 11 to 15 LSB at 573 dps
   constexpr double kEstimator = 8000;      // rad/s, assumed: hardly delays the back-EMF
   constexpr double kSpeedIntegral = 2;     // 1/s, assumed: stable with ten rotors, as the angle's
@@ -274,7 +277,7 @@ void apply_quirks(const std::map<std::string, std::string>& asked, ServoConfig& 
   reader.finish();
 }
 
-/// An encoder of another width has other errors and reports, those of the shipped motor files.
+/// Sets the bits, and the errors and the reported speed that shipped motors of this width have.
 void set_encoder_bits(int bits, model::DriveParams& drive) {
   constexpr double kDeg = std::numbers::pi / 180;
   const bool wide = bits > 14;

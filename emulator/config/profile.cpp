@@ -222,14 +222,29 @@ MotorDocument read_motor_document(const MotorFile& motor, const FindMotorFile& f
   return {std::move(tables.front()), std::move(files), later_print};
 }
 
+/// Returns true if the table states the cogging itself.
+bool states_cogging(TableReader& reader) {
+  const auto mechanics = reader.table("mechanics");
+  return mechanics && mechanics->has("tau_cogging_mNm");
+}
+
+/// Reads the mechanics. A file that states `tau_cogging_mNm` states all of the cogging.
+void read_mechanics(TableReader& reader, Presence presence, model::MechanicsParams& mechanics) {
+  if (states_cogging(reader)) mechanics.tau_cogging_3 = mechanics.tau_pole_cogging = 0;
+  read_section(reader, "mechanics", fields::kMechanics, presence, mechanics);
+}
+
 /// Sets the texture by the rule of [stator], if there is one; values that the file states win.
-void read_stator(TableReader& reader, model::DriveParams& params) {
+void read_stator(TableReader& reader, Presence presence, model::DriveParams& params) {
   Stator stator;
-  if (!reader.has("stator")) return;
+  if (!reader.has("stator")) {
+    if (presence == Presence::kRequired && !states_cogging(reader)) reader.note_missing("stator");
+    return;
+  }
   read_section(reader, "stator", fields::kStator, Presence::kRequired, stator);
   set_texture(stator, params);
   read_section(reader, "motor", fields::kMotor, Presence::kOptional, params.motor);
-  read_section(reader, "mechanics", fields::kMechanics, Presence::kOptional, params.mechanics);
+  read_mechanics(reader, Presence::kOptional, params.mechanics);
   read_section(reader, "current_sensor", fields::kCurrentSensor, Presence::kOptional,
                params.current_sensor);
 }
@@ -239,7 +254,7 @@ void read_stator(TableReader& reader, model::DriveParams& params) {
 void read_drive_params(TableReader& reader, Presence presence, model::DriveParams& params) {
   read_section(reader, "motor", fields::kMotor, presence, params.motor);
   read_section(reader, "inverter", fields::kInverter, presence, params.inverter);
-  read_section(reader, "mechanics", fields::kMechanics, presence, params.mechanics);
+  read_mechanics(reader, presence, params.mechanics);
   read_section(reader, "iron", fields::kIron, Presence::kOptional, params.mechanics);
   read_section(reader, "supply", fields::kSupply, presence, params.supply);
   read_section(reader, "logic", fields::kLogic, presence, params.logic);
@@ -252,7 +267,7 @@ void read_drive_params(TableReader& reader, Presence presence, model::DriveParam
   read_section(reader, "slow_sensor", fields::kSlowSensor, presence, params.slow_sensor);
   read_section(reader, "thermistor", fields::kThermistor, Presence::kOptional, params.slow_sensor);
   read_section(reader, "control", fields::kControl, presence, params.control);
-  read_stator(reader, params);
+  read_stator(reader, presence, params);
   if (reader.has("encoder")) check_direction(reader, params.encoder);
   if (reader.has("mechanics")) check_friction(reader, params.mechanics);
 }
@@ -304,6 +319,10 @@ Profile parse_profile(const MotorFile& motor, const FindMotorFile& find_base) {
   if (const auto seen = reader.choice("seen_generation", generation_names())) {
     profile.seen_generation = static_cast<Generation>(*seen);
   }
+  if (const auto loop = reader.choice("current_loop", {"fast", "slow"})) {
+    profile.current_loop = static_cast<CurrentLoopKind>(*loop);
+  }
+  profile.states_cogging = states_cogging(reader);
   read_section(reader, "rating", fields::kRating, Presence::kOptional, profile.rating);
   read_product(reader, profile.product);
   read_drive_params(reader, Presence::kRequired, profile.drive);

@@ -121,6 +121,8 @@ def motor_text(drive: Drive, base: str, logs: List[str]) -> str:
         text += "#\n# Unknown, with the experiment that measures it:\n"
         text += "".join(f"#   {one.label}: {one.experiment}\n" for one in missing)
     text += f"\nextends = {toml_string(base)}\nmodel = {toml_string(motor.model + ', identified')}\n"
+    if motor.data["series"] in ("MF", "MH"):
+        text += 'current_loop = "fast"  # the loops of [control] in every generation\n'
     text += windings(drive).text() + mechanics(drive, k_t).text() + control(drive, k_t).text()
     text += "\n[identified]  # value and 95 % interval, for lk-emu identify --expect\n"
     text += f"logs = [{', '.join(toml_string(log) for log in logs)}]\ndrive = {drive.track.id}\n"

@@ -84,6 +84,7 @@ class Emulation:
                 break
         self.mechanics = m
         self.control = dict(motor.data["control"])
+        self.loop = ['quirks.current_loop = "fast"'] if motor.data["series"] in ("MF", "MH") else []
         self.boot = math.remainder(track.angle[moves[0]] + ahead, 2 * math.pi) / DEG
         self.start_deg = self._play([])[0]
 
@@ -102,10 +103,11 @@ class Emulation:
         keys: Dict[str, Any] = {f"profile.mechanics.{key}": value for key, value in m.items()}
         keys.update({f"profile.control.{key}": value for key, value in c.items()})
         keys.update({f"profile.encoder.{key}": 0 for key in ("noise_deg", "inl_1_deg", "inl_2_deg")})
-        keys.update({"profile.current_sensor.noise_A": 0, "profile.slow_sensor.v_noise_V": 0, "boot_angle_deg": self.boot})
+        keys.update({"profile.current_sensor.noise_A": 0, "profile.current_sensor.offset_a_A": 0, "profile.current_sensor.offset_b_A": 0,
+                     "profile.motor.torque_ripple": 0, "profile.slow_sensor.v_noise_V": 0, "boot_angle_deg": self.boot})
         keys.update({f"settings.gains.{key}": value for key, value in gains.items()})
         robot = ["bitrate = 0", "[[bus]]", 'interface = "log"', "[[bus.drive]]", "id = 1", "reply_time_us = 0",
-                 f"motor = {json.dumps(track.motor.path)}", 'generation = "legacy"',
+                 f"motor = {json.dumps(track.motor.path)}", 'generation = "legacy"', 'specimen = "nominal"', *self.loop,
                  *(f"{key} = {json.dumps(value)}" for key, value in keys.items())]  # fmt: skip
         duration = BOOT_S + (self.time[-1] - self.time[0] if lines else 0) + 0.01
         scenario = ["robot = \"robot.toml\"", f"duration_s = {duration:.3f}"]

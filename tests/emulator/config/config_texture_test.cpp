@@ -37,7 +37,8 @@ TEST(Stator, YieldsToWhatTheDriveStates) {
       drive_of("profile.mechanics.tau_cogging_mNm = 1\nprofile.current_sensor.offset_a_A = 0.5");
   EXPECT_NEAR(servo.profile.drive.mechanics.tau_cogging, 1e-3, 1e-12);
   EXPECT_NEAR(servo.profile.drive.current_sensor.offset_a, 0.5, 1e-12);
-  EXPECT_GT(servo.profile.drive.mechanics.tau_pole_cogging, 0);
+  EXPECT_EQ(servo.profile.drive.mechanics.tau_pole_cogging, 0);
+  EXPECT_EQ(servo.specimen, Specimen::kNominal);
 }
 
 TEST(Stator, OfADriveReplacesThatOfItsMotor) {
