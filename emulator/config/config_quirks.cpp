@@ -218,14 +218,12 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
 /// speed overshoots by 66 % and rings at 40 Hz.
 void set_slow_current_loop(model::DriveParams& drive) {
   constexpr double kCurrentLoop = 35;  // 1/s, at the reference bytes; the log's bytes are unknown
-  constexpr double kDamping =
-      70;  // 1/s, by the back-EMF that acts on the current; from the overshoot
-  constexpr double kSpeedLoop = 1790;      // rad/s: (2π·40 Hz)²/kCurrentLoop
+  constexpr double kDamping = 70;      // 1/s, by the back-EMF that acts; from the overshoot
+  constexpr double kSpeedLoop = 1790;  // rad/s: (2π·40 Hz)²/kCurrentLoop
   constexpr double kCurrentNoise = 0.125;  // A: iq deviates by 11 to 15 LSB at 573 dps
   constexpr double kEstimator = 8000;      // rad/s, assumed: hardly delays the back-EMF
   constexpr double kSpeedIntegral = 2;     // 1/s, assumed: stable with ten rotors, as the angle's
-  constexpr double kAngleIntegralPerByte = 0.5;  // 1/s², assumed: ends a rest of friction
-  constexpr double kAnglePerByte = 0.25;         // 1/s, assumed: real drives showed 0.12 to 1.5
+  constexpr double kAnglePerByte = 0.25;   // 1/s, assumed: real drives showed 0.12 to 1.5
   const model::MotorParams& motor = drive.motor;
   const double p_psi = motor.pole_pairs * motor.psi_f;
   const double without = 1.5 * p_psi * p_psi / (motor.R_s * drive.mechanics.J);  // 1/s
@@ -239,7 +237,6 @@ void set_slow_current_loop(model::DriveParams& drive) {
   control.speed_bandwidth = kSpeedLoop;
   control.speed_integral_rate = kSpeedIntegral;
   control.angle_kp_per_byte = kAnglePerByte;
-  control.angle_ki_per_byte = kAngleIntegralPerByte;
 }
 
 // --- command line
