@@ -117,10 +117,10 @@ struct Profile {
   Rating rating;
   model::DriveParams drive;
   EncoderSpan encoder_span = EncoderSpan::kRotorTurn;
-  std::optional<Generation> seen_generation;  // generation observed on such drives
+  std::optional<Generation> seen_generation;    // generation observed on such drives
   std::optional<CurrentLoopKind> current_loop;  // absent: by generation and series
   bool states_cogging = false;  // the file states the cogging of one motor: no specimens
-  bool later_print = false;                   // named by a label of drives that show 16 bits
+  bool later_print = false;     // named by a label of drives that show 16 bits
   Registers factory;
   Product product;
 };
