@@ -21,7 +21,7 @@ inline constexpr std::uint64_t kMoves = 12;  // seeds from 1
 /// spring, like a finger behind its linkage.
 struct JointLoad {
   double rigid_kg_m2 = 0.0023;
-  double sprung_kg_m2 = 0.0033;  // 0: none, with the profile's gear
+  double sprung_kg_m2 = 0.0032;  // 0: none, with the profile's gear
   double sprung_Hz = 12.5;       // with the rotor held
   double damping = 0.045;        // share of the critical damping
 };
