@@ -123,6 +123,14 @@ void apply_boot_angle(std::optional<double> asked_deg, const std::string& drive,
   servo.boot_angle_deg = asked_deg;
 }
 
+/// Returns true if [profile] states the cogging or the offsets of one motor.
+bool states_texture(TableReader& changes) {
+  const auto mechanics = changes.table("mechanics");
+  const auto sensor = changes.table("current_sensor");
+  return (mechanics && mechanics->has("tau_cogging_mNm")) ||
+         (sensor && (sensor->has("offset_a_A") || sensor->has("offset_b_A")));
+}
+
 /// Reads a drive; `bus_options` are those of the command line.
 std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrides,
                                    const BusOptions& bus_options, const FindProfile& find) {
@@ -135,13 +143,7 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
                   name_of(bus_options, running.value_or(0)), servo);
   if (auto changes = reader.table("profile")) {
     read_drive_params(*changes, Presence::kOptional, servo.profile.drive);
-    for (const char* section : {"mechanics", "current_sensor"}) {
-      const auto table = changes->table(section);
-      if (!table) continue;
-      for (const char* key : {"tau_cogging_mNm", "offset_a_A", "offset_b_A"}) {
-        if (table->has(key)) servo.specimen = Specimen::kNominal;
-      }
-    }
+    if (states_texture(*changes)) servo.specimen = Specimen::kNominal;
     changes->finish();
   }
   apply_encoder_bits(servo);

@@ -218,7 +218,7 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
 /// speed overshoots by 66 % and rings at 40 Hz.
 void set_slow_current_loop(model::DriveParams& drive) {
   constexpr double kCurrentLoop = 35;  // 1/s, at the reference bytes; the log's bytes are unknown
-  constexpr double kDamping = 70;      // 1/s, by the back-EMF that acts; from the overshoot
+  constexpr double kDamping = 70;      // 1/s, of the speed, by the back-EMF; from the overshoot
   constexpr double kSpeedLoop = 1790;  // rad/s: (2π·40 Hz)²/kCurrentLoop
   constexpr double kCurrentNoise = 0.125;  // A: iq deviates by 11 to 15 LSB at 573 dps
   constexpr double kEstimator = 8000;      // rad/s, assumed: hardly delays the back-EMF
@@ -274,7 +274,8 @@ void apply_quirks(const std::map<std::string, std::string>& asked, ServoConfig& 
   reader.finish();
 }
 
-/// Sets the bits, and the errors and the reported speed that shipped motors of this width have.
+/// Sets the bits of the encoder. Its errors and the windows of the reported speed become those of
+/// shipped motors with these bits.
 void set_encoder_bits(int bits, model::DriveParams& drive) {
   constexpr double kDeg = std::numbers::pi / 180;
   const bool wide = bits > 14;

@@ -71,7 +71,7 @@ class Lines {
     if (in_->bad()) throw StartError("--cases: cannot read " + name_);
     return !line.empty();
   }
-  /// Adds the case of a line. Throws StartError if the line is no case. Reports an impossible case
+  /// Adds the case of a line. Throws StartError if it is not a case. Reports an impossible case
   /// as a result, so that the program continues.
   void add(const std::string& line, std::vector<CaseRequest>& pile) {
     std::uint64_t number = 0;

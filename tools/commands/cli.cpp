@@ -235,7 +235,7 @@ void check_log_level(const std::string& level) {
                    "\" is not one of trace, debug, info, warn, error, off");
 }
 
-/// Parses a decimal number: 010 is ten. Throws StartError if it is no number or out of range.
+/// Parses a decimal number: 010 is ten. Throws StartError if `text` is wrong or out of range.
 std::int64_t parse_number(const char* option, const std::string& text) {
   std::int64_t number = 0;
   const char* last = text.data() + text.size();

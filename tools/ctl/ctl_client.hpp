@@ -18,7 +18,7 @@ class CtlClient {
     Json body;
   };
   /// Sends a request and returns the answer. `path` is relative to the base of the API: "/status".
-  /// Waits at most `patience`; 0: no limit. Throws StartError if there is no answer.
+  /// Waits at most `patience`; 0: no limit. Throws StartError without an answer.
   Answer ask(const std::string& method, const std::string& path, const Json& body = nullptr,
              std::chrono::seconds patience = {}) const;
 

@@ -16,8 +16,8 @@ void put_word(Json& object, const std::string& word);
 /// Throws StartError.
 double parse_span_s(const std::string& text);
 
-/// Shows the drives and updates the display until q or Ctrl-C. If standard output is no terminal,
-/// prints the drives once. Returns the exit status.
+/// Shows the drives and updates the display until q or Ctrl-C. Without a terminal, prints the
+/// drives once. Returns the exit status.
 int watch_drives(const CtlClient& client);
 
 }  // namespace lk::emulator

@@ -91,7 +91,7 @@ std::string Decoder::finish() {
   return options_.json ? summary_json(summary_, options_) : summary_text(summary_, options_);
 }
 
-/// Counts a line that is no frame. Returns a report if it is the first.
+/// Counts a line that is not a frame. Returns a report if it is the first.
 std::string Decoder::refuse(const std::string& problem) {
   if (summary_.bad_lines++ > 0) return "";
   first_problem_ = "line " + std::to_string(lines_) + ": " + problem;

@@ -122,7 +122,7 @@ Guess Guesser::guess(const DriveWatch& drive) const {
   return guess;
 }
 
-/// Counts a line that is no frame, and keeps the first problem.
+/// Counts a line that is not a frame, and keeps the first problem.
 void Guesser::refuse(const std::string& problem) {
   if (bad_lines_++ == 0) first_problem_ = "line " + std::to_string(lines_) + ": " + problem;
 }

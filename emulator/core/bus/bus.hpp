@@ -67,8 +67,8 @@ class Bus {
   /// board is full.
   bool apply(const Directive& directive) { return emulator::apply(state_, directive); }
   /// Schedules a directive for its time or condition; a fault is armed now. A condition is sampled
-  /// every kSamplePeriod, but CommandSeen acts at the frame. Returns false without effect if there
-  /// is no room for the fault or the condition.
+  /// every kSamplePeriod, but CommandSeen acts at the frame. Returns false without effect if the
+  /// fault or the condition exceeds the limit.
   bool plan(const TimedDirective& planned) { return emulator::plan(state_, planned); }
   /// As `plan`, but as if `event` were the last event of the configuration. Pre: its time is not
   /// past.

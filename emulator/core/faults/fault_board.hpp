@@ -69,7 +69,7 @@ class FaultBoard {
 
  private:
   std::string free_name(const Fault& fault) const;
-  // These return an index in `faults_`; nullopt if there is no such fault.
+  // These return an index in `faults_`; nullopt if the fault is not there.
   std::optional<std::size_t> index_of(std::size_t order) const;
   std::optional<std::size_t> oldest_over() const;
   bool mark_sampled(LiveFault& live, SimTime now);

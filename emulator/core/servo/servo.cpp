@@ -67,8 +67,7 @@ model::DriveInit make_drive(const ServoConfig& config, std::uint64_t bus_seed) {
   const double theta_m = config.joint ? mounted_theta_m(config) : start_theta_m(config, start_deg);
   model::DriveParams params = config.profile.drive;
   if (config.specimen == Specimen::kDrawn) {
-    rest_in_detent(theta_m, params);
-    draw_specimen(stream_seed(bus_seed, config.id, SeedStream::kSpecimen), params);
+    draw_specimen(stream_seed(bus_seed, config.id, SeedStream::kSpecimen), theta_m, params);
   }
   return {.params = params,
           .settings =
