@@ -22,7 +22,7 @@ constexpr int kMaxBusCurrent_lsb = 10000;  // 100 A
 constexpr std::uint32_t kMaxSingleTurn_cdeg = 36000 * 100;
 constexpr std::uint32_t kTurn_cdeg = 36000;
 constexpr std::uint16_t kMost14Bits = 16'383;
-constexpr int kWrap = 12'288;  // assumed: a larger change of a field of 14 bits is a wrap-around
+constexpr int kWrap = 12'288;  // least change at a wrap-around of 14 bits; assumed
 constexpr std::uint8_t kUnderOrOverVoltage = 0x03;
 constexpr std::uint8_t kLegacyErrors = 0x09;
 constexpr std::uint8_t kBridgeOff = 0x10;
@@ -272,9 +272,13 @@ void DriveWatch::see_field(std::uint16_t counts, std::optional<int> speed_dps,
                            const Sighting& sighting) {
   const auto before = encoder_.last();
   encoder_.field(counts, speed_dps, sighting.at);
+  const int change = before ? counts - *before : 0;
+  // A large change against the direction of the speed is a wrap-around.
+  const bool wrap =
+      std::abs(change) > kWrap && speed_dps && *speed_dps != 0 && (change > 0) != (*speed_dps > 0);
   if (counts > kMost14Bits) {
     evidence_.see(Trait::kEncoderBits, only(k16Bits), Weight::kSure, sighting);
-  } else if (before && encoder_.largest() <= kMost14Bits && std::abs(*before - counts) > kWrap) {
+  } else if (wrap && encoder_.largest() <= kMost14Bits) {
     evidence_.see(Trait::kEncoderBits, only(k14Bits), Weight::kLikely, sighting);
   }
 }

@@ -104,7 +104,8 @@ Guess guess_of(const Evidence& evidence) {
         row_of(Trait::kEncoderSpan).values.at(likeliest(Trait::kEncoderSpan, evidence));
   }
   const auto& product = evidence.product();
-  const bool may_be_mf = !guess.ms && (!product || product->motor.starts_with("MF"));
+  const bool may_be_mf = !guess.ms && (!product || product->motor.starts_with("MF")) &&
+                         evidence.open(Trait::kEncoderSpan) != only(kOutputTurn);
   if (evidence.decided(Trait::kEncoderBits) && may_be_mf) {
     const std::size_t bits = likeliest(Trait::kEncoderBits, evidence);
     const bool legacy = guess.nearest == Generation::kLegacy;

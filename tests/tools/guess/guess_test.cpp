@@ -163,9 +163,14 @@ TEST(Guess, InfersTheEncoderBitsFromTheLargestValue) {
   };
   EXPECT_EQ(bits("FF 3F"), Keys{});
   EXPECT_EQ(bits("00 40"), Keys{"16"});
-  const std::string before = "can0 141 [8] 9C 19 02 00 03 00 ";
-  const Keys wraps{before + "F0 3F", before + "10 00", before + "E0 3F"};
-  EXPECT_EQ(possible_value_names(guessed(wraps)[0], "encoder_bits"), Keys{"14"});
+  const std::string forwards = "can0 141 [8] 9C 19 02 00 03 00 ";
+  const std::string backwards = "can0 141 [8] 9C 19 02 00 FD FF ";
+  const auto bits_of = [](const Keys& lines) {
+    return possible_value_names(guessed(lines)[0], "encoder_bits");
+  };
+  EXPECT_EQ(bits_of({forwards + "F0 3F", forwards + "10 00", backwards + "E0 3F"}), Keys{"14"});
+  // A joint that moves back and forth within a quarter of 65536 counts does not wrap.
+  EXPECT_EQ(bits_of({forwards + "10 00", forwards + "F0 3F", backwards + "10 00"}), Keys{});
 }
 
 /// `legacy` MF drives have 14 bits, later ones 16: the command names the others.
