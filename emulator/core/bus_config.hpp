@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "emulator/core/directive.hpp"
+#include "emulator/core/host_queue.hpp"
 #include "emulator/core/parameter_memory.hpp"
 #include "emulator/core/sim_time.hpp"
 #include "emulator/core/wire_timing.hpp"
@@ -195,6 +196,9 @@ struct BusConfig {
   std::int64_t bitrate = 1'000'000;
   // Adapter of the hosts, from adapter_profiles(); null: none.
   const AdapterProfile* adapter = nullptr;
+  HostQueue host_queue = host_queues().front();  // CAN
+  // Another node than the drives acknowledges each frame of the hosts, CAN.
+  bool always_acknowledged = false;
   std::uint64_t seed = 1;
   std::optional<SerialConfig> serial;  // parameters of RS-485; absent: CAN
   std::vector<ServoConfig> servos;     // ascending, distinct IDs

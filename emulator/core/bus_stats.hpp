@@ -46,6 +46,9 @@ struct BusStats {
   std::uint64_t invalid_targets = 0;
   std::uint64_t rom_writes = 0;
   std::uint64_t queue_peak = 0;      // most host frames waiting at once
+  std::uint64_t unacknowledged = 0;  // times that no node began to acknowledge the hosts' frames
+  std::uint64_t replayed = 0;        // frames of hosts that waited for an acknowledgement
+  std::uint64_t stale = 0;           // of these: older than 100 ms when they were sent
   protocol::ReceiverStats receiver;  // drops in the receivers of drives, RS-485 only
   SimTime wire_busy{0};              // time the wire was occupied, inter-frame spaces included
 

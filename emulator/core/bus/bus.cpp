@@ -49,13 +49,14 @@ void echo(BusState& bus, SimTime at) {
 
 void deliver(BusState& bus, const WireDelivery& delivery) {
   if (bus.had_errors) {  // a success decrements the error counters
-    count_success(bus.host_errors, delivery.from_host);
+    count_success(bus.host.errors, delivery.from_host);
     if (!delivery.from_host) {
       int& errors = transmit_errors(bus, {delivery.frame, false, delivery.owner});
       errors = std::max(errors - 1, 0);
     }
   }
   if (delivery.from_host) {
+    if (bus.host.unacknowledged || bus.host.to_replay > 0) count_sent(bus, delivery);
     if (delivery.from_pieces) {
       ++bus.own_stats.frames;
     } else {
@@ -86,6 +87,10 @@ void deliver(BusState& bus, const WireDelivery& delivery) {
 }
 
 void deliver_next(BusState& bus) {
+  const CanWire* const can = bus.wire.can();
+  if (can != nullptr && can->bitrate() > 0 && can->next_is_from_host() && !has_receiver(bus)) {
+    return repeat_unacknowledged(bus, can->next().frame);
+  }
   if (destroy_next(bus)) return;
   const auto delivery = bus.wire([&](auto& wire) { return wire.deliver(bus.time); });
   assert(delivery || bus.serial);
@@ -99,6 +104,8 @@ BusState::BusState(const BusConfig& config)
       serial(config.serial),
       seed(config.seed),
       motors(config),
+      queue_full(config.host_queue.full),
+      always_acknowledged(config.always_acknowledged),
       own_adapter(config.adapter != nullptr ? config.adapter->times : AdapterTimes{}),
       adapter(own_adapter, stream_seed(config.seed, kWholeBus, SeedStream::kAdapter)),
       faults(config.seed),
@@ -116,38 +123,30 @@ BusState::BusState(const BusConfig& config)
   for (const TimedDirective& event : config.events) plan_as_configured(*this, event);
 }
 
-void receive(BusState& bus, const TimedFrame& in) {
+bool receive(BusState& bus, const TimedFrame& in) {
   ++bus.own_stats.frames;
   if (in.frame.kind == protocol::FrameKind::kError) {
     bus.own_stats.drop(Reject::kErrorFrame);
-    return;
+    return true;
   }
   if (in.frame.kind == protocol::FrameKind::kFd) {
     bus.own_stats.drop(Reject::kCanFd);  // no classical bus carries it
-    return;
+    return true;
   }
   if (protocol::is_serial(in.frame) != bus.serial.has_value() ||
       (bus.serial && in.frame.dlc == 0)) {
     bus.own_stats.drop(bus.serial ? Reject::kNoPacket : Reject::kForeignId);
-    return;
+    return true;
   }
   const SimTime at = std::max(in.at, bus.time);
   if (bus.adapted() || bus.wire.host_queue_full()) advance_to(bus, at);
-  if (bus.wire.host_queue_full()) {
-    bus.own_stats.drop(Reject::kQueueFull);
-    return;
-  }
   SimTime ready = at;
   if (bus.adapted()) {
     const HostAdapter::ToWire written = bus.adapter.to_wire(at);
     count_adapter(bus.faults, written.shown, in.frame, at);
     ready = written.at;
   }
-  const std::size_t queued = bus.wire([&](auto& wire) {
-    wire.send_from_host(ready, in.frame, in.sender);
-    return wire.host_queue_size();
-  });
-  bus.own_stats.queue_peak = std::max<std::uint64_t>(bus.own_stats.queue_peak, queued);
+  return queue_from_host(bus, ready, in);
 }
 
 bool advance_to(BusState& bus, SimTime until) { return deliver_to(bus, until) && settle(bus); }
@@ -214,6 +213,7 @@ std::optional<SimTime> next_due(const BusState& bus) {
 }
 
 void to_host(BusState& bus, TimedFrame frame) {
+  if (is_cut_off(bus, frame)) return;
   if (bus.serial) {
     const int id = static_cast<int>(frame.frame.id & 0x3FU);
     apply_to_read(bus.faults, frame.frame, bus.time);

@@ -27,8 +27,9 @@ class Bus {
   BusState& state() { return state_; }
 
   /// A host puts `in.frame` on its interface at `in.at`, or now if that is past. Advances time to
-  /// `at` only if the send queue of hosts is full, or if hosts have an adapter.
-  void receive(const TimedFrame& in) { emulator::receive(state_, in); }
+  /// `at` only if the send queue of hosts is full, or if hosts have an adapter. Returns false if
+  /// the host's write fails, because the queue is full (QueueFull::kRefuse).
+  bool receive(const TimedFrame& in) { return emulator::receive(state_, in); }
   /// Advances up to and including `until`, never backwards. Returns false only if shared motors
   /// have not reached `state().waits_for`: call again with the same time when they have reached it.
   /// `reach`, `deliver_to` and `settle` return false in the same case.

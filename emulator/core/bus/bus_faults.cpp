@@ -13,6 +13,7 @@ namespace {
 /// Updates the hosts' adapter, and how long hosts hold the RS-485 line, for the active faults.
 void apply_host_faults(BusState& bus) {
   bus.adapter.set(adapter_times(bus.faults, bus.own_adapter));
+  set_host_cut(bus, host_cut(bus.faults));
   SerialWire* const wire = bus.wire.serial();
   if (wire == nullptr) return;
   const LiveFault* const holder = line_holder(bus.faults);
@@ -154,7 +155,7 @@ bool destroy_next(BusState& bus) {
   }
   bus.had_errors = true;
   int& errors = transmit_errors(bus, next);
-  to_host(bus, {bus.time, report_error(bus.host_errors, next.from_host)});
+  to_host(bus, {bus.time, report_error(bus.host.errors, next.from_host)});
   if (!next.from_host) errors += kErrorStep;
   if (errors >= kBusOff) {
     errors = 0;
@@ -167,7 +168,7 @@ bool destroy_next(BusState& bus) {
 }
 
 int& transmit_errors(BusState& bus, const WireCandidate& frame) {
-  if (frame.from_host) return bus.host_errors.transmit_errors;
+  if (frame.from_host) return bus.host.errors.transmit_errors;
   if (frame.owner >= Duplicates::kFirstOwner) return bus.duplicates.errors(frame.owner);
   return bus.nodes.of(static_cast<int>(frame.owner & 0x3FU)).link.errors;
 }

@@ -133,7 +133,13 @@ Advance advance_affected_motors_to(BusState& bus, SimTime t) {
   const std::uint32_t drives = id != nullptr ? bus.nodes.at_address(*id) : 0;
   if (std::popcount(drives) > 1) return advance_motors_to(bus, t);
   Advance advance = Advance::kReached;
-  bus.nodes.each(drives, [&](const Node& node) { advance = advance_motors_to(bus, t, &node); });
+  bool acknowledged = bus.serial.has_value();
+  bus.nodes.each(drives, [&](const Node& node) {
+    advance = advance_motors_to(bus, t, &node);
+    acknowledged = acknowledged || node.power.alive;
+  });
+  // Without the addressed drive, any other may acknowledge.
+  if (advance == Advance::kReached && !acknowledged) return advance_motors_to(bus, t);
   return advance;
 }
 

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "emulator/core/bus/agenda.hpp"
-#include "emulator/core/bus/can_errors.hpp"
 #include "emulator/core/bus/conditions.hpp"
 #include "emulator/core/bus/host_adapter.hpp"
+#include "emulator/core/bus/host_side.hpp"
 #include "emulator/core/bus/motors.hpp"
 #include "emulator/core/bus/node.hpp"
 #include "emulator/core/bus/wire.hpp"
@@ -84,7 +84,9 @@ struct BusState {
   std::uint64_t seed;
   Motors motors;
   Nodes nodes;
-  HostErrorCounters host_errors;
+  HostSide host;
+  QueueFull queue_full;
+  bool always_acknowledged;
   AdapterTimes own_adapter;  // as configured, without faults
   HostAdapter adapter;
   bool had_errors = false;  // a frame has been destroyed: error counters may be above 0

@@ -10,13 +10,27 @@
 namespace lk::emulator {
 
 // bus.cpp: frames between hosts, wire and drives, in the order of time.
-void receive(BusState& bus, const TimedFrame& in);
+/// Returns false if the hosts' adapter refuses the frame, because its queue is full.
+bool receive(BusState& bus, const TimedFrame& in);
 bool advance_to(BusState& bus, SimTime until);
 bool deliver_to(BusState& bus, SimTime until);
 std::optional<SimTime> next_due(const BusState& bus);
 void restore_rom(BusState& bus, int id, const Registers& rom, const RomWear& wear);
 /// Passes a frame from the wire to the hosts, through their adapter.
 void to_host(BusState& bus, TimedFrame frame);
+
+// bus_host.cpp: the hosts' side of a CAN bus.
+/// Queues a frame that is ready for the wire at `ready`. Returns false if the adapter refuses it.
+bool queue_from_host(BusState& bus, SimTime ready, const TimedFrame& in);
+/// Returns true if a node acknowledges the frames of hosts.
+bool has_receiver(BusState& bus);
+/// Call instead of a delivery if no node acknowledges the hosts' frame that is due.
+void repeat_unacknowledged(BusState& bus, const protocol::Frame& frame);
+/// Counts a frame of a host that a node has acknowledged.
+void count_sent(BusState& bus, const WireDelivery& sent);
+/// Returns true, and counts the loss, if the frame cannot reach the hosts.
+bool is_cut_off(BusState& bus, const TimedFrame& frame);
+void set_host_cut(BusState& bus, HostCut cut);
 
 // bus_motors.cpp: advancing the motors, and controllers that die or start.
 enum class Advance : std::uint8_t {

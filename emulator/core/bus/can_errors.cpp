@@ -8,8 +8,10 @@ namespace {
 // linux/can/error.h: error classes, and values of data[1] to data[3].
 constexpr std::uint32_t kClassController = 0x004;
 constexpr std::uint32_t kClassProtocol = 0x008;
+constexpr std::uint32_t kClassNoAck = 0x020;
 constexpr std::uint32_t kClassBusOff = 0x040;
 constexpr std::uint32_t kClassBusError = 0x080;
+constexpr std::uint32_t kClassRestarted = 0x100;
 constexpr std::uint32_t kClassCounters = 0x200;
 constexpr std::uint8_t kReceiveOverflow = 0x01;
 constexpr std::uint8_t kReceiveWarning = 0x04;
@@ -28,6 +30,11 @@ constexpr int kBackFromPassive = 119;  // ISO 11898-1: between 119 and 127
 std::uint8_t reached(int before, int now, std::uint8_t warning, std::uint8_t passive) {
   const auto passes = [&](int level) { return before < level && now >= level; };
   return passes(kErrorPassive) ? passive : passes(kErrorWarning) ? warning : std::uint8_t{0};
+}
+
+void set_counters(const HostErrorCounters& host, protocol::Frame& frame) {
+  frame.data[6] = static_cast<std::uint8_t>(std::min(host.transmit_errors, 255));
+  frame.data[7] = static_cast<std::uint8_t>(host.receive_errors);
 }
 
 }  // namespace
@@ -51,8 +58,28 @@ protocol::Frame report_error(HostErrorCounters& host, bool sending) {
   }
   if (frame.data[1] != 0) frame.id |= kClassController;
   if (host.transmit_errors >= kBusOff) frame.id |= kClassBusOff;
-  frame.data[6] = static_cast<std::uint8_t>(std::min(host.transmit_errors, 255));
-  frame.data[7] = static_cast<std::uint8_t>(host.receive_errors);
+  set_counters(host, frame);
+  return frame;
+}
+
+std::optional<protocol::Frame> report_no_ack(HostErrorCounters& host, bool first) {
+  const int before = host.transmit_errors;
+  host.transmit_errors = std::max(before, std::min(before + kErrorStep, kErrorPassive));
+  protocol::Frame frame;
+  frame.kind = protocol::FrameKind::kError;
+  frame.id = kClassCounters;
+  frame.data[1] = reached(before, host.transmit_errors, kTransmitWarning, kTransmitPassive);
+  if (!first && frame.data[1] == 0) return std::nullopt;
+  if (first) frame.id |= kClassNoAck;
+  if (frame.data[1] != 0) frame.id |= kClassController;
+  set_counters(host, frame);
+  return frame;
+}
+
+protocol::Frame report_bus_off(bool restarted) {
+  protocol::Frame frame;
+  frame.kind = protocol::FrameKind::kError;
+  frame.id = restarted ? kClassRestarted : kClassBusOff;
   return frame;
 }
 

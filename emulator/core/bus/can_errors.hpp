@@ -2,6 +2,8 @@
 
 /// @file Error confinement of CAN controllers, and the error frames for hosts.
 
+#include <optional>
+
 #include "protocol/frame.hpp"
 
 namespace lk::emulator {
@@ -27,6 +29,12 @@ struct HostErrorCounters {
 /// The frame cannot show a drive's error state: of a failing drive, hosts see bus errors, then
 /// silence.
 protocol::Frame report_error(HostErrorCounters& host, bool sending);
+/// Counts a frame of a host that no node acknowledged. The counter stops at error-passive: such
+/// errors of a passive controller do not count (ISO 11898-1, fault confinement). Returns the error
+/// frame for the first of these errors and for a new error state, else nullopt.
+std::optional<protocol::Frame> report_no_ack(HostErrorCounters& host, bool first);
+/// Returns the error frame for bus-off, or for the restart after it.
+protocol::Frame report_bus_off(bool restarted);
 /// Returns the error frame for an overflow of the host's receive queue.
 protocol::Frame report_overrun();
 /// Updates the counters after a frame without error. `sending`: a host sent the frame.

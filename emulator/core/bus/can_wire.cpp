@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 #include "emulator/core/wire_timing.hpp"
 #include "protocol/frame_bits.hpp"
@@ -9,8 +10,9 @@
 
 namespace lk::emulator {
 
-CanWire::CanWire(std::int64_t bitrate) : bitrate_(bitrate), hosts_(kHostQueue) {
-  assert(bitrate >= 0);
+CanWire::CanWire(std::int64_t bitrate, std::size_t host_queue)
+    : bitrate_(bitrate), hosts_(host_queue) {
+  assert(bitrate >= 0 && host_queue > 0);
   drives_.reserve(kDriveQueue * protocol::kMaxDrivesPerBus);
 }
 
@@ -26,7 +28,7 @@ CanWire::CanFrame::operator protocol::Frame() const {
 }
 
 CanWire::Waiting CanWire::waiting(SimTime at, const protocol::Frame& frame) const {
-  Waiting result{.at = at, .frame = CanFrame(frame)};
+  Waiting result{.at = at, .queued_at = at, .frame = CanFrame(frame)};
   if (bitrate_ > 0) {  // else no frame waits: equal priority, no duration
     const int bits = protocol::frame_bits(frame);
     result.priority = protocol::arbitration_field(frame);
@@ -39,9 +41,9 @@ CanWire::Waiting CanWire::waiting(SimTime at, const protocol::Frame& frame) cons
 void CanWire::send_from_host(SimTime at, const protocol::Frame& frame, std::uint32_t sender) {
   assert(!host_queue_full());
   if (host_count_ > 0) {
-    at = std::max(at, hosts_[(host_head_ + host_count_ - 1) % kHostQueue].at);
+    at = std::max(at, host(host_count_ - 1).at);
   }
-  Waiting& last = hosts_[(host_head_ + host_count_) % kHostQueue];
+  Waiting& last = host(host_count_);
   last = waiting(at, frame);
   last.owner = sender;
   ++host_count_;
@@ -50,8 +52,28 @@ void CanWire::send_from_host(SimTime at, const protocol::Frame& frame, std::uint
 
 std::size_t CanWire::host_frames_ready(SimTime now) const {
   std::size_t ready = 0;
-  while (ready < host_count_ && hosts_[(host_head_ + ready) % kHostQueue].at <= now) ++ready;
+  while (ready < host_count_ && hosts_[(host_head_ + ready) % hosts_.size()].at <= now) ++ready;
   return ready;
+}
+
+bool CanWire::drop_oldest_from_host(SimTime now) {
+  const bool on_wire = next_ && !next_->drive && next_->start <= now;
+  const std::size_t oldest = on_wire ? 1 : 0;
+  if (host_count_ <= oldest) return false;
+  for (std::size_t n = oldest; n + 1 < host_count_; ++n) host(n) = host(n + 1);
+  --host_count_;
+  update_next();
+  return true;
+}
+
+std::size_t CanWire::drop_from_hosts(SimTime now) {
+  if (next_ && !next_->drive && next_->start <= now) {
+    free_at_ = next_->start + sender(*next_).occupancy;
+    busy_ += sender(*next_).occupancy;
+  }
+  const std::size_t count = std::exchange(host_count_, 0);
+  update_next();
+  return count;
 }
 
 bool CanWire::drive_queue_full(std::uint32_t owner, std::size_t elsewhere) const {
@@ -163,7 +185,7 @@ void CanWire::remove(const Transmission& transmission) {
   if (transmission.drive) {
     drives_.erase(drives_.begin() + static_cast<std::ptrdiff_t>(*transmission.drive));
   } else {
-    host_head_ = (host_head_ + 1) % kHostQueue;
+    host_head_ = (host_head_ + 1) % hosts_.size();
     --host_count_;
   }
 }
@@ -176,6 +198,7 @@ std::optional<WireDelivery> CanWire::deliver(SimTime until) {
   const Waiting& frame = sender(transmission);
   std::optional<WireDelivery> delivery(std::in_place);  // avoids a second copy of the frame
   delivery->at = transmission.end;
+  delivery->queued_at = frame.queued_at;
   delivery->frame = protocol::Frame(frame.frame);
   delivery->from_host = !transmission.drive;
   delivery->after_rom_write = frame.after_rom_write;
@@ -193,17 +216,17 @@ WireCandidate CanWire::next() const {
   return {protocol::Frame(frame.frame), !next_->drive, frame.owner};
 }
 
-/// Occupies the wire for the frame with its error flags, the error delimiter and the intermission.
-void CanWire::break_off(const Transmission& transmission) {
-  constexpr int kBits = kErrorDelimiterBits + protocol::kInterframeBits;
-  const SimTime occupancy = sender(transmission).length + bits_duration(kBits, bitrate_);
+/// Occupies the wire for the frame with its error frame and the intermission.
+void CanWire::break_off(const Transmission& transmission, int error_bits) {
+  const SimTime occupancy =
+      sender(transmission).length + bits_duration(error_bits + protocol::kInterframeBits, bitrate_);
   free_at_ = transmission.start + occupancy;
   busy_ += occupancy;
 }
 
-void CanWire::destroy(int pause_bits) {
+void CanWire::destroy(int pause_bits, int error_bits) {
   assert(next_);
-  break_off(*next_);
+  break_off(*next_, error_bits);
   Waiting& frame = next_->drive ? drives_[*next_->drive] : hosts_[host_head_];
   frame.at = free_at_ + bits_duration(pause_bits, bitrate_);
   update_next();
@@ -211,7 +234,7 @@ void CanWire::destroy(int pause_bits) {
 
 void CanWire::destroy_for_good(int pause_bits) {
   assert(next_);
-  break_off(*next_);
+  break_off(*next_, kErrorDelimiterBits);
   remove(*next_);
   if (!next_->drive) {
     hosts_from_ = free_at_ + bits_duration(pause_bits, bitrate_);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "emulator/core/bus/wire_frames.hpp"
+#include "emulator/core/host_queue.hpp"
 #include "emulator/core/sim_time.hpp"
 #include "protocol/frame.hpp"
 
@@ -17,9 +18,6 @@ namespace lk::emulator {
 /// on the wire"). Senders are the drives, and the hosts as one adapter with a FIFO queue.
 class CanWire {
  public:
-  /// Capacity of the hosts' send queue, frames: about 120 ms at 1 Mbit/s.
-  static constexpr std::size_t kHostQueue = 1024;
-
   /// Capacity of a drive's send queue; assumed: three mailboxes of a controller, and a queue.
   static constexpr std::size_t kDriveQueue = 16;
 
@@ -28,16 +26,20 @@ class CanWire {
   /// of frame. The sender's flag follows one bit later; all flags together take 7 bits. So they end
   /// where the frame would have ended. The delimiter and the intermission follow.
   static constexpr int kErrorDelimiterBits = 8;
+  /// The same after a frame that no node acknowledges. The sender's error flag of 6 bits begins
+  /// after the ACK slot, in place of the last 8 bits of the frame.
+  static constexpr int kNoAckBits = 6 + kErrorDelimiterBits - 8;
   /// Extra wait of an error-passive sender (ISO 11898-1, suspend transmission).
   static constexpr int kSuspendBits = 8;
   /// Bits that a controller counts before it recovers from bus-off (ISO 11898-1).
   static constexpr int kRecoveryBits = 128 * 11;
 
-  /// `bitrate` in bit/s; 0: frames take no time and do not wait.
-  explicit CanWire(std::int64_t bitrate);
+  /// `bitrate` in bit/s; 0: frames take no time and do not wait. `host_queue`: capacity of the
+  /// hosts' send queue, frames.
+  explicit CanWire(std::int64_t bitrate, std::size_t host_queue = HostQueue::kDefaultFrames);
 
   std::int64_t bitrate() const { return bitrate_; }
-  bool host_queue_full() const { return host_count_ == kHostQueue; }
+  bool host_queue_full() const { return host_count_ == hosts_.size(); }
   std::size_t host_queue_size() const { return host_count_; }
   /// Number of host frames that are ready for the wire at `now`; the others are still in an
   /// adapter.
@@ -46,6 +48,13 @@ class CanWire {
   /// `sender` becomes WireDelivery::owner.
   void send_from_host(SimTime at, const protocol::Frame& frame, std::uint32_t sender = 0);
   // `owner` identifies the sending drive (DriveLink::owner), whatever identifier its frames have.
+
+  /// Drops the oldest frame of a host that is not on the wire at `now`. Returns false if there is
+  /// none.
+  bool drop_oldest_from_host(SimTime now);
+  /// Drops all frames of hosts, and returns their number. A frame that began by `now` occupies the
+  /// wire to its end.
+  std::size_t drop_from_hosts(SimTime now);
 
   /// The drive has kDriveQueue frames pending, counting `elsewhere` frames that it holds outside of
   /// this queue. It then accepts no query.
@@ -83,14 +92,16 @@ class CanWire {
   std::optional<SimTime> next_due() const {
     return next_ ? std::optional(next_->end) : std::nullopt;
   }
+  /// Pre: a frame is pending.
+  bool next_is_from_host() const { return !next_->drive; }
   /// Removes and returns the next frame if its last bit ends by `until`. The next frame is not
   /// fixed before: any frame that is ready at the start of the arbitration takes part.
   std::optional<WireDelivery> deliver(SimTime until);
   /// Pre: a frame is pending. The frame that `deliver` would return.
   WireCandidate next() const;
   /// Call instead of `deliver`: a bit error destroys the next frame. The sender retries, at the
-  /// earliest `pause_bits` after the error frame.
-  void destroy(int pause_bits);
+  /// earliest `pause_bits` after the error frame, which ends `error_bits` after the frame.
+  void destroy(int pause_bits, int error_bits = kErrorDelimiterBits);
   /// As `destroy`, but the sender gives the frame up. If hosts sent it, their next frame starts at
   /// the earliest `pause_bits` after the error frame.
   void destroy_for_good(int pause_bits);
@@ -114,7 +125,8 @@ class CanWire {
     std::array<std::uint8_t, protocol::kCanBytes> data{};
   };
   struct Waiting {
-    SimTime at{0};
+    SimTime at{0};         // earliest start
+    SimTime queued_at{0};  // before any repetition
     CanFrame frame;
     std::uint64_t after_rom_write = 0;
     std::uint32_t owner = 0;
@@ -136,7 +148,8 @@ class CanWire {
   void update_next() { next_ = next_transmission(); }
   const Waiting& sender(const Transmission& transmission) const;
   void remove(const Transmission& transmission);
-  void break_off(const Transmission& transmission);
+  void break_off(const Transmission& transmission, int error_bits);
+  Waiting& host(std::size_t n) { return hosts_[(host_head_ + n) % hosts_.size()]; }
   SimTime host_ready() const { return std::max(hosts_[host_head_].at, hosts_from_); }
 
   std::int64_t bitrate_;

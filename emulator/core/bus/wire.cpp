@@ -7,7 +7,7 @@ namespace lk::emulator {
 namespace {
 
 std::variant<CanWire, SerialWire> medium_of(const BusConfig& config) {
-  if (!config.serial) return CanWire(config.bitrate);
+  if (!config.serial) return CanWire(config.bitrate, config.host_queue.frames);
   const SerialConfig& serial = *config.serial;
   protocol::ReceiverRules rules{.max_len = serial.max_len, .scan = serial.scan, .gap = serial.gap};
   if (config.bitrate > 0) {

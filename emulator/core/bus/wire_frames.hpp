@@ -16,6 +16,7 @@ struct WireDelivery {
   std::uint32_t owner = 0;            // as given to send_from_drive; of a host: `sender`
   bool from_pieces = false;           // of a host: a packet that ends before the host's frame
   bool met_host = false;              // of a drive: a byte began while hosts held the line
+  SimTime queued_at{0};               // of a host on CAN: when it entered the queue
 };
 
 /// A frame whose last bit is due, but which may still be destroyed.

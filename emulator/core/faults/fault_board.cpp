@@ -226,6 +226,13 @@ LiveFault* destroyer(FaultBoard& faults, int sender, std::int64_t bitrate, bool 
   return found;
 }
 
+HostCut host_cut(const FaultBoard& faults) {
+  HostCut worst = HostCut::kNone;
+  each_active(faults, &FaultRow::cut, kWholeBus,
+              [&](const LiveFault& live) { worst = std::max(worst, live.row().cut); });
+  return worst;
+}
+
 void apply_to_read(FaultBoard& faults, protocol::Frame& frame, SimTime now) {
   each_active(faults, &FaultRow::on_read, kWholeBus, [&](LiveFault& live) {
     OnRead on{live, now, frame};

@@ -90,7 +90,7 @@ template <class Board, class Value, class Act>
 void each_active(Board& faults, Value FaultRow::*column, int id, Act act) {
   if (!faults.any_active()) return;
   for (auto& live : faults) {
-    if (live.active() && live.row().*column && (id == kWholeBus || live.is_of(id))) act(live);
+    if (live.active() && live.row().*column != Value{} && (id == kWholeBus || live.is_of(id))) act(live);
   }
 }
 model::Faults plant_faults(const FaultBoard& faults, const ServoConfig& servo, SimTime now);
@@ -120,6 +120,8 @@ FaultedReply apply_to_reply(FaultBoard& faults, int id, const DriveLink& link,
 /// Returns the fault that destroys a frame on the wire; null if none does. `sender`: the drive that
 /// sends the frame; kWholeBus: a host or a duplicate.
 LiveFault* destroyer(FaultBoard& faults, int sender, std::int64_t bitrate, bool serial);
+/// Worst cut of the hosts' connection.
+HostCut host_cut(const FaultBoard& faults);
 /// Applies faults to a frame that the host reads on RS-485.
 void apply_to_read(FaultBoard& faults, protocol::Frame& frame, SimTime now);
 /// Fault that holds the line longest after frames of hosts; null if none does.

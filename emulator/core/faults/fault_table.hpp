@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "emulator/core/bus/host_side.hpp"
 #include "emulator/core/fault.hpp"
 #include "emulator/core/language.hpp"
 #include "emulator/core/sim_time.hpp"
@@ -74,6 +75,7 @@ struct FaultRow {
   bool (*destroys)(OnWire& on) = nullptr;
   SimTime (*recovery)(const LiveFault& live) = nullptr;  // extra time off the bus after a bus-off
   bool silences = false;                                 // nothing leaves the drive
+  bool off_the_bus = false;                              // acknowledges nothing
   bool blocks = false;                                   // frames stay in the drive's send queue
   bool holds_back = false;                               // `on_reply` may hold a frame back
   Babble (*babble)(OnBabble& on) = nullptr;              // sends unsolicited frames
@@ -81,6 +83,7 @@ struct FaultRow {
   // Adapter of the hosts: adds times to `sum`; flag in AdapterEffects that shows an effect.
   void (*adapter)(const LiveFault& live, AdapterTimes& sum) = nullptr;
   bool AdapterEffects::*adapter_shows = nullptr;
+  HostCut cut = HostCut::kNone;  // of the hosts' connection, CAN
   // RS-485 hosts: change of frames that they read; echo of frames that they send; time for which
   // they hold the line after sending.
   void (*on_read)(OnRead& on) = nullptr;

@@ -364,7 +364,7 @@ constexpr FaultRow kLinkRows[] = {
      .about = {"everything the drive sends is destroyed: its error counter climbs by 8 each time, to error-passive (128) and bus-off (256); its queued frames are then lost, it neither receives nor sends for 128 times 11 bits and the recovery time, and returns with its counters at 0", "驱动器发什么都被破坏：错误计数每次加 8，先到被动错误（128），再到 bus-off（256）；此时排队的帧全部丢掉，在 128 次 11 位加恢复时间内既听不见也不发，回来时计数为 0"}},
     {.word = "boot_garbage", .group = kLink, .params = {number("for_ms", 0.01, 10'000, 100)}, .babble = boot_garbage,
      .about = {"after each start the drive sends frames with its identifier, 0 to 7 bytes and random data, every 5 to 20 ms for this long, until it answers for the first time", "每次启动后，驱动器在这段时间内每 5 至 20 ms 发一帧：标识符是它自己的，0 至 7 个字节，数据随机，直到第一次应答"}},
-    {.word = "wrong_bitrate", .group = kLink, .on_query = reject_queries, .destroys = disturb, .silences = true,
+    {.word = "wrong_bitrate", .group = kLink, .on_query = reject_queries, .destroys = disturb, .silences = true, .off_the_bus = true,
      .about = {"the drive has another bit rate than the bus: it neither receives nor sends, and destroys the first 16 frames with error flags, until it is error-passive", "驱动器的波特率与总线不同：既收不到也不发送，并用错误标志毁掉最初 16 帧，直到进入被动错误状态"}},
     {.word = "no_termination", .group = kLink, .params = {count("missing", 1, 2, 2), number("cable_m", 0.1, 1000, 2)}, .of_bus = true, .destroys = reflect,
      .about = {"terminating resistors are missing: of the frames on the wire, at 1 Mbit/s and on 2 m of cable, 1 % without one and half without both end in error frames, more with the cable and with the square of the bit rate", "缺少终端电阻：1 Mbit/s、2 m 线缆时，缺一个有 1 % 的帧以错误帧告终，缺两个则有一半；随线缆长度成正比、随波特率的平方增加"}},

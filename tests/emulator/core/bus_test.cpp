@@ -171,9 +171,9 @@ TEST(BusQueue, OverloadFillsTheHostQueueAndIsCounted) {
   for (int k = 0; k < 5000; ++k) {
     bus.receive({0us, kQuery});
   }
-  EXPECT_EQ(bus.stats().count(Drop::kQueueFull), 5000 - CanWire::kHostQueue);
-  EXPECT_EQ(bus.stats().queue_peak, CanWire::kHostQueue);
-  EXPECT_EQ(run_until(bus, 10s).size(), CanWire::kHostQueue);
+  EXPECT_EQ(bus.stats().count(Drop::kQueueFull), 5000 - HostQueue::kDefaultFrames);
+  EXPECT_EQ(bus.stats().queue_peak, HostQueue::kDefaultFrames);
+  EXPECT_EQ(run_until(bus, 10s).size(), HostQueue::kDefaultFrames);
 }
 
 // The queue is full only if frames still wait at the frame's own time, however far the caller runs
@@ -223,7 +223,9 @@ TEST(BusDrops, CausesHaveNames) {
 }
 
 TEST(Bus, WithoutDrivesCountsAndDropsFrames) {
-  Bus bus(bus_config({}, kBitrate));
+  BusConfig config = bus_config({}, kBitrate);
+  config.always_acknowledged = true;
+  Bus bus(config);
   bus.receive({0us, kQuery});
   bus.receive({0us, frame("280#0000000000000000")});
   bus.receive({0us, frame("281#0000000000000000")});

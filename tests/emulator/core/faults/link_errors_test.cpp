@@ -203,7 +203,7 @@ TEST(LinkFaults, DriveIsBusOffAfter32AttemptsUntilItsRecovery) {
 
 TEST(LinkFaults, BusOffRepeatsAfterEachRecovery) {
   for (const std::int64_t bitrate : {std::int64_t{0}, kBitrate}) {
-    Rig rig(bus_config({1}, bitrate));
+    Rig rig(bus_config({1, 2}, bitrate));
     rig.set(fault("bus_off", {1}, {10}));
     EXPECT_EQ(rig.talk(kAsk, 7ms).size(), 32U);
     EXPECT_EQ(rig.talk(kAsk, 13ms).size(), 0U) << "bus-off";
@@ -215,7 +215,7 @@ TEST(LinkFaults, BusOffRepeatsAfterEachRecovery) {
 }
 
 TEST(LinkFaults, PowerCycleEndsBusOff) {
-  Rig rig(test::powered_bus({1}, kBitrate));
+  Rig rig(test::powered_bus({1, 2}, kBitrate));
   rig.set(fault("bus_off", {1}, {10'000}));
   EXPECT_EQ(rig.talk(kAsk, 50ms).size(), 32U);
   rig.clear();
