@@ -61,6 +61,25 @@ struct Body {
   std::vector<bool> taken;
 };
 
+/// Reads the hosts' side of a CAN bus: queue and acknowledgement.
+void read_host_side(TableReader& reader, BusConfig& bus) {
+  for (const char* key : {"tx_queue", "tx_full", "acknowledged_by"}) {
+    if (bus.serial && reader.has(key)) reader.fail(key, "belongs to CAN");
+  }
+  if (reader.is_integer("tx_queue")) {
+    const auto frames = reader.integer("tx_queue", 1, HostQueue::kMaxFrames);
+    bus.host_queue = {.name = "custom", .frames = static_cast<std::size_t>(*frames)};
+  } else {
+    std::vector<std::string> names;
+    for (const HostQueue& queue : host_queues()) names.emplace_back(queue.name);
+    if (const auto n = reader.choice("tx_queue", names)) bus.host_queue = host_queues()[*n];
+  }
+  if (const auto n = reader.choice("tx_full", {kQueueFullWords.begin(), kQueueFullWords.end()})) {
+    bus.host_queue.full = static_cast<QueueFull>(*n);
+  }
+  bus.always_acknowledged = reader.choice("acknowledged_by", {"drives", "always"}).value_or(0) == 1;
+}
+
 BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t buses_in_file,
                    const Overrides& overrides, const FindProfile& find, Body& body) {
   BusConfig bus;
@@ -76,6 +95,7 @@ BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t b
   }
   const bool serial = is_serial_name(bus.interface);
   if (serial) bus.serial = read_serial(reader, bus.interface);
+  read_host_side(reader, bus);
   bus.bitrate = serial ? kDefaultBaud : file_bitrate;
   if (const auto bitrate = reader.integer("bitrate", 0, INT64_MAX)) bus.bitrate = *bitrate;
   const std::string problem = serial ? baud_problem(bus.bitrate) : bitrate_problem(bus.bitrate);

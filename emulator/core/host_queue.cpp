@@ -5,7 +5,7 @@ namespace {
 
 // clang-format off
 constexpr HostQueue kQueues[] = {
-    {.name = "none", .frames = HostQueue::kDefaultFrames, .full = QueueFull::kDropNewest, .source = "assumed: 120 ms of a full wire"},
+    {.name = "default", .frames = HostQueue::kDefaultFrames, .full = QueueFull::kDropNewest, .source = "assumed: 120 ms of a full wire"},
     {.name = "socketcan", .frames = 10 + 3, .full = QueueFull::kRefuse, .source = "Linux: txqueuelen 10 of CAN devices; three mailboxes of a controller (assumed)"},
     {.name = "gs_usb", .frames = 10 + 10, .full = QueueFull::kRefuse, .source = "Linux: txqueuelen 10, and GS_MAX_TX_URBS 10 in gs_usb.c"},
     {.name = "slcan", .frames = 64, .full = QueueFull::kRefuse, .source = "assumed: buffer of an adapter's firmware"},

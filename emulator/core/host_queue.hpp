@@ -2,6 +2,7 @@
 
 /// @file Transmit queues of hosts, by adapter and driver.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -9,13 +10,14 @@
 
 namespace lk::emulator {
 
-/// What happens to a host's frame if the queue is full.
+/// Fate of a host's frame if the queue is full.
 enum class QueueFull : std::uint8_t {
   kRefuse,      // the host's write fails: ENOBUFS, an exception, `\a` on slcan
   kDropNewest,  // the frame is lost without a report
   kDropOldest,  // the oldest queued frame is lost without a report
 };
-inline constexpr std::string_view kQueueFullWords[] = {"refuse", "drop_newest", "drop_oldest"};
+inline constexpr std::array<std::string_view, 3> kQueueFullWords{"refuse", "drop_newest",
+                                                                 "drop_oldest"};
 
 /// Queue between the writes of the hosts and the wire. The frame on the wire is one of `frames`.
 struct HostQueue {

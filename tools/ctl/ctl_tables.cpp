@@ -117,6 +117,24 @@ std::string counted(const Json& json, const char* key) {
   return fmt::format("{}", number(json, key));
 }
 
+/// The hosts' side of a bus: queue and error counters, if anything is or was wrong.
+std::string host_side_line(const Json& bus) {
+  const Json& counters = bus["counters"];
+  if (!bus["host"].is_object() ||
+      (counters["unacknowledged"] == 0 && bus["host"]["bus_off"] == false))
+    return "";
+  const Json& host = bus["host"];
+  const char* state = host["bus_off"] == true        ? "bus-off"
+                      : host["acknowledged"] == true ? "acknowledged"
+                                                     : "not acknowledged";
+  return fmt::format(
+      "{}: host {}, queue {} of {}, transmit errors {}, receive errors {}, replayed {}, of these "
+      "stale {}\n",
+      word(bus, "bus"), state, counted(counters, "frames_waiting"), counted(host, "tx_queue"),
+      counted(host, "transmit_errors"), counted(host, "receive_errors"),
+      counted(counters, "replayed"), counted(counters, "stale"));
+}
+
 }  // namespace
 
 std::string status_table(const Json& status) {
@@ -136,7 +154,7 @@ std::string status_table(const Json& status) {
                     counted(counters, "replies_lost"), counted(counters, "waiting_for_time")});
   }
   text += table(rows, "<<<>>>>>");
-  for (const Json& bus : status["buses"]) text += address_change_lines(bus);
+  for (const Json& bus : status["buses"]) text += host_side_line(bus) + address_change_lines(bus);
   return text;
 }
 

@@ -123,6 +123,9 @@ Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<in
     reader.fail("fault", std::string(row.word) + " needs " + std::string(row.params[0].word) +
                              " or " + std::string(row.params[1].word));
   }
+  if (row.can && bus.serial) {
+    reader.fail("fault", std::string(row.word) + " belongs to CAN, and this is an RS-485 bus");
+  }
   if (row.serial && !bus.serial) {
     reader.fail("fault", std::string(row.word) + " belongs to RS-485, and this is a CAN bus");
   }

@@ -11,9 +11,9 @@ namespace {
 /// Age from which a command counts as stale. Hosts send faster than 10 Hz; assumed.
 constexpr SimTime kStale = std::chrono::milliseconds(100);
 
-void count_cut(BusState& bus, const protocol::Frame& frame) {
+void count_cut(BusState& bus, const protocol::Frame* frame = nullptr) {
   each_active(bus.faults, &FaultRow::cut, kWholeBus, [&](LiveFault& live) {
-    if (live.row().cut == bus.host.cut) live.took_effect(bus.time, kWholeBus, &frame);
+    if (live.row().cut == bus.host.cut) live.took_effect(bus.time, kWholeBus, frame);
   });
 }
 
@@ -27,7 +27,7 @@ bool acknowledges(BusState& bus, const Node& node) {
 bool queue_from_host(BusState& bus, SimTime ready, const TimedFrame& in) {
   if (bus.host.is_off()) {
     bus.own_stats.drop(Reject::kFault);
-    count_cut(bus, in.frame);
+    count_cut(bus, &in.frame);
     return true;
   }
   if (bus.wire.host_queue_full()) {
@@ -55,7 +55,7 @@ void repeat_unacknowledged(BusState& bus, const protocol::Frame& frame) {
   bus.had_errors = true;
   if (first) {
     ++bus.own_stats.unacknowledged;
-    count_cut(bus, frame);
+    count_cut(bus, &frame);
   }
   if (const auto report = report_no_ack(bus.host.errors, first)) to_host(bus, {bus.time, *report});
   const bool passive = bus.host.errors.transmit_errors >= kErrorPassive;
@@ -76,7 +76,7 @@ bool is_cut_off(BusState& bus, const TimedFrame& frame) {
   if (bus.host.cut == HostCut::kNone || frame.frame.kind == protocol::FrameKind::kError) {
     return false;
   }
-  count_cut(bus, frame.frame);
+  count_cut(bus, &frame.frame);
   if (frame.sender == 0) ++bus.own_stats.replies_lost;
   return true;
 }
@@ -88,7 +88,10 @@ void set_host_cut(BusState& bus, HostCut cut) {
   bus.host.cut = cut;
   if (bus.host.is_off()) {
     const std::size_t lost = wire->drop_from_hosts(bus.time);
-    for (std::size_t n = 0; n < lost; ++n) bus.own_stats.drop(Reject::kFault);
+    for (std::size_t n = 0; n < lost; ++n) {
+      bus.own_stats.drop(Reject::kFault);
+      count_cut(bus);
+    }
     bus.host = {.cut = cut};
   }
   if (cut == HostCut::kBusOff) to_host(bus, {bus.time, report_bus_off(false)});

@@ -26,8 +26,8 @@ class CanWire {
   /// of frame. The sender's flag follows one bit later; all flags together take 7 bits. So they end
   /// where the frame would have ended. The delimiter and the intermission follow.
   static constexpr int kErrorDelimiterBits = 8;
-  /// The same after a frame that no node acknowledges. The sender's error flag of 6 bits begins
-  /// after the ACK slot, in place of the last 8 bits of the frame.
+  /// As kErrorDelimiterBits, after a frame that no node acknowledges. The sender's error flag of 6
+  /// bits begins after the ACK slot, in place of the last 8 bits of the frame.
   static constexpr int kNoAckBits = 6 + kErrorDelimiterBits - 8;
   /// Extra wait of an error-passive sender (ISO 11898-1, suspend transmission).
   static constexpr int kSuspendBits = 8;

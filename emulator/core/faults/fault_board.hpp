@@ -90,7 +90,8 @@ template <class Board, class Value, class Act>
 void each_active(Board& faults, Value FaultRow::*column, int id, Act act) {
   if (!faults.any_active()) return;
   for (auto& live : faults) {
-    if (live.active() && live.row().*column != Value{} && (id == kWholeBus || live.is_of(id))) act(live);
+    if (live.active() && live.row().*column != Value{} && (id == kWholeBus || live.is_of(id)))
+      act(live);
   }
 }
 model::Faults plant_faults(const FaultBoard& faults, const ServoConfig& servo, SimTime now);

@@ -61,6 +61,7 @@ struct FaultRow {
   std::array<FaultParam, kMaxFaultParams> params = {};
   bool of_bus = false;     // of the whole bus: takes no drives
   bool serial = false;     // RS-485 only
+  bool can = false;        // CAN only
   bool per_frame = false;  // takes a probability per frame
   bool needs_one = false;  // at least one of its parameters must be given
   /// Returns why a drive cannot have the fault; empty if it can.

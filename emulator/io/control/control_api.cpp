@@ -319,7 +319,7 @@ void post_frames(const ApiCall& call) {
   const auto frames = read_frames(call.body, line.config());
   call.body.finish();
   const Bus& bus = line.bus();
-  if (bus.stats().frames_waiting + frames.size() > CanWire::kHostQueue ||
+  if (bus.stats().frames_waiting + frames.size() > line.config().host_queue.frames ||
       bus.state().wire.host_queue_full() || line.backlog() > 0) {
     throw ApiError(
         409, "frame",

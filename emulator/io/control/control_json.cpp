@@ -159,6 +159,17 @@ Json parameter_value(const FaultParam& param, const FaultValue& value) {
 
 }  // namespace
 
+/// The hosts' side of a CAN bus; null on RS-485.
+Json host_json(const Line& line) {
+  if (line.config().serial) return nullptr;
+  const HostSide& host = line.bus().state().host;
+  return {{"tx_queue", line.config().host_queue.frames},
+          {"transmit_errors", host.errors.transmit_errors},
+          {"receive_errors", host.errors.receive_errors},
+          {"acknowledged", !host.unacknowledged},
+          {"bus_off", host.cut == HostCut::kBusOff}};
+}
+
 Json bus_json(const Line& line) {
   const BusStats stats = line.bus().stats();
   Json ids = Json::array();
@@ -182,6 +193,9 @@ Json bus_json(const Line& line) {
                    {"invalid_targets", stats.invalid_targets},
                    {"rom_writes", stats.rom_writes},
                    {"queue_peak", stats.queue_peak},
+                   {"unacknowledged", stats.unacknowledged},
+                   {"replayed", stats.replayed},
+                   {"stale", stats.stale},
                    {"wire_busy_s", in_seconds(stats.wire_busy)},
                    {"waiting_for_time", line.backlog()},
                    {"lost_while_time_stood", line.backlog_lost()},
@@ -204,6 +218,7 @@ Json bus_json(const Line& line) {
           {"up", line.is_up()},
           {"time_s", in_seconds(line.bus().time())},
           {"bitrate", line.config().bitrate},
+          {"host", host_json(line)},
           {"moved", moved_json(line)},
           {"planned",
            line.bus().state().agenda.directives() + line.bus().state().conditions.directives()},

@@ -105,6 +105,12 @@ void Line::accept(const TimedFrame& in) {
   put_on_bus(in);
 }
 
+std::size_t Line::room() const {
+  if (config_.serial || config_.host_queue.full != QueueFull::kRefuse) return SIZE_MAX;
+  const std::size_t queued = bus_.stats().frames_waiting + backlog_.size();
+  return config_.host_queue.frames - std::min(queued, config_.host_queue.frames);
+}
+
 void Line::put_on_bus(const TimedFrame& in) {
   TimedFrame effective = in;
   effective.at = frame_instant(in.at, bus_.time());
@@ -166,6 +172,10 @@ void Line::advance_watched(SimTime until) {
           bus_.state().nodes.address_changes() &&
       on_address_change)
     on_address_change();
+  if (bus_.state().host.unacknowledged && !std::exchange(reported_no_ack_, true)) {
+    spdlog::warn("{}: no drive acknowledges: the hosts' frames wait in their queue", name());
+  }
+  if (port_) port_->set_gone(bus_.state().host.cut == HostCut::kGone);
   adviser_.observe(bus_);
   for (; advice_reported_ < adviser_.advice().size(); ++advice_reported_) {
     if (on_advice) on_advice(adviser_.advice()[advice_reported_]);

@@ -117,6 +117,8 @@ class Line {
   /// Returns true if an observer needs events without delay.
   bool watched() const { return !watchers.empty() || !listeners.empty(); }
 
+  /// Number of frames that hosts can send before their adapter refuses one.
+  std::size_t room() const;
   std::size_t backlog() const { return backlog_.size(); }
   std::uint64_t backlog_lost() const { return backlog_lost_; }
 
@@ -142,6 +144,7 @@ class Line {
   bool waits_for_quiet_line_ = false;  // after a slip: frames wait until the line is quiet
   SimTime waits_at_least_until_{0};    // earliest end of this wait
   bool flooded_ = false;               // too many frames to space them: they wait only for room
+  bool reported_no_ack_ = false;       // frames of hosts were not acknowledged
   bool advancing_ = false;             // watchers are running; they may call `accept`
   std::uint64_t address_changes_ = 0;  // address changes of the bus at the last check
   std::uint64_t backlog_lost_ = 0;

@@ -162,6 +162,7 @@ World::Taken World::take_in(Line& line, Port::Wait wait) {
       later ? line.enqueue(frame) : line.accept(frame);
     }
   };
+  line.port()->set_room(line.room());
   taken.more = line.port()->receive(take, wait);
   if (!taken.any) seen_ = monotonic_now();
   return taken;

@@ -35,6 +35,15 @@ std::string bitrate_text(std::int64_t bitrate) {
   return fmt::format("{} kbit/s", number(static_cast<double>(bitrate) / 1e3));
 }
 
+/// Returns ", queue of 13 frames (socketcan), acknowledged by the drives"; empty for RS-485.
+std::string host_side_text(const BusConfig& bus) {
+  if (bus.serial) return "";
+  const auto& [name, frames, full, source] = bus.host_queue;
+  return fmt::format(", queue of {} frames ({}, {}), acknowledged by {}", frames, name,
+                     kQueueFullWords[static_cast<std::size_t>(full)],
+                     bus.always_acknowledged ? "another node" : "the drives");
+}
+
 /// Returns ", adapter ch348"; empty without an adapter model.
 std::string adapter_text(const BusConfig& bus) {
   return bus.adapter != nullptr ? fmt::format(", adapter {}", bus.adapter->name) : "";
@@ -314,9 +323,9 @@ std::string describe_run(const std::vector<BusConfig>& buses) {
   std::size_t next = 2;
   for (const auto& bus : buses) {
     text +=
-        fmt::format("{}{}: {}{}, {}, {}, seed {}\n", text.empty() ? "" : "\n", bus.interface,
-                    bitrate_text(bus.bitrate), adapter_text(bus), count(bus.servos.size(), "drive"),
-                    count(bus.events.size(), "event"), bus.seed);
+        fmt::format("{}{}: {}{}{}, {}, {}, seed {}\n", text.empty() ? "" : "\n", bus.interface,
+                    bitrate_text(bus.bitrate), adapter_text(bus), host_side_text(bus),
+                    count(bus.servos.size(), "drive"), count(bus.events.size(), "event"), bus.seed);
     text += print_row(titles, widths) + print_row(units, widths);
     for (const auto& servo : bus.servos) {
       text += print_row(rows[next++], widths);

@@ -96,6 +96,9 @@ void print_bus(const BusStats& bus, const std::string& title) {
         ("not answered: " + std::string(to_string(static_cast<protocol::Reject>(cause)))).c_str(),
         bus.dropped[cause]);
   }
+  print_nonzero("times that no node acknowledged frames of hosts", bus.unacknowledged);
+  print_nonzero("queued frames of hosts that were sent later", bus.replayed);
+  print_nonzero("of these: older than 100 ms", bus.stale);
   print_nonzero("replies lost: with the power or by a fault",
                 bus.replies_lost - bus.replies_collided - bus.replies_overrun);
   print_nonzero("replies lost: in collisions on the line", bus.replies_collided);

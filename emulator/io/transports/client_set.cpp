@@ -152,9 +152,10 @@ bool ClientSet::read_from(Client& client, std::vector<ReceivedFrame>& out, bool&
   more = more || static_cast<std::size_t>(size) == share;
   client.ack_pending = true;
   const auto now = wall_now();
-  parsed_ = {};
+  parsed_ = {.room = room_};
   client.protocol->parse({bytes_.data(), static_cast<std::size_t>(size)}, now, parsed_);
   for (const protocol::Frame& frame : parsed_.frames) out.push_back({now, frame, client.number});
+  room_ -= parsed_.frames.size();
   stats_.malformed += parsed_.malformed;
   const bool warns = !parsed_.warning.empty() && !std::exchange(client.warned, true);
   if (warns && log_limit_.may_log(name_)) {
@@ -281,29 +282,37 @@ class StreamPort final : public Port {
  public:
   StreamPort(boost::asio::io_context& loop, const std::string& name, const BusName& place,
              StreamSetup setup, std::function<void()> on_frames)
-      : name_(name),
+      : loop_(loop),
+        name_(name),
         place_(place),
         setup_(std::move(setup)),
         clients_(name),
         acceptor_(loop),
         readiness_(loop, std::move(on_frames)) {
-    if (place_.scheme->place == BusPlace::kPath) {
-      pty_.emplace(loop, name_, place_.path, true);
-      clients_.add_lent(pty_->descriptor(), place_.path, setup_.make_protocol());
-    } else {
-      listen(loop);
-    }
+    open(loop);
     if (const auto error = readiness_.watch(clients_.descriptor())) {
       throw StartError(name_ + ": " + error.message());
     }
   }
 
-  bool is_up() const override { return true; }
+  bool is_up() const override { return !gone_; }
   bool can_wait() const override { return !pty_; }  // a host's open would not end the wait
   void end_turn() override { clients_.flush(); }
   int descriptor() const override { return clients_.descriptor(); }
   /// Always 0, as time does not wait for clients: one that does not read loses frames.
   std::size_t pending() const override { return 0; }
+
+  void set_room(std::size_t frames) override { clients_.set_room(frames); }
+
+  void set_gone(bool gone) override {
+    if (std::exchange(gone_, gone) == gone) return;
+    if (!gone) return open(loop_);
+    clients_.clear();
+    pty_.reset();
+    beacon_.reset();
+    boost::system::error_code ignored;
+    acceptor_.close(ignored);
+  }
 
   void check_link() override {
     if (acceptor_.is_open()) clients_.watch(acceptor_.native_handle());
@@ -335,6 +344,15 @@ class StreamPort final : public Port {
     if (pty_) pty_->handle_host_events();
     if (collected.watched) accept_clients();  // the next batch reads their first bytes
     return {received_, collected.more || collected.watched, 0};
+  }
+
+  void open(boost::asio::io_context& loop) {
+    if (place_.scheme->place == BusPlace::kPath) {
+      pty_.emplace(loop, name_, place_.path, true);
+      clients_.add_lent(pty_->descriptor(), place_.path, setup_.make_protocol());
+    } else {
+      listen(loop);
+    }
   }
 
   void listen(boost::asio::io_context& loop) {
@@ -390,8 +408,10 @@ class StreamPort final : public Port {
     }
   }
 
+  boost::asio::io_context& loop_;
   std::string name_;
   BusName place_;
+  bool gone_ = false;
   StreamSetup setup_;
   std::optional<PtyLink> pty_;
   ClientSet clients_;

@@ -26,6 +26,14 @@ struct ParsedInput {
   std::string response;                 // for the client
   std::string warning;                  // for the log; empty: none
   std::uint64_t malformed = 0;          // number of malformed lines
+  std::size_t room = SIZE_MAX;          // frames that the hosts' queue still takes
+
+  /// Takes a frame for the bus. Returns false if the queue has no room.
+  bool take(const protocol::Frame& frame) {
+    if (frames.size() >= room) return false;
+    frames.push_back(frame);
+    return true;
+  }
 };
 
 /// Protocol of one client: converts its bytes to frames and answers, and frames of the bus to
@@ -146,6 +154,11 @@ class ClientSet {
   /// one system call for many frames.
   void queue_frames(std::span<const protocol::Frame> frames, std::uint32_t except);
 
+  /// Limits the frames that clients can send until the next call.
+  void set_room(std::size_t frames) { room_ = frames; }
+  /// Removes all clients.
+  void clear() { clients_.clear(); }
+
   /// Sends queued bytes and acknowledges received ones.
   void flush();
 
@@ -191,6 +204,7 @@ class ClientSet {
   std::optional<ClientProtocol::Time> timer_at_;
   Clients clients_;  // by number, which is `sender` in frames
   std::uint32_t last_number_ = 0;
+  std::size_t room_ = SIZE_MAX;
   PortStats stats_;
   std::vector<std::uint8_t> bytes_;
   std::string encoded_;

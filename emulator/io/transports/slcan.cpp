@@ -123,7 +123,7 @@ std::optional<std::string> Slcan::answer(std::string_view line, ParsedInput& par
 std::optional<std::string> Slcan::send(std::string_view line, ParsedInput& parsed) {
   const auto frame = parse_slcan_frame(line);
   if (!frame || !open_ || listens_only_) return std::nullopt;
-  if (!wrong_rate()) parsed.frames.push_back(*frame);
+  if (!wrong_rate() && !parsed.take(*frame)) return kBell;  // the queue is full
   return frame->extended ? "Z\r" : "z\r";
 }
 

@@ -48,6 +48,7 @@ using protocol::Frame;
 using protocol::FrameKind;
 
 constexpr const char* kDone = "< ok >";
+constexpr const char* kNoRoom = "< error could not send frame >";
 constexpr const char* kUnknown = "< error unknown command >";
 // The longest message has 13: add, seconds, microseconds, identifier, length, eight bytes.
 constexpr std::size_t kMaxWords = 14;
@@ -155,7 +156,7 @@ bool Socketcand::change_mode(std::string_view word, ParsedInput& parsed) {
 bool Socketcand::send(const Words& words, ParsedInput& parsed) {
   if (words.front() == "send") {
     const auto frame = read_frame(std::span(words).subspan(1));
-    if (frame) parsed.frames.push_back(*frame);
+    if (frame && !parsed.take(*frame)) parsed.response += kNoRoom;
     return frame.has_value();
   }
   auto frame = words.size() == 3 && mode_ == Mode::kRaw ? read_id(words[1]) : std::nullopt;
@@ -163,7 +164,7 @@ bool Socketcand::send(const Words& words, ParsedInput& parsed) {
   if (!length) return false;
   frame->kind = FrameKind::kRemote;
   frame->dlc = static_cast<std::uint8_t>(*length);
-  parsed.frames.push_back(*frame);
+  if (!parsed.take(*frame)) parsed.response += kNoRoom;
   return true;
 }
 

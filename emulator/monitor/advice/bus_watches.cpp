@@ -33,6 +33,8 @@ void Disturbances::observe(const Bus& bus, const BusStats& stats) {
   const std::uint64_t foreign = stats.extra_frames + stats.error_frames;
   if (foreign > std::exchange(foreign_, foreign) || bus.state().replies_are_held())
     extend(bus.time());
+  // Frames that wait for an acknowledgement are not the host's fault either.
+  if (bus.state().host.unacknowledged || bus.state().host.to_replay > 0) extend(bus.time());
   stalled_until_ = bus.state().adapter.stalled_until();
   if (stalled_until_ > SimTime{0}) extend(stalled_until_);
 }

@@ -65,7 +65,7 @@ const std::vector<List> kLists = {
      R"({"id": 1, "turn_deg": 1, "at_s": 3600})"},
     {"settings for the flash", "drive", "core/bus/can_wire.hpp", "kDriveQueue", kRefused,
      R"({"id": 1, "settings": {"max_speed_dps": 100}})"},
-    {"frames for the wire", "bus", "core/bus/can_wire.hpp", "kHostQueue", kRefused,
+    {"frames for the wire", "bus", "core/host_queue.hpp", "kDefaultFrames", kRefused,
      R"({"command": "state_2", "id": 1})", "/frames"},
     {"frames in an adapter without a depth", "bus", "core/wire_timing.hpp", "kMaxInAdapter", kLost},
     {"frames while time stands still", "bus", "io/live/line.hpp", "kMaxBacklog", kLost},
@@ -104,6 +104,7 @@ const std::set<std::string> kOthers = {
     "core/bus/bus.hpp:kMaxFaults", "core/bus/bus.hpp:kMaxWaiting",
     "core/bus/serial_wire.hpp:kDriveQueue", "core/bus/serial_wire.hpp:kHostQueue",
     "core/bus/wire.hpp:kDriveQueue",
+    "core/host_queue.hpp:kMaxFrames",
     // limits on work at once, not on memory
     "files/output_file.cpp:kMaxLinks",
     "core/faults/fault_board.hpp:kMaxSamples", "io/control/http_session.cpp:kMaxLingerReads",

@@ -219,7 +219,7 @@ TEST(HostSide, LosesItsQueueAtBusOff) {
   }
   EXPECT_EQ(errors, (std::vector<std::uint32_t>{0x220, 0x204, 0x204, 0x040, 0x100}));
   EXPECT_EQ(first, 105);
-  EXPECT_EQ(bus.faults()[1].evidence.effects, 100U);
+  EXPECT_EQ(bus.faults()[1].evidence.effects, 105U);  // 5 queued frames, 100 while off
 }
 
 /// Another node acknowledges: a bus without drives that are alive carries frames as before.

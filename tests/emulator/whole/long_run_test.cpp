@@ -62,7 +62,8 @@ constexpr std::int64_t kBytesOfAFault = 2 * sizeof(LiveFault) + 256;
 /// Queues and lists of varying size. They hold at most as many frames as the hosts' send queue,
 /// with twice the capacity: for the hosts and, under adapter faults, the adapter. A leak of one
 /// frame each would exceed this within a second.
-constexpr std::int64_t kMaxBytesOfTheMoment = 2 * 2 * HostQueue::kDefaultFrames * sizeof(TimedFrame);
+constexpr std::int64_t kMaxBytesOfTheMoment =
+    2 * 2 * HostQueue::kDefaultFrames * sizeof(TimedFrame);
 
 /// All delivered motors and all generations in turn.
 BusConfig all_motors(std::uint64_t seed) {
