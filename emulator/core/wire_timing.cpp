@@ -74,6 +74,7 @@ AdapterTimes add(const AdapterTimes& one, const AdapterTimes& other) {
   sum.batch_us = std::max(sum.batch_us, other.batch_us);
   sum.batch_most = smaller(sum.batch_most, other.batch_most);
   sum.depth = smaller(sum.depth, other.depth);
+  sum.tx_depth = smaller(sum.tx_depth, other.tx_depth);
   sum.reports_overrun = sum.reports_overrun && other.reports_overrun;
   sum.stall_every = smaller(sum.stall_every, other.stall_every);
   sum.stall_us = std::max(sum.stall_us, other.stall_us);

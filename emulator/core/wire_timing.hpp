@@ -48,6 +48,8 @@ struct AdapterTimes {
   // the newest frame is lost, and an error frame may report it.
   std::size_t depth = 0;
   bool reports_overrun = true;
+  // Frames of hosts that wait for the wire, CAN; 0: as many as the hosts' queue holds.
+  std::size_t tx_depth = 0;
   // After kAdapterSilence without a frame from the wire, every `stall_every`-th write of the host
   // blocks it for `stall_us`. 0: no stalls.
   int stall_every = 0;

@@ -336,8 +336,13 @@ bool delays_in_adapter(const FaultRow& row) {
          row.adapter_shows == &AdapterEffects::batched;
 }
 
-void check_adapter(const TableReader& event, const FaultRow& row, const BusConfig& bus,
+void check_adapter(const TableReader& event, const Fault& fault, const BusConfig& bus,
                    bool others_delay) {
+  const FaultRow& row = *fault.row;
+  const auto* const tx_depth = std::ranges::find(row.params, "tx_depth", &FaultParam::word);
+  if (tx_depth != row.params.end() &&
+      fault.values[static_cast<std::size_t>(tx_depth - row.params.begin())].number() > 0)
+    return;
   if (row.adapter_shows != &AdapterEffects::lost || bus.adapter != nullptr || others_delay) return;
   event.fail("fault", std::string(row.word) +
                           ": this bus has no adapter that delays frames; give the bus an "

@@ -40,7 +40,7 @@ std::vector<int> read_targets(TableReader& reader, const BusConfig& bus);
 bool delays_in_adapter(const FaultRow& row);
 /// Rejects adapter_overrun on a bus without `adapter`, unless other faults delay its frames
 /// (`others_delay`): the overrun needs delayed frames.
-void check_adapter(const TableReader& event, const FaultRow& row, const BusConfig& bus,
+void check_adapter(const TableReader& event, const Fault& fault, const BusConfig& bus,
                    bool others_delay);
 
 /// Checks the value of `clear`: "all", "planned", or the name or kind of a fault in `directives`.

@@ -17,6 +17,10 @@ void count_cut(BusState& bus, const protocol::Frame* frame = nullptr) {
   });
 }
 
+std::size_t waiting(const BusState& bus) {
+  return bus.wire([](auto& wire) { return wire.host_queue_size(); });
+}
+
 bool acknowledges(BusState& bus, const Node& node) {
   return node.power.alive && !node.link.bus_off && node.servo.on_its_bus() &&
          node.servo.at_its_rate() && bus.faults.first(node.id(), &FaultRow::off_the_bus) == nullptr;
@@ -30,17 +34,17 @@ bool queue_from_host(BusState& bus, SimTime ready, const TimedFrame& in) {
     count_cut(bus, &in.frame);
     return true;
   }
-  if (bus.wire.host_queue_full()) {
+  const std::size_t depth = bus.adapter.tx_depth();
+  const bool overrun = bus.wire.can() != nullptr && depth > 0 && waiting(bus) >= depth;
+  if (overrun) count_adapter(bus.faults, {.lost = true}, in.frame, bus.time);
+  if (overrun || bus.wire.host_queue_full()) {
     bus.own_stats.drop(Reject::kQueueFull);
     const bool room = bus.queue_full == QueueFull::kDropOldest && bus.wire.can() != nullptr &&
                       bus.wire.can()->drop_oldest_from_host(bus.time);
     if (!room) return bus.queue_full != QueueFull::kRefuse;
   }
-  const std::size_t queued = bus.wire([&](auto& wire) {
-    wire.send_from_host(ready, in.frame, in.sender);
-    return wire.host_queue_size();
-  });
-  bus.own_stats.queue_peak = std::max<std::uint64_t>(bus.own_stats.queue_peak, queued);
+  bus.wire([&](auto& wire) { wire.send_from_host(ready, in.frame, in.sender); });
+  bus.own_stats.queue_peak = std::max<std::uint64_t>(bus.own_stats.queue_peak, waiting(bus));
   return true;
 }
 
@@ -64,7 +68,7 @@ void repeat_unacknowledged(BusState& bus, const protocol::Frame& frame) {
 
 void count_sent(BusState& bus, const WireDelivery& sent) {
   if (std::exchange(bus.host.unacknowledged, false)) {
-    bus.host.to_replay = bus.wire.can()->host_queue_size() + 1;
+    bus.host.to_replay = waiting(bus) + 1;
   }
   if (bus.host.to_replay == 0) return;
   --bus.host.to_replay;
@@ -84,7 +88,7 @@ bool is_cut_off(BusState& bus, const TimedFrame& frame) {
 void set_host_cut(BusState& bus, HostCut cut) {
   CanWire* const wire = bus.wire.can();
   if (wire == nullptr || cut == bus.host.cut) return;
-  const bool was_bus_off = bus.host.cut == HostCut::kBusOff;
+  const bool was_bus_off = bus.host.cut == HostCut::kOff;
   bus.host.cut = cut;
   if (bus.host.is_off()) {
     const std::size_t lost = wire->drop_from_hosts(bus.time);
@@ -94,7 +98,7 @@ void set_host_cut(BusState& bus, HostCut cut) {
     }
     bus.host = {.cut = cut};
   }
-  if (cut == HostCut::kBusOff) to_host(bus, {bus.time, report_bus_off(false)});
+  if (cut == HostCut::kOff) to_host(bus, {bus.time, report_bus_off(false)});
   if (cut == HostCut::kNone && was_bus_off) to_host(bus, {bus.time, report_bus_off(true)});
 }
 

@@ -31,6 +31,7 @@ class HostAdapter {
 
   /// Sets the times for frames from now on; frames under way keep theirs.
   void set(const AdapterTimes& times) { times_ = times; }
+  std::size_t tx_depth() const { return times_.tx_depth; }
   /// Frames have to pass through the adapter: it delays them, or earlier frames are still under
   /// way.
   bool in_use() const { return times_.any() || !waiting_.empty(); }

@@ -10,19 +10,19 @@ namespace lk::emulator {
 /// Connection of the hosts to a CAN bus that a fault cuts. The worst one counts.
 enum class HostCut : std::uint8_t {
   kNone,
-  kCable,   // the hosts' frames are not acknowledged; they receive nothing
-  kBusOff,  // the hosts' controller is off; frames are lost
-  kGone,    // the hosts have no adapter; frames are lost
+  kCable,  // the hosts' frames are not acknowledged; they receive nothing
+  kOff,    // the hosts' controller is bus-off; frames are lost
+  kGone,   // the hosts have no adapter; frames are lost
 };
 
 /// The hosts' side of a CAN bus: controller and connection. The wire has their queue.
 struct HostSide {
-  HostErrorCounters errors;
+  HostErrorCounters errors = {};
   HostCut cut = HostCut::kNone;
   bool unacknowledged = false;  // the last frame of a host was not acknowledged
   std::size_t to_replay = 0;    // queued frames that waited for an acknowledgement
 
-  bool is_off() const { return cut >= HostCut::kBusOff; }
+  bool is_off() const { return cut >= HostCut::kOff; }
 };
 
 }  // namespace lk::emulator

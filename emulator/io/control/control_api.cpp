@@ -288,7 +288,7 @@ void post_directives(const ApiCall& call) {
   for (const TimedDirective& directive : directives) {
     const auto& what = directive.directive.what;
     if (const auto* set = std::get_if<SetFault>(&what)) {
-      check_adapter(call.body, *set->fault.row, line.config(), delays_frames(bus.state().faults));
+      check_adapter(call.body, set->fault, line.config(), delays_frames(bus.state().faults));
     }
     if (const auto* clear = std::get_if<ClearFault>(&what)) {
       check_clear(*clear, bus.state().faults);

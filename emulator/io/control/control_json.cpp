@@ -167,7 +167,7 @@ Json host_json(const Line& line) {
           {"transmit_errors", host.errors.transmit_errors},
           {"receive_errors", host.errors.receive_errors},
           {"acknowledged", !host.unacknowledged},
-          {"bus_off", host.cut == HostCut::kBusOff}};
+          {"bus_off", host.cut == HostCut::kOff}};
 }
 
 Json bus_json(const Line& line) {

@@ -152,7 +152,8 @@ bool ClientSet::read_from(Client& client, std::vector<ReceivedFrame>& out, bool&
   more = more || static_cast<std::size_t>(size) == share;
   client.ack_pending = true;
   const auto now = wall_now();
-  parsed_ = {.room = room_};
+  parsed_ = {};
+  parsed_.room = room_;
   client.protocol->parse({bytes_.data(), static_cast<std::size_t>(size)}, now, parsed_);
   for (const protocol::Frame& frame : parsed_.frames) out.push_back({now, frame, client.number});
   room_ -= parsed_.frames.size();
