@@ -165,5 +165,8 @@ export const kChineseNames = {
     duty_a: 'a 桥臂占空比，0 到 1',
     duty_b: 'b 桥臂占空比，0 到 1',
     duty_c: 'c 桥臂占空比，0 到 1',
+    unasked_deg: '主机不知道角度时输出轴转过的最大角度',
+    unasked_dps: '这种运动中输出轴的最高速度',
+    unasked_J: '这种运动中电机做的最大机械功',
   },
 };

@@ -24,6 +24,20 @@ std::optional<Range> read_range(TableReader& reader, const char* min_key, const 
   return range;
 }
 
+/// Reads `NAME = { from = A, to = B }`, where NAME is a signal of a drive.
+std::optional<SignalWithin> read_named_signal(TableReader& reader) {
+  for (const Signal& signal : signals()) {
+    const std::string name(signal.name);
+    if (!reader.has(name)) continue;
+    auto limits = reader.table(name);
+    const auto range = read_range(*limits, "from", "to");
+    limits->finish();
+    if (!range) reader.fail(name, "needs from, to or both");
+    return SignalWithin{&signal, *range};
+  }
+  return std::nullopt;
+}
+
 std::string_view read_field(TableReader& reader) {
   std::vector<std::string> names;
   for (const std::string_view word : protocol::reply_words()) names.emplace_back(word);
@@ -153,6 +167,8 @@ Expectation read_expectation(TableReader& reader, const Scenario& scenario) {
     const auto range = read_range(reader, "min", "max");
     if (!range) reader.fail("signal", "needs min, max or both");
     expectation.what = SignalWithin{signal, *range};
+  } else if (const auto named = read_named_signal(reader)) {
+    expectation.what = *named;
   } else if (const auto error = read_which_error(reader)) {
     expectation.what = ErrorIs{*error, reader.boolean("set").value_or(true)};
   } else if (const auto state = reader.choice("state", {"off", "stopped", "running"})) {

@@ -41,6 +41,11 @@ struct BusOffEnd {
   int id;
 };
 
+/// The next step of Node::unasked.
+struct UnaskedStep {
+  int id;
+};
+
 // Tasks for a fault; `fault` is its order on the board (FaultBoard).
 
 /// Begin and end of one occurrence of a fault.
@@ -59,7 +64,7 @@ struct Babbling {
 struct Sample {};
 
 using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, CalibrationStep, Reconnect,
-                          BusOffEnd, FaultBegin, FaultEnd, Babbling, Sample>;
+                          BusOffEnd, UnaskedStep, FaultBegin, FaultEnd, Babbling, Sample>;
 
 /// Tasks of a bus besides frames, by time. At equal times configured tasks come first; among equal
 /// ranks the task scheduled first comes first. Copies are independent.

@@ -14,6 +14,9 @@ namespace {
 void deliver_to_host(BusState& bus, const TimedFrame& frame) {
   bus.replies.push_back(frame);
   if (frame.sender != 0) return;
+  const int id = frame.drive_id != 0 ? frame.drive_id : static_cast<int>(frame.frame.id & 0x3FU);
+  const bool of_drive = !frame.echo && frame.frame.kind != protocol::FrameKind::kError;
+  if (of_drive && bus.nodes.has(id)) bus.nodes.of(id).unasked.on_received(frame.frame);
   ++(frame.frame.kind == protocol::FrameKind::kError ? bus.own_stats.error_frames
                                                      : bus.own_stats.replies);
 }
@@ -240,7 +243,8 @@ const Servo& BusState::servo(int id) const {
 }
 
 DriveView BusState::view(int id) const {
-  return {servo(id), telemetry(id), truth(id), nodes.of(id).joint, &body};
+  const Node& node = nodes.of(id);
+  return {servo(id), telemetry(id), truth(id), node.unasked, node.joint, &body};
 }
 
 BusStats BusState::stats() const {

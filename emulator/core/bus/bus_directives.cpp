@@ -160,6 +160,11 @@ void perform(BusState& bus, const Task& task) {
                    }
                  },
                  [&](const BusOffEnd& off) { bus.nodes.of(off.id).link.bus_off = false; },
+                 [&](const UnaskedStep& step) {
+                   Node& node = bus.nodes.of(step.id);
+                   node.unasked.step(bus.time, node.servo, bus.lane(node));
+                   schedule_unasked(bus, node);
+                 },
                  [&](const FaultBegin& begin) { begin_fault(bus, begin.fault); },
                  [&](const FaultEnd& end) { end_fault(bus, end.fault); },
                  [&](const Babbling& babbling) {

@@ -87,6 +87,7 @@ void begin_fault(BusState& bus, std::size_t fault) {
   LiveFault& live = bus.faults[fault];
   const FaultRow& row = live.row();
   if (live.will_recur()) bus.agenda.schedule(bus.time + *live.fault.every, FaultBegin{fault});
+  for (const int id : live.fault.ids) bus.nodes.of(id).unasked.on_event(AngleEvent::kFault);
   if (row.momentary()) {
     for (const int id : live.fault.ids) {
       Node& node = bus.nodes.of(id);

@@ -157,6 +157,7 @@ void restart(BusState& bus, Node& node) {
 }
 
 void on_controller_start(BusState& bus, Node& node) {
+  node.unasked.on_event(node.servo.starts > 1 ? AngleEvent::kRestart : AngleEvent::kStart);
   count_firmware_effects(bus.faults, node.servo, bus.time);
   on_address_change(bus, node);
 }

@@ -57,6 +57,7 @@ void send_reply(BusState& bus, SimTime at, SimTime ready, Node& node, const prot
     sent.ready = std::max(sent.ready, done);
   }
   if (silent) return;
+  node.unasked.on_answer(reply, sent.frame.data[0]);
   if (before.mute) {
     count_firmware_effects(bus.faults, servo, bus.time);
     ++bus.own_stats.replies_lost;
@@ -75,12 +76,18 @@ void send_reply(BusState& bus, SimTime at, SimTime ready, Node& node, const prot
   bus.own_stats.replies_lost += made.lost + node.link.send_all(bus.wire, made.out);
 }
 
-void answer(BusState& bus, SimTime at, Node& node, const protocol::Query& query, Addressees whom) {
+/// `frame`: the query as received.
+void answer(BusState& bus, SimTime at, Node& node, const protocol::Query& query,
+            const protocol::Frame& frame, Addressees whom) {
   Servo& servo = node.servo;
   const PriorState before{servo.is_mute(), servo.stats.rom_writes};
   const bool calibrated = servo.calibrating();
   const DriveAddress address = servo.bus_address;
-  const protocol::Reply reply = handle(servo, query, bus.lane(node));
+  const Lane lane = bus.lane(node);
+  const model::Setpoint setpoint = lane.bank.inputs(lane.index).setpoint;
+  const protocol::Reply reply = handle(servo, query, lane);
+  node.unasked.on_executed(at, servo, query, frame, setpoint, lane);
+  schedule_unasked(bus, node);
   if (!calibrated && servo.calibrating()) {
     bus.agenda.schedule(at + servo.config.calibrate_time / 2, CalibrationStep{node.id()});
   }
@@ -105,6 +112,7 @@ bool line_is_held(BusState& bus) {
 /// does.
 std::optional<Reject> process_for_drive(BusState& bus, SimTime at, Node& node,
                                         const protocol::Frame& frame) {
+  node.unasked.on_query(at);
   // A condition on this query acts before the drive processes it.
   if (!bus.conditions.empty() && bus.conditions.count(node.id(), frame.data[0], bus.time))
     sample(bus);
@@ -132,7 +140,7 @@ std::optional<Reject> process_for_drive(BusState& bus, SimTime at, Node& node,
     count_ignored(bus.faults, node.id(), received, bus.time);
     return Reject::kDriveBusy;
   }
-  answer(bus, at, node, *query, Addressees::kOne);
+  answer(bus, at, node, *query, received, Addressees::kOne);
   return std::nullopt;
 }
 
@@ -151,6 +159,7 @@ void process_multi_drive(BusState& bus, SimTime at, const protocol::Frame& frame
       frame.id == protocol::MultiTorque::kIdentifier ? Reject::kWrongMode : Reject::kForeignId;
   bus.nodes.each_by_address([&](Node& node) {
     Servo& servo = node.servo;
+    if (servo.multi_drive_mode()) node.unasked.on_query(at);
     if (!node.power.alive) return;
     protocol::Frame received = frame;
     if (!apply_to_query(bus.faults, node.link, servo, received, bus.time)) {
@@ -172,7 +181,7 @@ void process_multi_drive(BusState& bus, SimTime at, const protocol::Frame& frame
         cause = Reject::kDriveBusy;
         return;
       }
-      answer(bus, at, node, *query, Addressees::kSeveral);
+      answer(bus, at, node, *query, received, Addressees::kSeveral);
       answered = true;
     } else if (cause == Reject::kForeignId) {
       cause = Reject::kWrongMode;
@@ -186,6 +195,11 @@ void process_multi_drive(BusState& bus, SimTime at, const protocol::Frame& frame
 }
 
 }  // namespace
+
+void schedule_unasked(BusState& bus, Node& node) {
+  const auto next = node.unasked.take_next_step(bus.time, bus.lane(node));
+  if (next) bus.agenda.schedule(*next, UnaskedStep{node.id()});
+}
 
 void process_query(BusState& bus, SimTime at, const protocol::Frame& frame) {
   const auto addressed = protocol::address(frame);

@@ -54,6 +54,8 @@ void on_address_change(BusState& bus, Node& node);
 
 // bus_queries.cpp: reaction of drives to frames of hosts.
 void process_query(BusState& bus, SimTime at, const protocol::Frame& frame);
+/// Schedules the next step of Node::unasked, if there is one.
+void schedule_unasked(BusState& bus, Node& node);
 /// Call at the end of each half of a calibration (0x18). Begins the second half, or replies.
 void step_calibration(BusState& bus, Node& node);
 

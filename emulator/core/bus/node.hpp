@@ -13,6 +13,7 @@
 #include "emulator/core/bus/memory.hpp"
 #include "emulator/core/bus/motors.hpp"
 #include "emulator/core/servo/servo.hpp"
+#include "emulator/core/servo/unasked.hpp"
 
 namespace lk::emulator {
 
@@ -25,6 +26,7 @@ struct Node {
   DriveLink link;
   SimTime started{0};  // last start of the controller
   JointState joint{};
+  Unasked unasked{};
   int flags_left = 0;  // error flags still to send, because the drive is at another bit rate
 
   int id() const { return servo.id(); }

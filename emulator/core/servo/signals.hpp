@@ -11,6 +11,7 @@
 
 #include "emulator/core/body_state.hpp"
 #include "emulator/core/servo/servo.hpp"
+#include "emulator/core/servo/unasked.hpp"
 
 namespace lk::emulator {
 
@@ -19,6 +20,7 @@ struct DriveView {
   const Servo& servo;
   model::Telemetry telemetry;
   model::Truth truth;
+  const Unasked& unasked;
   JointState joint{};
   const BodyState* body = nullptr;  // body that drives of the same bus move; null: no body
 };

@@ -170,6 +170,10 @@ TEST(ScenarioFile, RejectsMalformedExpectations) {
             "k.toml:7: expect.max: is below min");
   EXPECT_EQ(expect_mistake("id = 1\nsignal = \"speed_dp\"\nmin = 2"),
             "k.toml:5: expect.signal: \"speed_dp\" is unknown, did you mean speed_dps?");
+  EXPECT_EQ(expect_mistake("id = 1\nunasked_deg = {}"),
+            "k.toml:5: expect.unasked_deg: needs from, to or both");
+  EXPECT_EQ(expect_mistake("id = 1\nunasked_deg = { from = 2, to = 1 }"),
+            "k.toml:5: expect.unasked_deg.to: is below from");
   EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nerror = \"stall\""),
             "k.toml:5: expect.state: only one of signal, error, state, reply, no_reply and "
             "answered; this expectation has error already");

@@ -149,6 +149,8 @@ TEST(ScenarioFile, PlaysHostFramesOfALog) {
 TEST(ScenarioFile, PrintsExpectations) {
   EXPECT_EQ(expectation_of("id = 1\nsignal = \"speed_dps\"\nmin = 90\nmax = 110\nat_s = 2"),
             "vcan0 drive 1: speed_dps 90 to 110 at 2 s");
+  EXPECT_EQ(expectation_of("id = 1\nunasked_deg = { to = 5 }\nat_s = 2"),
+            "vcan0 drive 1: unasked_deg at most 5 at 2 s");
   EXPECT_EQ(expectation_of("id = 1\nsignal = \"speed_dps\"\nmin = 90\nby_s = 2\nfrom_s = 1"),
             "vcan0 drive 1: speed_dps at least 90 from 1 s by 2 s");
   EXPECT_EQ(expectation_of("id = 4\nerror = \"stall\"\nset = false\nfrom_s = 1"),
