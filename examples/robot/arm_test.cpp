@@ -41,7 +41,7 @@ lk::emulator::BusConfig arm(double mass_kg) {
     load = { J_g_cm2 = )" + std::to_string(mass_kg * 100'000) +
                            R"(, tau_gravity_Nm = )" + std::to_string(mass_kg * 9.81 * 0.1) + R"( }
     [bus.drive.settings]     # stiff for a load of many rotors, and unhurried
-    gains = { angle_kp = 5, angle_ki = 5, speed_kp = 255, speed_ki = 10 }
+    gains = { angle_kp = 100, angle_ki = 5, speed_kp = 255, speed_ki = 40 }
     acceleration_dps_s = 180
   )";
   return lk::emulator::parse_config(text, "arm.toml", {}, motor).front();

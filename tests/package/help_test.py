@@ -113,14 +113,14 @@ class Complete(unittest.TestCase):
                 self.assertLessEqual(set(words), complete(*path, ""), path)
 
     def test_offers_values(self):
-        motors = set(re.findall(r"^(m[a-z]\S+)", output(PROGRAM, "motors"), re.MULTILINE))
+        motors = set(re.findall(r"^((?:m[a-z]|rmd-)\S+)", output(PROGRAM, "motors"), re.MULTILINE))
         self.assertEqual(motors, delivered("motors"))
         faults = set(re.findall(r"^  (\w+)", output(PROGRAM, "faults"), re.MULTILINE))
         self.assertGreater(len(motors), 10)
         self.assertGreater(len(faults), 50)
         cases = [
-            (["--motor", "m"], motors),
-            (["motors", "m"], motors),
+            (["--motor", "m"], {m for m in motors if m.startswith("m")}),
+            (["motors", "rmd"], {m for m in motors if m.startswith("rmd")}),
             (["--bus", "vcan0", "--ids", "1-4", "--motor", "mf9"], {m for m in motors if m.startswith("mf9")}),
             (["--motor", "MG4005"], {"MG4005-14P", "MG4005-i10", "MG4005E-i10", "MG4005E-i10v3"}),
             (["--config", "qu"], {"quadruped", "quadruped_on_the_ground"}),

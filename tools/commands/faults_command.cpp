@@ -53,6 +53,7 @@ std::string grouped(std::string (*heading)(FaultGroup group),
 std::string scope_of(const FaultRow& row) {
   std::string text = row.of_bus ? "bus" : "drives";
   if (row.serial) text += ", RS-485";
+  if (row.can) text += ", CAN";
   if (row.per_frame) text += ", each frame";
   if (row.momentary()) text += ", at once";
   return text;
