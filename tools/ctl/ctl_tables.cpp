@@ -120,7 +120,7 @@ std::string counted(const Json& json, const char* key) {
 /// The hosts' side of a bus: queue and error counters, if anything is or was wrong.
 std::string host_side_line(const Json& bus) {
   const Json& counters = bus["counters"];
-  if (!bus["host"].is_object() ||
+  if (!bus.contains("host") || !bus["host"].is_object() ||
       (counters["unacknowledged"] == 0 && bus["host"]["bus_off"] == false))
     return "";
   const Json& host = bus["host"];

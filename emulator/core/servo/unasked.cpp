@@ -35,7 +35,11 @@ bool same(const model::Setpoint& one, const model::Setpoint& other) {
 }
 
 bool has_target(const protocol::Command& command) {
-  return std::visit([](const auto& one) { return requires { one.target_cdeg; }; }, command);
+  return std::visit(
+      [](const auto& one) {
+        return requires { one.target_cdeg; };
+      },
+      command);
 }
 
 bool has_angle(const Reply& reply) {
@@ -62,13 +66,13 @@ std::optional<SimTime> Unasked::silence_limit() const {
 }
 
 void Unasked::on_query(SimTime at) {
-  if (heard_) {
-    const SimTime gap = at - *heard_;
+  if (last_query_) {
+    const SimTime gap = at - *last_query_;
     const bool longer = gap > kPeriods * gaps_[(gap_count_ - 1) % kGaps];  // than most limits
     if (longer && gap > silence_limit().value_or(gap)) on_event(AngleEvent::kSilence);
     gaps_[gap_count_++ % kGaps] = gap;
   }
-  heard_ = at;
+  last_query_ = at;
 }
 
 void Unasked::begin(const UnaskedMotion& motion, const Lane& lane) {
@@ -148,8 +152,8 @@ std::optional<SimTime> Unasked::take_next_step(SimTime now, const Lane& lane) {
   std::optional<SimTime> next;
   if (!motion_.over) {
     next = now + kPeriod;
-  } else if (heard_ && endless_value(setpoint_of(lane)) != 0) {
-    if (const auto limit = silence_limit()) next = std::max(*heard_ + *limit, now + kPeriod);
+  } else if (last_query_ && endless_value(setpoint_of(lane)) != 0) {
+    if (const auto limit = silence_limit()) next = std::max(*last_query_ + *limit, now + kPeriod);
   }
   scheduled_ = next.has_value();
   return next;
@@ -160,7 +164,7 @@ void Unasked::step(SimTime now, const Servo& servo, const Lane& lane) {
   const model::Setpoint& setpoint = setpoint_of(lane);
   if (motion_.over) {
     const auto limit = silence_limit();
-    if (endless_value(setpoint) == 0 || !limit || now - *heard_ < *limit) return;
+    if (endless_value(setpoint) == 0 || !limit || now - *last_query_ < *limit) return;
     on_event(AngleEvent::kSilence);
     UnaskedMotion motion;
     motion.unread = motion.silent = true;

@@ -74,8 +74,8 @@ class Unasked {
   double J() const { return J_; }
 
  private:
-  /// The period of a host is the largest of its last kGaps gaps (assumed), as hosts may send bursts.
-  /// A host with fewer gaps has no period.
+  /// The period of a host is the largest of its last kGaps gaps (assumed), as hosts may send
+  /// bursts. A host with fewer gaps has no period.
   static constexpr std::size_t kGaps = 16;
   // A motion ends when the output has been slower than kRest_dps for kRest (assumed).
   static constexpr double kRest_dps = 1;
@@ -86,12 +86,12 @@ class Unasked {
   bool continues(const model::Setpoint& before, const model::Setpoint& now, const Lane& lane) const;
 
   AngleEvent event_ = AngleEvent::kStart;
-  bool known_ = false;            // an angle sampled after the event has been received
-  bool first_target_ = true;      // no position command since the event
-  bool tripped_ = false;          // Servo::tripped at the last query
-  bool scheduled_ = false;        // a step is pending
-  std::bitset<256> sampled_;      // DATA[0] of replies with an angle since the event
-  std::optional<SimTime> heard_;  // last frame of a host
+  bool known_ = false;                 // an angle sampled after the event has been received
+  bool first_target_ = true;           // no position command since the event
+  bool tripped_ = false;               // Servo::tripped at the last query
+  bool scheduled_ = false;             // a step is pending
+  std::bitset<256> sampled_;           // DATA[0] of replies with an angle since the event
+  std::optional<SimTime> last_query_;  // last frame of a host
   std::array<SimTime, kGaps> gaps_{};  // a ring
   std::size_t gap_count_ = 0;
   UnaskedMotion motion_;  // the last one

@@ -323,9 +323,9 @@ std::string describe_run(const std::vector<BusConfig>& buses) {
   std::size_t next = 2;
   for (const auto& bus : buses) {
     text +=
-        fmt::format("{}{}: {}{}{}, {}, {}, seed {}\n", text.empty() ? "" : "\n", bus.interface,
-                    bitrate_text(bus.bitrate), adapter_text(bus), host_side_text(bus),
-                    count(bus.servos.size(), "drive"), count(bus.events.size(), "event"), bus.seed);
+        fmt::format("{}{}: {}{}, {}, {}, seed {}{}\n", text.empty() ? "" : "\n", bus.interface,
+                    bitrate_text(bus.bitrate), adapter_text(bus), count(bus.servos.size(), "drive"),
+                    count(bus.events.size(), "event"), bus.seed, host_side_text(bus));
     text += print_row(titles, widths) + print_row(units, widths);
     for (const auto& servo : bus.servos) {
       text += print_row(rows[next++], widths);
