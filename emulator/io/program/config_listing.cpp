@@ -35,9 +35,12 @@ std::string bitrate_text(std::int64_t bitrate) {
   return fmt::format("{} kbit/s", number(static_cast<double>(bitrate) / 1e3));
 }
 
-/// Returns ", queue of 13 frames (socketcan), acknowledged by the drives"; empty for RS-485.
+/// Returns ", queue of 13 frames (socketcan, refuse), acknowledged by the drives"; empty on RS-485,
+/// and for the default.
 std::string host_side_text(const BusConfig& bus) {
-  if (bus.serial) return "";
+  const bool usual = bus.host_queue.name == host_queues().front().name &&
+                     bus.host_queue.full == host_queues().front().full && !bus.always_acknowledged;
+  if (bus.serial || usual) return "";
   const auto& [name, frames, full, source] = bus.host_queue;
   return fmt::format(", queue of {} frames ({}, {}), acknowledged by {}", frames, name,
                      kQueueFullWords[static_cast<std::size_t>(full)],
