@@ -110,8 +110,8 @@ TEST(Unasked, ALatchedErrorRequiresTheAngleAnew) {
   test::send(host, kReadAngle, 1ms);
   test::send(host, target(90), 50ms);
   for (int n = 0; n < 20; ++n) test::send(host, target(90), 50ms);
-  host.wait(200ms);                       // the protection trips
-  host.bus.apply({1, TurnShaft{-80}});    // the arm falls
+  host.wait(200ms);                     // the protection trips
+  host.bus.apply({1, TurnShaft{-80}});  // the arm falls
   host.wait(500ms);
   EXPECT_EQ(unasked_deg(host), 0);
   test::send(host, {"141#9B00000000000000", kRun});

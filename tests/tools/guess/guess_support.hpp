@@ -66,6 +66,7 @@ class Logged {
   static emulator::BusConfig one(const emulator::ServoConfig& servo) {
     emulator::BusConfig config = bus_config({}, 1'000'000);
     config.servos.push_back(servo);
+    config.always_acknowledged = true;  // frames leave in the order of the log
     return config;
   }
 
