@@ -49,7 +49,20 @@ bool has_angle(const Reply& reply) {
          std::holds_alternative<protocol::SingleTurnAngle>(reply);
 }
 
+// Indexed by AngleEvent.
+constexpr std::array<BilingualText, 7> kEvents = {{{"the start", "启动"},
+                                                   {"the restart", "重新启动"},
+                                                   {"0x80", "0x80"},
+                                                   {"0x81", "0x81"},
+                                                   {"the error", "出错"},
+                                                   {"the fault", "注入故障"},
+                                                   {"the host's silence", "主机静默"}}};
+
 }  // namespace
+
+const BilingualText& event_text(AngleEvent event) {
+  return kEvents[static_cast<std::size_t>(event)];
+}
 
 void Unasked::on_event(AngleEvent event) {
   event_ = event;
@@ -86,8 +99,8 @@ void Unasked::begin(const UnaskedMotion& motion, const Lane& lane) {
   sampled_at_ = moved_at_ = motion.from;
 }
 
-/// Returns true if the new set point continues the unasked motion: a host that knows the angle by
-/// now would stop it, or give a target near the shaft.
+/// Returns true if the new set point continues the unasked motion. A host that knows the angle
+/// stops the shaft, or gives a target near it.
 bool Unasked::continues(const model::Setpoint& before, const model::Setpoint& now,
                         const Lane& lane) const {
   if (motion_.silent) return false;
@@ -121,6 +134,7 @@ void Unasked::on_executed(SimTime at, const Servo& servo, const Query& query,
   motion_.over = true;
   UnaskedMotion motion;
   motion.unread = !known_;
+  motion.turns = target == nullptr;
   if (target != nullptr && servo.motion.multi_turn_cdeg) {
     const auto target_cdeg = static_cast<double>(*servo.motion.multi_turn_cdeg);
     motion.target_deg = target_cdeg / 100;
@@ -144,7 +158,9 @@ void Unasked::on_received(const protocol::Frame& frame) {
   if (known_) return;
   // Bytes from an RS-485 adapter may be a part of a packet.
   known_ = frame.kind == protocol::FrameKind::kBytes ? sampled_.any() : sampled_[frame.data[0]];
-  if (known_ && motion_.silent) motion_.over = true;
+  if (!known_) return;
+  motion_.answered = true;
+  if (motion_.silent) motion_.over = true;
 }
 
 std::optional<SimTime> Unasked::take_next_step(SimTime now, const Lane& lane) {
@@ -167,7 +183,7 @@ void Unasked::step(SimTime now, const Servo& servo, const Lane& lane) {
     if (endless_value(setpoint) == 0 || !limit || now - *last_query_ < *limit) return;
     on_event(AngleEvent::kSilence);
     UnaskedMotion motion;
-    motion.unread = motion.silent = true;
+    motion.unread = motion.turns = motion.silent = true;
     motion.from = now;
     motion.frame = motion_.frame;
     motion.shaft_deg = servo.multi_turn_deg(lane.telemetry());

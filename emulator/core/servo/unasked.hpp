@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "emulator/core/language.hpp"
 #include "emulator/core/servo/servo.hpp"
 #include "emulator/core/sim_time.hpp"
 #include "protocol/frame.hpp"
@@ -23,12 +24,17 @@ enum class AngleEvent : std::uint8_t {
   kSilence,  // no frame of a host for more than Unasked::kPeriods of its own periods
 };
 
+/// "the start", "an error".
+const BilingualText& event_text(AngleEvent event);
+
 /// Powered motion of a drive without its host knowing the angle.
 struct UnaskedMotion {
   std::uint64_t number = 0;  // of this drive, from 1 on; 0: none so far
   bool over = true;
   AngleEvent event = AngleEvent::kStart;
   bool unread = false;    // no angle received since the event
+  bool turns = false;     // by a speed, torque or power command
+  bool answered = false;  // the host has received an angle since the beginning
   bool silent = false;    // the drive turns on while the host is silent
   bool to_zero = false;   // first target since the event: exactly 0, and far
   bool wrapped = false;   // target 2^32 · 0.01° from the shaft, within one turn

@@ -243,7 +243,7 @@ void Line::send_replies() {
     const int id = drive_of(reply);
     if (!reply.echo) {
       if (up) ++sent_[static_cast<std::size_t>(id)];
-      adviser_.on_reply(reply.frame);
+      adviser_.on_reply(reply);
     }
     for (const Listener& listener : listeners) {
       if (listener.reply) listener.reply(reply);

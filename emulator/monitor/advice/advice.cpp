@@ -141,11 +141,11 @@ constexpr std::array<AdviceRow, kAdviceKinds> kTable = {{
       "有 10 次，上一条的回复还来不及经过主机的适配器到达，就给这台驱动器发了下一条命令帧，而回复后来到了"},
      {"wait at least three times the worst round trip before a reply counts as lost",
       "至少等最坏往返时间的三倍，才算回复丢失"}},
-    {AdviceKind::kFirstTargetFar, "first-target-far",
-     {"the first 0xA3 or 0xA4 after a start of the drive is half a turn of the output or more from where it stands, and 0x92 has not been read since the start; after a restart 180° of the rotor are enough, where the target is nearer to where the shaft stood by the turn count of before",
-      "驱动器启动后第一条 0xA3 或 0xA4 的目标离当前位置半圈（输出端）或更远，而启动以来没有读过 0x92；重新启动之后，若目标离启动前计数下的位置更近，则 180°（转子）就算"},
-     {"read 0x92 first and move relative to it: the turn count is a new one after each start",
-      "先读 0x92，再相对于它运动：每次启动后圈数都重新开始"}},
+    {AdviceKind::kLunge, "lunge",
+     {"a motion of more than 5° (output) that begins after a start, 0x80, 0x81, an error, a fault or a silence of the host for 5 of its periods, before the host has received an angle: 0x90, 0x92, 0x94, or a state with the encoder; a motion by speed, torque or power only up to the first angle",
+      "启动、0x80、0x81、出错、注入故障或主机静默超过自身 5 个周期之后，主机还没有收到角度（0x90、0x92、0x94 或带编码器的状态），输出轴就转了 5° 以上；速度、转矩或功率命令的运动只算到收到第一个角度为止"},
+     {"read the angle after each of these events, and start the motion there",
+      "每次发生这些事件之后先读角度，再从该角度开始运动"}},
     {AdviceKind::kParameterSpace, "parameter-space",
      {"0x42 with a number of 0xC0 and 0xC1 (0x0A to 0x0C, 0x1E to 0x26), or these with one of 0x40 and 0x42 (0x05, 0x96 to 0x9E, 0xE0 to 0xEC)",
       "0x42 带 0xC0、0xC1 的编号（0x0A 至 0x0C、0x1E 至 0x26），或者 0xC0、0xC1 带 0x40、0x42 的编号（0x05、0x96 至 0x9E、0xE0 至 0xEC）"},
@@ -193,6 +193,26 @@ constexpr std::array<AdviceRow, kAdviceKinds> kTable = {{
       "0x18 转动的轴上带着负载，整个过程的平均值超过额定转矩的五分之一"},
      {"remove the load before a calibration, or do not calibrate: the shaft turns back and forth, and the result is wrong",
       "校准之前先卸下负载，否则不要校准：轴会来回转动，得到的结果也不对"}},
+    {AdviceKind::kLeftTurning, "left-turning",
+     {"the host is silent for 5 of its periods and 1 s more while a speed, torque or power command turns the drive, and the lost-input protection of the drive is off",
+      "主机静默超过自身 5 个周期，再过 1 s，速度、转矩或功率命令仍使驱动器转动，而输入丢失保护没有打开"},
+     {"switch the lost-input protection on, and send 0x80 or 0x81 before the host ends",
+      "打开输入丢失保护，并在主机程序结束前发 0x80 或 0x81"}},
+    {AdviceKind::kFirstTargetZero, "first-target-zero",
+     {"the first 0xA3 or 0xA4 after a start, 0x80, 0x81, an error, a fault or a silence of the host for 5 of its periods is exactly 0, and more than 5° (output) away",
+      "启动、0x80、0x81、出错、注入故障或主机静默超过自身 5 个周期之后，第一条 0xA3 或 0xA4 的目标恰好是 0，而离当前位置 5°（输出端）以上"},
+     {"set the first target to the angle that 0x92 reads: a variable without a value may be 0",
+      "第一个目标用 0x92 读到的角度：没有赋值的变量可能是 0"}},
+    {AdviceKind::kTargetWrapped, "target-wrapped",
+     {"a target of 0xA3 or 0xA4 that differs from the angle of the shaft by 2³² · 0.01°, within one turn of the output",
+      "0xA3 或 0xA4 的目标与轴的角度相差 2³² · 0.01°，误差在输出端一圈以内"},
+     {"keep targets from −2³¹ to 2³¹ − 1, in 0.01°, and set a new zero before the angle gets there",
+      "目标保持在 −2³¹ 到 2³¹ − 1（单位 0.01°）之内，角度接近界限前重新设零"}},
+    {AdviceKind::kAnswersShifted, "answers-shifted",
+     {"after a late reply: 10 queries in a row, each sent after the reply to the query before the last one, and before the reply to the last one",
+      "一个回复迟到之后，连续 10 条命令帧都在收到上上条的回复之后、收到上一条的回复之前发出"},
+     {"discard received frames before each query, and compare DATA[0] of the reply with the query",
+      "每次发命令帧之前清空已收到的帧，并核对回复与命令帧的 DATA[0]"}},
 }};
 // clang-format on
 static_assert(std::ranges::all_of(kTable, [](const AdviceRow& row) {
@@ -216,8 +236,10 @@ std::string generations_with(const protocol::CommandInfo* command, protocol::Fra
   return comma_list(names);
 }
 
-/// Fills in {1}, {2}, {3}, {command}, {name}, {key} and {generations}.
-std::string filled(std::string_view pattern, const Finding& found, protocol::Framing framing) {
+/// Fills in {1}, {2}, {3}, {command}, {name}, {key}, {generations} and {event}.
+std::string filled(const BilingualText& text, Language language, const Finding& found,
+                   protocol::Framing framing) {
+  const std::string_view pattern = text.in(language);
   const std::uint8_t byte = found.command.value_or(0);
   const protocol::CommandInfo* const command = protocol::find_command(byte, framing);
   const auto& numbers = found.numbers;
@@ -225,7 +247,8 @@ std::string filled(std::string_view pattern, const Finding& found, protocol::Fra
                      number_text(numbers[2]), fmt::arg("command", fmt::format("0x{:02X}", byte)),
                      fmt::arg("name", command != nullptr ? command->name : ""),
                      fmt::arg("key", command != nullptr ? command->when.words : ""),
-                     fmt::arg("generations", generations_with(command, framing)));
+                     fmt::arg("generations", generations_with(command, framing)),
+                     fmt::arg("event", found.event != nullptr ? found.event->in(language) : ""));
 }
 
 /// Placeholders: kind, problem, count, plural "s" (English only), frame, time, remedy.
@@ -246,7 +269,7 @@ bool same_cause(const Finding& one, const Finding& other) {
 }
 
 std::string what_text(const Advice& advice, Language language) {
-  return filled(advice.found.what->in(language), advice.found, protocol::framing_of(advice.frame));
+  return filled(*advice.found.what, language, advice.found, protocol::framing_of(advice.frame));
 }
 
 std::string todo_text(const Advice& advice, Language language) {
@@ -257,7 +280,7 @@ std::string todo_text(const Advice& advice, Language language) {
   const BilingualText& todo = found.todo != nullptr ? *found.todo
                               : own                 ? row.serial_todo
                                                     : row.todo;
-  return filled(todo.in(language), found, framing);
+  return filled(todo, language, found, framing);
 }
 
 std::string advice_line(const std::string& bus, const Advice& advice, Language language) {

@@ -41,7 +41,7 @@ enum class AdviceKind : std::uint8_t {
   kTrustsClearReply,
   kPollsDead,
   kTimeoutBelowLatency,
-  kFirstTargetFar,
+  kLunge,
   kParameterSpace,
   kSettingNotSaved,
   kTtyNotRaw,
@@ -51,9 +51,13 @@ enum class AdviceKind : std::uint8_t {
   kEchoTaken,
   kSumWrong,
   kCalibrationUnderLoad,
+  kLeftTurning,
+  kFirstTargetZero,
+  kTargetWrapped,
+  kAnswersShifted,
 };
 inline constexpr std::size_t kAdviceKinds =
-    static_cast<std::size_t>(AdviceKind::kCalibrationUnderLoad) + 1;
+    static_cast<std::size_t>(AdviceKind::kAnswersShifted) + 1;
 
 struct AdviceRow {
   AdviceKind kind;
@@ -71,11 +75,13 @@ const AdviceRow& advice_row(AdviceKind kind);
 /// A mistake that a watcher has recognised: its kind, a description, and measured numbers.
 struct Finding {
   AdviceKind kind;
-  const BilingualText* what;  // {1} to {3} stand for `numbers`, {command}, {name}, … for `command`
+  // {1} to {3} stand for `numbers`, {event} for `event`, {command}, {name}, … for `command`.
+  const BilingualText* what;
   std::array<double, 3> numbers{};
   bool replaces_numbers = false;                       // later numbers replace the first
   const BilingualText* todo = nullptr;                 // remedy; null: that of the kind
   std::optional<std::uint8_t> command = std::nullopt;  // byte of the wrong command
+  const BilingualText* event = nullptr;
 };
 template <class... Numbers>
 Finding finding(AdviceKind kind, const BilingualText& what, Numbers... numbers) {

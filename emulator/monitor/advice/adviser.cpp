@@ -10,6 +10,7 @@
 #include "emulator/monitor/advice/bus_watches.hpp"
 #include "emulator/monitor/advice/field_watches.hpp"
 #include "emulator/monitor/advice/host_watches.hpp"
+#include "emulator/monitor/advice/motion_watches.hpp"
 #include "emulator/monitor/advice/watch_input.hpp"
 
 namespace lk::emulator {
@@ -91,7 +92,7 @@ class Adviser::Impl {
     for (const TerminalFlag flag : flags) note(kWholeBus, not_raw(flag), in);
   }
 
-  void on_reply(const protocol::Frame& reply) {
+  void on_reply(SimTime at, const protocol::Frame& reply) {
     recent_.keep(reply);
     const auto id = static_cast<std::size_t>(reply.id & 0x3FU);
     const bool readable =
@@ -101,6 +102,7 @@ class Adviser::Impl {
     if (at_address_[id] < 0) return;
     Watched& watched = drives_[static_cast<std::size_t>(at_address_[id])];
     watched.timeout.on_reply();
+    watched.answers.on_reply(at, watched.drive);
     // CAN only: on RS-485, what 0x42 writes is in force at once, and is never an ID.
     if (reply.kind == protocol::FrameKind::kData) watched.setting.on_reply(reply.data);
   }
@@ -115,10 +117,12 @@ class Adviser::Impl {
     }
     echoes_ = bus.state().faults.any(&FaultRow::echoes);
     const BusStats stats = bus.stats();
+    frames_waiting_ = stats.frames_waiting;
     const std::uint64_t arrived = query_count_ - std::min(stats.frames_waiting, query_count_);
     bool moved = false;
     for (Watched& watched : drives_) {
-      const bool waits = watched.trouble.waits() || watched.calibration.runs();
+      const bool waits =
+          watched.trouble.waits() || watched.calibration.runs() || watched.unasked.runs();
       if (watched.observations_left == 0 && !waits) continue;
       watched.observations_left = std::max(0, watched.observations_left - 1);
       const int address = watched.drive.address;
@@ -126,7 +130,7 @@ class Adviser::Impl {
       moved = moved || watched.drive.address != address;
       if (!watched.drive.multi_drive) watched.unanswerable = 0;
       watched.wind_up.observe(watched.drive);
-      watched.first_target.observe(watched.drive);
+      watched.unasked.observe(watched.drive, bus.time(), watched.last, advice_);
       if (const auto loaded = watched.calibration.observe(watched.drive)) {
         advice_.note(watched.drive.id, *loaded, watched.last);
       }
@@ -164,7 +168,8 @@ class Adviser::Impl {
     SpeedWatch speed;
     TroubleWatch trouble;
     ClearWatch clear;
-    FirstTargetWatch first_target;
+    UnaskedWatch unasked;
+    AnswerWatch answers;
     TimeoutWatch timeout;
     SettingWatch setting;
     CalibrationWatch calibration;
@@ -176,6 +181,8 @@ class Adviser::Impl {
   /// than kTryAgain, counting starts again.
   static constexpr int kUnanswerableLimit = 10;                  // assumed
   static constexpr SimTime kTryAgain = std::chrono::seconds(1);  // assumed
+  /// Frames that a host that waits for replies, and a second one, leave to the wire (assumed).
+  static constexpr std::uint64_t kFewWaiting = 4;
   /// Number of frames until advice: fewer may test for a generation, or be for another device.
   static constexpr int kForeign = 3;  // assumed
 
@@ -324,7 +331,10 @@ class Adviser::Impl {
     note(drive.id, watched.wind_up.on_query(decoded, drive), in);
     note(drive.id, watched.speed.on_query(decoded, drive), in);
     note(drive.id, watched.clear.on_query(decoded, drive), in);
-    note(drive.id, watched.first_target.on_query(decoded, drive), in);
+    // In a queue, frames also follow each other before their replies.
+    const auto shifted = watched.answers.on_query(decoded.at, drive);
+    if (frames_waiting_ < kFewWaiting) note(drive.id, shifted, in);
+    watched.unasked.on_query(decoded, {query_count_, in.at, in.frame});
     note(drive.id, watched.timeout.on_query(decoded, drive), in);
     note(drive.id, watched.trouble.on_query(decoded, {query_count_, in.at, in.frame}, drive), in);
   }
@@ -348,7 +358,8 @@ class Adviser::Impl {
   DeadWatch dead_;
   Disturbances disturbances_;
   WireWatch wire_;
-  std::uint64_t busy_ = 0;  // queries so far that a drive rejected as busy
+  std::uint64_t frames_waiting_ = 0;  // for the wire, at the last observation
+  std::uint64_t busy_ = 0;            // queries so far that a drive rejected as busy
   TalkWatch talk_;
   WrongSums wrong_sums_{};
   bool echoes_ = false;  // a fault lets hosts read back what they send
@@ -366,7 +377,7 @@ void Adviser::on_query(const TimedFrame& in) { impl_->on_query(in); }
 void Adviser::on_terminal_flags(const TerminalFlags& flags, const TimedFrame& in) {
   impl_->on_terminal_flags(flags, in);
 }
-void Adviser::on_reply(const protocol::Frame& reply) { impl_->on_reply(reply); }
+void Adviser::on_reply(const TimedFrame& reply) { impl_->on_reply(reply.at, reply.frame); }
 void Adviser::note_slip(SimTime now) { impl_->note_slip(now); }
 std::uint64_t Adviser::query_count() const { return impl_->query_count(); }
 void Adviser::observe(const Bus& bus) { impl_->observe(bus); }

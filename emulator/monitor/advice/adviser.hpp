@@ -29,7 +29,7 @@ class Adviser {
   /// Processes wrong terminal settings `flags` of the host that sent `in`, the last frame.
   void on_terminal_flags(const TerminalFlags& flags, const TimedFrame& in);
   /// Processes a reply of a drive on this bus.
-  void on_reply(const protocol::Frame& reply);
+  void on_reply(const TimedFrame& reply);
   /// Notes that simulated time had fallen behind real time and was not made up (a slip). Frames
   /// that hosts sent during the slip come late, and together.
   void note_slip(SimTime now);

@@ -338,8 +338,6 @@ namespace {
 // clang-format off
 constexpr BilingualText kCleared{"0x9B for the {1}. time within {2} s: the first has cleared the errors, its reply shows those from before",
                          "{2} s 内第 {1} 次 0x9B：第一次就已清除，它的回复给出的是清除之前的标志"};
-constexpr BilingualText kFar{"the first target after a start, {1}°, is {2}° from where the rotor stands, {3}°",
-                     "启动后第一个目标 {1}° 离转子当前位置 {3}° 有 {2}°"};
 // clang-format on
 
 }  // namespace
@@ -355,31 +353,6 @@ std::optional<Finding> ClearWatch::on_query(const DecodedQuery& query, const Kno
   }
   if (++times_ < kTimes) return std::nullopt;
   return finding(AdviceKind::kTrustsClearReply, kCleared, times_, in_seconds(query.at - first_));
-}
-
-std::optional<Finding> FirstTargetWatch::on_query(const DecodedQuery& query,
-                                                  const KnownDrive& drive) {
-  if (drive.starts == known_start_) return std::nullopt;
-  const bool asks = query.is<protocol::ReadMultiTurnAngle>();
-  const bool sets = query.is<protocol::ClearAngle>();
-  const bool aims = query.motion && query.motion->absolute();
-  if (!asks && !sets && !aims) return std::nullopt;
-  known_start_ = drive.starts;
-  if (!aims) return std::nullopt;
-  const double target_deg = query.motion->value;
-  const double way_deg = std::abs(target_deg - drive.angle_deg);
-  // A target that relies on the old turn count is closer to the angle before the restart.
-  const bool by_old_count =
-      angle_before_deg_ && std::abs(target_deg - *angle_before_deg_) < way_deg;
-  if (way_deg < (by_old_count ? kFar_deg : kFar_deg * drive.gear_ratio)) return std::nullopt;
-  return finding(AdviceKind::kFirstTargetFar, kFar, query.motion->value, way_deg, drive.angle_deg);
-}
-
-void FirstTargetWatch::observe(const KnownDrive& drive) {
-  if (!drive.alive) return;
-  if (start_ != 0 && drive.starts != start_) angle_before_deg_ = angle_deg_;
-  start_ = drive.starts;
-  angle_deg_ = drive.angle_deg;
 }
 
 }  // namespace lk::emulator

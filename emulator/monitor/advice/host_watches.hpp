@@ -131,22 +131,4 @@ class ClearWatch {
   int times_ = 0;
 };
 
-/// Detects a first target after a restart that relies on the turn count from before the restart.
-class FirstTargetWatch {
- public:
-  /// Distance of the rotor if the target fits the old turn count, otherwise of the output.
-  static constexpr double kFar_deg = 180;
-
-  std::optional<Finding> on_query(const DecodedQuery& query, const KnownDrive& drive);
-  /// Call after each observation of the drive.
-  void observe(const KnownDrive& drive);
-
- private:
-  // KnownDrive::starts when the host last read, set or commanded the angle.
-  std::uint32_t known_start_ = 0;
-  std::uint32_t start_ = 0;                 // KnownDrive::starts at the last observation
-  double angle_deg_ = 0;                    // at the last observation
-  std::optional<double> angle_before_deg_;  // last angle observed before the last restart
-};
-
 }  // namespace lk::emulator

@@ -112,6 +112,7 @@ void KnownDrive::observe(const Bus& bus) {
   starts = servo.starts;
   calibrating = servo.calibrating();
   if (calibrating) torque_Nm = bus.truth(id).tau_e * gear_ratio;
+  unasked = bus.state().nodes.of(id).unasked.last();
   clear_reply_before = servo.clear_reply_before();
   look_at(servo.ram);
 }

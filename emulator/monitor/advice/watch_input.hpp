@@ -51,6 +51,7 @@ struct KnownDrive {
   std::uint32_t starts = 1;          // so far
   bool calibrating = false;          // 0x18 is turning the shaft
   double torque_Nm = 0;              // of the motor, at the output
+  UnaskedMotion unasked{};           // last one
   bool clear_reply_before = false;   // its reply to 0x9B shows the errors before clearing
 
   /// Returns true if the drive answers queries of its state. In multi-drive mode, only drives that

@@ -185,7 +185,7 @@ void pass_on(const std::vector<Traffic>& traffic, std::vector<Adviser>& advisers
     if (one.from_host) {
       adviser.on_query(one.frame);
     } else if (!one.frame.echo) {
-      adviser.on_reply(one.frame.frame);
+      adviser.on_reply(one.frame);
     }
   }
 }

@@ -37,7 +37,7 @@ class Rivals {
       std::vector<TimedFrame> replies;
       here.bus.take_replies(replies);
       for (const TimedFrame& reply : replies) {
-        here.adviser.on_reply(reply.frame);
+        here.adviser.on_reply(reply);
         there_.receive({there_.time(), reply.frame});
       }
       replies.clear();
@@ -165,7 +165,7 @@ class Hosts : public testing::Test {
   protocol::Payload replies() {
     std::vector<TimedFrame> taken;
     here.bus.take_replies(taken);
-    for (const TimedFrame& reply : taken) here.adviser.on_reply(reply.frame);
+    for (const TimedFrame& reply : taken) here.adviser.on_reply(reply);
     return taken.empty() ? protocol::Payload{} : taken.back().frame.data;
   }
   void expect_nothing() const {

@@ -124,6 +124,7 @@ TEST(AdvicePackets, WarnOnCanPayloads) {
   host.write(1, 5ms, "3E 9A 01 07 E0 (8 x 00)");
   EXPECT_EQ(host.count(AdviceKind::kCanPadding), 3U);
   Wired right;
+  right.write(1, 5ms, "3E 92 01 00 D1");
   right.write(2, 5ms, "3E A5 01 04 E8 01 28 23 00 4C");
   right.write(2, 5ms, "3E 8C 01 01 CC 10 10");
   right.write(2, 5ms, "3E C0 01 07 06 0A (6 x 00) 0A");  // correct: seven bytes

@@ -19,7 +19,7 @@ const protocol::Frame kRestart = test::frame("141#0700000000000000");
 /// Sends a query and the drive's reply.
 void say(AnsweredHost& host, const protocol::Frame& query, const protocol::Frame& reply) {
   host.repeat(1, 1ms, query);
-  host.adviser.on_reply(reply);
+  host.adviser.on_reply({host.bus.time(), reply});
   host.wait(1ms);
 }
 void restart(AnsweredHost& host) {

@@ -98,7 +98,7 @@ class AdvisedHost {
   void hear_replies() {
     std::vector<TimedFrame> replies;
     bus.take_replies(replies);
-    for (const TimedFrame& reply : replies) adviser.on_reply(reply.frame);
+    for (const TimedFrame& reply : replies) adviser.on_reply(reply);
   }
   static BusConfig with(const ServoConfig& servo, std::int64_t bitrate) {
     BusConfig config = test::bus_config({}, bitrate);
