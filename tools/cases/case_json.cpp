@@ -65,6 +65,7 @@ Json results_json(const CaseRun& one) {
   json["expect"] = results(0, one.course->own);
   json["errors"] = errors_json(one);
   json["detect"] = results(watched, one.course->places.size());
+  json["unasked_deg"] = one.verdict.unasked.motion.deg;
   if (!one.verdict.invalid.empty()) json["invalid"] = one.verdict.invalid;
   return json;
 }

@@ -45,6 +45,9 @@ void add_to_verdict(const Judge& judge, const Bus& bus, const std::string& inter
   }
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
     if (!bus.has(id)) continue;
+    UnaskedMotion unasked = bus.state().nodes.of(id).unasked.worst();
+    unasked.from -= beginning.start;
+    if (unasked.from >= SimTime{0}) verdict.unasked.take({interface, id, unasked});
     const model::Truth truth = bus.truth(id);
     const double plant = truth.theta_m + truth.omega_m + truth.i_q + truth.v_bus;
     const double loops =

@@ -26,11 +26,24 @@ struct PlannedFault {
   bool took_effect() const { return report.evidence.effects > 0; }
 };
 
+/// Unasked motion with the largest distance of all drives.
+struct WorstMotion {
+  std::string bus;  // interface
+  int id = 0;
+  UnaskedMotion motion{};  // times since the scenario began; `number` 0: none
+
+  /// Keeps `other` if its distance is larger.
+  void take(const WorstMotion& other) {
+    if (other.motion.deg > motion.deg) *this = other;
+  }
+};
+
 struct Verdict {
   Outcome outcome = Outcome::kPassed;
   std::vector<ExpectationResult> expectations;
   std::vector<PlannedFault> faults;
   std::vector<std::string> invalid;  // reasons, one sentence each
+  WorstMotion unasked{};
 };
 
 /// State of a bus when a scenario began on it.

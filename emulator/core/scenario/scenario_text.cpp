@@ -96,6 +96,17 @@ std::string state_word(RunState state) {
   return "";
 }
 
+std::string unasked_text(const WorstMotion& worst) {
+  const UnaskedMotion& motion = worst.motion;
+  const std::string why = motion.unread    ? "no angle received since "
+                          : motion.to_zero ? "first target of 0 since "
+                                           : "wrapped target after ";
+  return worst.bus + " drive " + std::to_string(worst.id) + " turned by " +
+         number_text(motion.deg) + "° (output), at up to " + number_text(motion.dps) + " dps, " +
+         number_text(motion.J) + " J, from " + time_text(motion.from) + ": " + why +
+         std::string(event_text(motion.event).en);
+}
+
 std::string expectation_text(const Expectation& expectation, const std::string& interface) {
   const auto* const within = std::get_if<SignalWithin>(&expectation.what);
   const std::string text = what_text(expectation) + when_text(expectation.when);

@@ -132,6 +132,7 @@ RunReport LiveScenario::report() const {
     std::ranges::move(verdict.expectations, std::back_inserter(report.verdict.expectations));
     std::ranges::move(verdict.faults, std::back_inserter(report.verdict.faults));
     std::ranges::move(verdict.invalid, std::back_inserter(report.verdict.invalid));
+    report.verdict.unasked.take(verdict.unasked);
     report.accounts.push_back({part->line->name(), part->beginning.start, part->errors.firsts(),
                                part->replies, part->replies_hash});
   }

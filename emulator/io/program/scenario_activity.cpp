@@ -196,6 +196,7 @@ Json ScenarioActivity::report_json() const {
   }
   for (const auto& fault : report.verdict.faults) json["faults"].push_back(planned_json(fault));
   json["invalid"] = report.verdict.invalid;
+  json["unasked_deg"] = report.verdict.unasked.motion.deg;
   json["errors"] = Json::array();
   json["buses"] = Json::array();
   for (const BusAccount& account : report.accounts) {

@@ -214,6 +214,9 @@ std::string report_text(const RunReport& report, bool in_colour, Language langua
   for (const GivenAdvice& given : report.advice) {
     note("advice:", report.strict ? "31" : "33", advice_line(given.bus, given.advice, language));
   }
+  if (verdict.unasked.motion.deg > Unasked::kFar_deg) {
+    note("unasked motion:", "33", unasked_text(verdict.unasked));
+  }
   for (const std::string& warning : report.warnings) note("warning:", "33", warning);
   for (const std::string& reason : verdict.invalid) note("invalid:", "33", reason);
   return text;

@@ -10,6 +10,7 @@ from .values import value_text
 COLUMNS = (
     "outcome", "fault_at_ns", "first_effect_at_ns", "detected_by_drive_ns", "detected_by_host_ns", "violated_at_ns",
     "violated", "margin", "state", "command", "note", "real_time", "runs", "flips", "false_alarm", "passive",
+    "unasked_deg",
 )  # fmt: skip
 
 

@@ -232,6 +232,7 @@ class HostRuns:
             "detect": results[len(results) - rules :],
             "replies": verdict["buses"][0]["replies_hash"],
             "invalid": verdict["invalid"],
+            "unasked_deg": verdict["unasked_deg"],
         }
         faults = verdict["faults"][planned:]
         if faults:

@@ -41,6 +41,7 @@ class Result:
     state: str = ""  # of the drive when the fault acted
     command: str = ""  # latest command received by then
     note: str = ""
+    unasked_deg: Optional[float] = None  # largest distance of an output in an unasked motion
     real_time: bool = False  # not reproducible bit by bit
     runs: int = 1
     flips: int = 0  # runs whose outcome differs from the worst one
@@ -105,6 +106,7 @@ def judge(plan: Plan, result: Result, seen: Mapping[str, Any], reference: Option
         result.fault_at_ns, result.first_effect_at_ns = fault.get("began_at_ns"), fault.get("first_effect_at_ns")
         result.state, result.command = fault["state"], fault["command"]
     _judge_hazards(plan, result, seen, reference)
+    result.unasked_deg = seen.get("unasked_deg")
     before = _drive_errors(reference) if reference is not None else {}
     for which, at in _drive_errors(seen).items():
         result.detected_by_drive_ns = earlier(result.detected_by_drive_ns, _if_caused_by_fault(before.get(which), at))

@@ -22,7 +22,7 @@ from .plan import MAX_CASES, Plan
 from .writer_lock import WriterLock
 
 APPLICATION_ID = 0x4C4B4643  # "LKFC", which file(1) shows
-FORMAT = 4
+FORMAT = 5
 SYNC_S = 1.0  # a power failure loses at most this; committed cases survive SIGKILL
 MAX_TEXT = 1_000_000  # bytes of one field
 HEAD = (
