@@ -123,8 +123,7 @@ class CorrectHost {
     }
     read_angle();
   }
-  /// The host knows its period: after a stall of more than five, it reads the angle and moves on
-  /// from there, to its target in one step.
+  /// After a stall of more than five periods, the host reads the angle. Then it moves on.
   void stall() {
     wait(period_ * pick(1, 30));
     read_angle();

@@ -44,7 +44,7 @@ TEST(AdviceLunge, WarnsOnAFirstTargetWithoutAnAngle) {
   EXPECT_NE(host.what(AdviceKind::kLunge).find("no angle since the start"), std::string::npos);
 }
 
-/// Of the output: a rotor turn is a sixth of an output turn.
+/// A rotor turn is a sixth of an output turn.
 TEST(AdviceLunge, IgnoresMotionsOfUpToFiveDegreesOfTheOutput) {
   for (const double output_deg : {4.5, -4.5, 6.0, -6.0}) {
     AnsweredHost host(geared());
