@@ -30,7 +30,9 @@ const double* target_of(const model::Setpoint& setpoint) {
 /// Returns true if both set points lead to the same place or speed. Their limits may differ.
 bool same(const model::Setpoint& one, const model::Setpoint& other) {
   if (one.index() != other.index()) return false;
-  if (const double* target = target_of(one)) return *target == *target_of(other);
+  const double* target = target_of(one);
+  const double* other_target = target_of(other);
+  if (target != nullptr && other_target != nullptr) return *target == *other_target;
   return endless_value(one) == endless_value(other);
 }
 
