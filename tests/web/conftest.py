@@ -22,9 +22,12 @@ def pytest_terminal_summary(terminalreporter):
 
 
 @pytest.fixture(scope="session")
-def bench():
+def bench(tmp_path_factory):
     from bench import Bench
-    bench = Bench(PROGRAM, ["1-4"], "--http-write")
+    # A motor without cogging: a free shaft stays where a test turns it.
+    motor = tmp_path_factory.mktemp("motors") / "mf7015"
+    motor.write_text('extends = "mf7015"\n[mechanics]\ntau_cogging_mNm = 0\n', "utf-8")
+    bench = Bench(PROGRAM, ["1-4"], "--http-write", "--motor", str(motor))
     yield bench
     bench.close()
 
