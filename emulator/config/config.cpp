@@ -68,10 +68,7 @@ void read_host_side(TableReader& reader, BusConfig& bus) {
   }
   if (reader.is_integer("tx_queue")) {
     const auto frames = reader.integer("tx_queue", 1, HostQueue::kMaxFrames);
-    bus.host_queue = {.name = "custom",
-                      .frames = static_cast<std::size_t>(*frames),
-                      .full = QueueFull::kDropNewest,
-                      .source = "the file"};
+    bus.host_queue = {"custom", static_cast<std::size_t>(*frames), QueueFull::kDropNewest};
   } else {
     std::vector<std::string> names;
     for (const HostQueue& queue : host_queues()) names.emplace_back(queue.name);

@@ -27,7 +27,6 @@ struct HostQueue {
   std::string_view name;  // "gs_usb"; "custom" if the file states a number
   std::size_t frames = 0;
   QueueFull full = QueueFull::kDropNewest;
-  std::string_view source;  // of the number
 };
 
 /// All presets; the first is the default of a bus.

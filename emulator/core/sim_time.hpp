@@ -32,6 +32,12 @@ struct TimedFrame {
   friend bool operator==(const TimedFrame&, const TimedFrame&) = default;
 };
 
+/// Returns the ID of the drive that sent `reply`: if `drive_id` is 0, from the identifier, which is
+/// a multiple of 64 plus the ID.
+inline int drive_of(const TimedFrame& reply) {
+  return reply.drive_id != 0 ? reply.drive_id : static_cast<int>(reply.frame.id & 0x3FU);
+}
+
 /// Formats as "1.25 s", to the nanosecond.
 std::string time_text(SimTime time);
 /// Formats as a number of seconds: "1.25".

@@ -124,12 +124,6 @@ void load_rom_read_only(const RomOptions& options, std::vector<BusConfig>& buses
 /// is an absolute path. Follows the XDG Base Directory Specification.
 std::filesystem::path state_directory(const char* xdg_state_home, const char* home);
 
-/// Returns the ID of the drive that sent `reply`: if `drive_id` is 0, from the identifier, which is
-/// a multiple of 64 plus the ID.
-inline int drive_of(const TimedFrame& reply) {
-  return reply.drive_id != 0 ? reply.drive_id : static_cast<int>(reply.frame.id & 0x3FU);
-}
-
 /// Holds replies of a bus until the disk has stored the ROM. A reply that acknowledges a ROM write
 /// is released when the write is durable. Later replies of the same drive wait behind it; replies
 /// of other drives do not. The core has fixed the contents and the simulated time of a reply

@@ -338,12 +338,10 @@ bool delays_in_adapter(const FaultRow& row) {
 
 void check_adapter(const TableReader& event, const Fault& fault, const BusConfig& bus,
                    bool others_delay) {
+  constexpr std::size_t kTxDepth = 2;  // parameter of adapter_overrun
   const FaultRow& row = *fault.row;
-  const auto* const tx_depth = std::ranges::find(row.params, "tx_depth", &FaultParam::word);
-  if (tx_depth != row.params.end() &&
-      fault.values[static_cast<std::size_t>(tx_depth - row.params.begin())].number() > 0)
-    return;
   if (row.adapter_shows != &AdapterEffects::lost || bus.adapter != nullptr || others_delay) return;
+  if (fault.values[kTxDepth].number() > 0) return;
   event.fail("fault", std::string(row.word) +
                           ": this bus has no adapter that delays frames; give the bus an "
                           "`adapter`, or add adapter_latency or adapter_batch first");

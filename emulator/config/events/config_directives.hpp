@@ -38,8 +38,8 @@ std::vector<int> read_targets(TableReader& reader, const BusConfig& bus);
 
 /// Returns true if the fault delays frames in the hosts' adapter.
 bool delays_in_adapter(const FaultRow& row);
-/// Rejects adapter_overrun on a bus without `adapter`, unless other faults delay its frames
-/// (`others_delay`): the overrun needs delayed frames.
+/// Rejects adapter_overrun on a bus without `adapter`: the overrun needs delayed frames. Accepts it
+/// if other faults delay frames (`others_delay`), or if it limits the frames of hosts.
 void check_adapter(const TableReader& event, const Fault& fault, const BusConfig& bus,
                    bool others_delay);
 

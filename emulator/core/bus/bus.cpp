@@ -14,7 +14,7 @@ namespace {
 void deliver_to_host(BusState& bus, const TimedFrame& frame) {
   bus.replies.push_back(frame);
   if (frame.sender != 0) return;
-  const int id = frame.drive_id != 0 ? frame.drive_id : static_cast<int>(frame.frame.id & 0x3FU);
+  const int id = drive_of(frame);
   const bool of_drive = !frame.echo && frame.frame.kind != protocol::FrameKind::kError;
   if (of_drive && bus.nodes.has(id)) bus.nodes.of(id).unasked.on_received(frame.frame);
   ++(frame.frame.kind == protocol::FrameKind::kError ? bus.own_stats.error_frames
@@ -107,8 +107,7 @@ BusState::BusState(const BusConfig& config)
       serial(config.serial),
       seed(config.seed),
       motors(config),
-      queue_full(config.host_queue.full),
-      always_acknowledged(config.always_acknowledged),
+      host{.full = config.host_queue.full, .always_acknowledged = config.always_acknowledged},
       own_adapter(config.adapter != nullptr ? config.adapter->times : AdapterTimes{}),
       adapter(own_adapter, stream_seed(config.seed, kWholeBus, SeedStream::kAdapter)),
       faults(config.seed),

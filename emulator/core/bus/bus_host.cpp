@@ -17,10 +17,6 @@ void count_cut(BusState& bus, const protocol::Frame* frame = nullptr) {
   });
 }
 
-std::size_t waiting(const BusState& bus) {
-  return bus.wire([](auto& wire) { return wire.host_queue_size(); });
-}
-
 bool acknowledges(BusState& bus, const Node& node) {
   return node.power.alive && !node.link.bus_off && node.servo.on_its_bus() &&
          node.servo.at_its_rate() && bus.faults.first(node.id(), &FaultRow::off_the_bus) == nullptr;
@@ -35,22 +31,24 @@ bool queue_from_host(BusState& bus, SimTime ready, const TimedFrame& in) {
     return true;
   }
   const std::size_t depth = bus.adapter.tx_depth();
-  const bool overrun = bus.wire.can() != nullptr && depth > 0 && waiting(bus) >= depth;
+  const bool overrun =
+      bus.wire.can() != nullptr && depth > 0 && bus.wire.host_queue_size() >= depth;
   if (overrun) count_adapter(bus.faults, {.lost = true}, in.frame, bus.time);
   if (overrun || bus.wire.host_queue_full()) {
     bus.own_stats.drop(Reject::kQueueFull);
-    const bool room = bus.queue_full == QueueFull::kDropOldest && bus.wire.can() != nullptr &&
+    const bool room = bus.host.full == QueueFull::kDropOldest && bus.wire.can() != nullptr &&
                       bus.wire.can()->drop_oldest_from_host(bus.time);
-    if (!room) return bus.queue_full != QueueFull::kRefuse;
+    if (!room) return bus.host.full != QueueFull::kRefuse;
   }
   bus.wire([&](auto& wire) { wire.send_from_host(ready, in.frame, in.sender); });
-  bus.own_stats.queue_peak = std::max<std::uint64_t>(bus.own_stats.queue_peak, waiting(bus));
+  bus.own_stats.queue_peak =
+      std::max<std::uint64_t>(bus.own_stats.queue_peak, bus.wire.host_queue_size());
   return true;
 }
 
 bool has_receiver(BusState& bus) {
   if (bus.host.cut == HostCut::kCable) return false;
-  if (bus.always_acknowledged || !bus.duplicates.empty()) return true;
+  if (bus.host.always_acknowledged || !bus.duplicates.empty()) return true;
   return std::ranges::any_of(bus.nodes, [&](const Node& node) { return acknowledges(bus, node); });
 }
 
@@ -68,9 +66,8 @@ void repeat_unacknowledged(BusState& bus, const protocol::Frame& frame) {
 
 void count_sent(BusState& bus, const WireDelivery& sent) {
   if (std::exchange(bus.host.unacknowledged, false)) {
-    bus.host.to_replay = waiting(bus) + 1;
+    bus.host.to_replay = bus.wire.host_queue_size() + 1;
   }
-  if (bus.host.to_replay == 0) return;
   --bus.host.to_replay;
   ++bus.own_stats.replayed;
   if (sent.at - sent.queued_at > kStale) ++bus.own_stats.stale;
@@ -96,7 +93,9 @@ void set_host_cut(BusState& bus, HostCut cut) {
       bus.own_stats.drop(Reject::kFault);
       count_cut(bus);
     }
-    bus.host = {.cut = cut};
+    bus.host.errors = {};
+    bus.host.unacknowledged = false;
+    bus.host.to_replay = 0;
   }
   if (cut == HostCut::kOff) to_host(bus, {bus.time, report_bus_off(false)});
   if (cut == HostCut::kNone && was_bus_off) to_host(bus, {bus.time, report_bus_off(true)});

@@ -85,8 +85,6 @@ struct BusState {
   Motors motors;
   Nodes nodes;
   HostSide host;
-  QueueFull queue_full;
-  bool always_acknowledged;
   AdapterTimes own_adapter;  // as configured, without faults
   HostAdapter adapter;
   bool had_errors = false;  // a frame has been destroyed: error counters may be above 0

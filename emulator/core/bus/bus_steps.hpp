@@ -26,7 +26,7 @@ bool queue_from_host(BusState& bus, SimTime ready, const TimedFrame& in);
 bool has_receiver(BusState& bus);
 /// Call instead of a delivery if no node acknowledges the hosts' frame that is due.
 void repeat_unacknowledged(BusState& bus, const protocol::Frame& frame);
-/// Counts a frame of a host that a node has acknowledged.
+/// Counts a frame of a host that waited for an acknowledgement, now that it has one.
 void count_sent(BusState& bus, const WireDelivery& sent);
 /// Returns true, and counts the loss, if the frame cannot reach the hosts.
 bool is_cut_off(BusState& bus, const TimedFrame& frame);

@@ -32,6 +32,13 @@ std::uint8_t reached(int before, int now, std::uint8_t warning, std::uint8_t pas
   return passes(kErrorPassive) ? passive : passes(kErrorWarning) ? warning : std::uint8_t{0};
 }
 
+protocol::Frame error_frame(std::uint32_t classes) {
+  protocol::Frame frame;
+  frame.kind = protocol::FrameKind::kError;
+  frame.id = classes;
+  return frame;
+}
+
 void set_counters(const HostErrorCounters& host, protocol::Frame& frame) {
   frame.data[6] = static_cast<std::uint8_t>(std::min(host.transmit_errors, 255));
   frame.data[7] = static_cast<std::uint8_t>(host.receive_errors);
@@ -40,9 +47,7 @@ void set_counters(const HostErrorCounters& host, protocol::Frame& frame) {
 }  // namespace
 
 protocol::Frame report_error(HostErrorCounters& host, bool sending) {
-  protocol::Frame frame;
-  frame.kind = protocol::FrameKind::kError;
-  frame.id = kClassProtocol | kClassBusError | kClassCounters;
+  protocol::Frame frame = error_frame(kClassProtocol | kClassBusError | kClassCounters);
   int& counter = sending ? host.transmit_errors : host.receive_errors;
   const int before = counter;
   if (sending) {
@@ -65,9 +70,7 @@ protocol::Frame report_error(HostErrorCounters& host, bool sending) {
 std::optional<protocol::Frame> report_no_ack(HostErrorCounters& host, bool first) {
   const int before = host.transmit_errors;
   host.transmit_errors = std::max(before, std::min(before + kErrorStep, kErrorPassive));
-  protocol::Frame frame;
-  frame.kind = protocol::FrameKind::kError;
-  frame.id = kClassCounters;
+  protocol::Frame frame = error_frame(kClassCounters);
   frame.data[1] = reached(before, host.transmit_errors, kTransmitWarning, kTransmitPassive);
   if (!first && frame.data[1] == 0) return std::nullopt;
   if (first) frame.id |= kClassNoAck;
@@ -77,16 +80,11 @@ std::optional<protocol::Frame> report_no_ack(HostErrorCounters& host, bool first
 }
 
 protocol::Frame report_bus_off(bool restarted) {
-  protocol::Frame frame;
-  frame.kind = protocol::FrameKind::kError;
-  frame.id = restarted ? kClassRestarted : kClassBusOff;
-  return frame;
+  return error_frame(restarted ? kClassRestarted : kClassBusOff);
 }
 
 protocol::Frame report_overrun() {
-  protocol::Frame frame;
-  frame.kind = protocol::FrameKind::kError;
-  frame.id = kClassController;
+  protocol::Frame frame = error_frame(kClassController);
   frame.data[1] = kReceiveOverflow;
   return frame;
 }

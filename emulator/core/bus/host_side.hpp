@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "emulator/core/bus/can_errors.hpp"
+#include "emulator/core/host_queue.hpp"
 
 namespace lk::emulator {
 
@@ -17,6 +18,8 @@ enum class HostCut : std::uint8_t {
 
 /// The hosts' side of a CAN bus: controller and connection. The wire has their queue.
 struct HostSide {
+  QueueFull full;            // as configured
+  bool always_acknowledged;  // by another node than the drives
   HostErrorCounters errors = {};
   HostCut cut = HostCut::kNone;
   bool unacknowledged = false;  // the last frame of a host was not acknowledged

@@ -43,6 +43,9 @@ class Wire {
   bool host_queue_full() const {
     return (*this)([](auto& medium) { return medium.host_queue_full(); });
   }
+  std::size_t host_queue_size() const {
+    return (*this)([](auto& medium) { return medium.host_queue_size(); });
+  }
   [[gnu::always_inline]] std::optional<SimTime> next_due() const {
     return (*this)([](auto& medium) { return medium.next_due(); });
   }

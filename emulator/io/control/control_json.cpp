@@ -157,8 +157,6 @@ Json parameter_value(const FaultParam& param, const FaultValue& value) {
   return param.choices[static_cast<std::size_t>(value.choice())];
 }
 
-}  // namespace
-
 /// The hosts' side of a CAN bus; null on RS-485.
 Json host_json(const Line& line) {
   if (line.config().serial) return nullptr;
@@ -169,6 +167,8 @@ Json host_json(const Line& line) {
           {"acknowledged", !host.unacknowledged},
           {"bus_off", host.cut == HostCut::kOff}};
 }
+
+}  // namespace
 
 Json bus_json(const Line& line) {
   const BusStats stats = line.bus().stats();

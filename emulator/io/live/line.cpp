@@ -107,7 +107,7 @@ void Line::accept(const TimedFrame& in) {
 
 std::size_t Line::room() const {
   if (config_.serial || config_.host_queue.full != QueueFull::kRefuse) return SIZE_MAX;
-  const std::size_t queued = bus_.stats().frames_waiting + backlog_.size();
+  const std::size_t queued = bus_.state().wire.host_queue_size() + backlog_.size();
   return config_.host_queue.frames - std::min(queued, config_.host_queue.frames);
 }
 

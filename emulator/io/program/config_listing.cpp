@@ -41,7 +41,7 @@ std::string host_side_text(const BusConfig& bus) {
   const bool usual = bus.host_queue.name == host_queues().front().name &&
                      bus.host_queue.full == host_queues().front().full && !bus.always_acknowledged;
   if (bus.serial || usual) return "";
-  const auto& [name, frames, full, source] = bus.host_queue;
+  const auto& [name, frames, full] = bus.host_queue;
   return fmt::format(", queue of {} frames ({}, {}), acknowledged by {}", frames, name,
                      kQueueFullWords[static_cast<std::size_t>(full)],
                      bus.always_acknowledged ? "another node" : "the drives");

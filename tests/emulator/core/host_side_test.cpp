@@ -19,7 +19,7 @@ using test::bus_config;
 using test::frame;
 
 constexpr std::int64_t kBitrate = 1'000'000;  // a bit is a microsecond
-const HostQueue kSmall{.name = "custom", .frames = 13, .full = QueueFull::kRefuse, .source = {}};
+const HostQueue kSmall{.name = "custom", .frames = 13, .full = QueueFull::kRefuse};
 
 using Times = std::vector<std::pair<SimTime, SimTime>>;
 
@@ -114,8 +114,7 @@ class Backlog : public testing::TestWithParam<std::size_t> {};
 /// The cable is cut for 2 s while a host sends every 5 ms, or faster to fill the queue.
 TEST_P(Backlog, IsSentAsTheModelSays) {
   BusConfig config = bus_config({1}, kBitrate);
-  config.host_queue = {
-      .name = "custom", .frames = GetParam(), .full = QueueFull::kRefuse, .source = {}};
+  config.host_queue = {.name = "custom", .frames = GetParam(), .full = QueueFull::kRefuse};
   config.events.push_back(fault_at("no_ack", 100ms, 2s));
   Bus bus(config);
   Model model{.edges = {100ms, 2100ms}, .offs = {}, .capacity = GetParam()};
@@ -182,7 +181,7 @@ TEST(HostSide, OneDriveLeftAcknowledges) {
 
 TEST(HostSide, DropsTheOldestFrameThatIsNotOnTheWire) {
   BusConfig config = bus_config({1}, kBitrate);
-  config.host_queue = {.name = "custom", .frames = 3, .full = QueueFull::kDropOldest, .source = {}};
+  config.host_queue = {.name = "custom", .frames = 3, .full = QueueFull::kDropOldest};
   config.events.push_back(fault_at("no_ack", 0ms, 10ms));
   Bus bus(config);
   for (int n = 0; n < 5; ++n) {

@@ -79,7 +79,7 @@ TEST(Unasked, AStreamThatTakesUpTheAngleIsAsked) {
   EXPECT_LT(unasked_deg(host), 5);
 }
 
-TEST(Unasked, EachEventRequiresTheAngleAnew) {
+TEST(Unasked, EachEventRequiresTheAngleAgain) {
   const auto turned = [](auto event) {
     ServoConfig config = servo_config(1);
     config.quirks.off_needs_run = false;
@@ -103,7 +103,7 @@ TEST(Unasked, EachEventRequiresTheAngleAnew) {
             0);
 }
 
-TEST(Unasked, ALatchedErrorRequiresTheAngleAnew) {
+TEST(Unasked, ALatchedErrorRequiresTheAngleAgain) {
   ServoConfig config = servo_config(1);
   config.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)] = {true, 0.1, 0, 0};
   Host host(config);
