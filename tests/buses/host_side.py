@@ -5,6 +5,7 @@ usage: host_side.py LK_EMU
 
 import os
 import socket
+import time
 import unittest
 
 import support
@@ -92,6 +93,26 @@ class HostSide(support.TestCase):
         with socket.create_connection(("127.0.0.1", port), PATIENCE_S) as host:
             host.sendall(b"O\rt14189C00000000000000\r")
             self.read(host, 2, b"\r")
+
+    def test_port_waits_until_its_place_is_free(self):
+        port = free_port()
+        running = self.start(f"slcan-tcp:{port}")
+        running.advance("8.5s")
+        with socket.create_server(("127.0.0.1", port)):
+            running.advance("1s")
+        deadline = time.monotonic() + PATIENCE_S
+        while True:
+            try:
+                host = socket.create_connection(("127.0.0.1", port), PATIENCE_S)
+                break
+            except ConnectionRefusedError:
+                self.assertLess(time.monotonic(), deadline, "it opens its port again")
+                time.sleep(0.05)
+        with host:
+            host.sendall(b"O\rt14189C00000000000000\r")
+            self.read(host, 2, b"\r")
+        running.stop()
+        self.assertIn("cannot listen there", running.errors)
 
     def test_pseudo_terminal_hangs_up(self):
         place = self.path("can")

@@ -290,13 +290,13 @@ class StreamPort final : public Port {
         clients_(name),
         acceptor_(loop),
         readiness_(loop, std::move(on_frames)) {
-    open(loop);
+    open();
     if (const auto error = readiness_.watch(clients_.descriptor())) {
       throw StartError(name_ + ": " + error.message());
     }
   }
 
-  bool is_up() const override { return !gone_; }
+  bool is_up() const override { return pty_ || acceptor_.is_open(); }
   bool can_wait() const override { return !pty_; }  // a host's open would not end the wait
   void end_turn() override { clients_.flush(); }
   int descriptor() const override { return clients_.descriptor(); }
@@ -307,15 +307,15 @@ class StreamPort final : public Port {
 
   void set_gone(bool gone) override {
     if (std::exchange(gone_, gone) == gone) return;
-    if (!gone) return open(loop_);
+    if (!gone) return reopen();
     clients_.clear();
     pty_.reset();
     beacon_.reset();
-    boost::system::error_code ignored;
-    acceptor_.close(ignored);
+    close_acceptor();
   }
 
   void check_link() override {
+    if (!gone_ && !is_up()) reopen();
     if (acceptor_.is_open()) clients_.watch(acceptor_.native_handle());
     if (beacon_) beacon_->send_if_due();
   }
@@ -347,16 +347,33 @@ class StreamPort final : public Port {
     return {received_, collected.more || collected.watched, 0};
   }
 
-  void open(boost::asio::io_context& loop) {
+  /// Throws StartError.
+  void open() {
     if (place_.scheme->place == BusPlace::kPath) {
-      pty_.emplace(loop, name_, place_.path, true);
+      pty_.emplace(loop_, name_, place_.path, true);
       clients_.add_lent(pty_->descriptor(), place_.path, setup_.make_protocol());
     } else {
-      listen(loop);
+      listen();
     }
   }
 
-  void listen(boost::asio::io_context& loop) {
+  /// Opens the port; if another program has taken its place, `check_link` tries again.
+  void reopen() {
+    try {
+      open();
+      place_taken_ = false;
+    } catch (const StartError& problem) {
+      close_acceptor();
+      if (!std::exchange(place_taken_, true)) spdlog::warn("{}", problem.what());
+    }
+  }
+
+  void close_acceptor() {
+    boost::system::error_code ignored;
+    acceptor_.close(ignored);
+  }
+
+  void listen() {
     boost::system::error_code error;
     const auto address = boost::asio::ip::make_address(place_.address, error);
     if (error) throw StartError(name_ + ": " + place_.address + " is not an IP address");
@@ -377,7 +394,7 @@ class StreamPort final : public Port {
     }
     clients_.watch(acceptor_.native_handle());
     if (setup_.beacon && address.is_v4() && !address.is_unspecified()) {
-      beacon_.emplace(loop, address.to_v4(), place_.port);
+      beacon_.emplace(loop_, address.to_v4(), place_.port);
     }
   }
 
@@ -413,6 +430,7 @@ class StreamPort final : public Port {
   std::string name_;
   BusName place_;
   bool gone_ = false;
+  bool place_taken_ = false;  // at the last attempt to reopen
   StreamSetup setup_;
   std::optional<PtyLink> pty_;
   ClientSet clients_;
