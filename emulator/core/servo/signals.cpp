@@ -55,7 +55,7 @@ constexpr Signal kSignals[] = {
     {"duty_a", "duty of leg a, 0 to 1", [](const DriveView& d) { return d.truth.duty_abc[0]; }},
     {"duty_b", "duty of leg b, 0 to 1", [](const DriveView& d) { return d.truth.duty_abc[1]; }},
     {"duty_c", "duty of leg c, 0 to 1", [](const DriveView& d) { return d.truth.duty_abc[2]; }},
-    {"unasked_deg", "largest distance of the output in an unasked motion: one that begins after a start, 0x80, 0x81, an error, a fault or a silence of the host for 5 of its periods, before the host has received an angle; or to a first target of 0, or to a wrapped target; sampled every ms",
+    {"unasked_deg", "largest distance of the output in an unasked motion: one that begins after a start, 0x80, 0x81, an error, a fault or a silence of the host for 5 of its periods, before the host has received an angle; or to a first target of 0, or to a wrapped target; sampled every ms, or every 100 ms if the drive turns on after its host has received an angle",
      [](const DriveView& d) { return d.unasked.deg(); }},
     {"unasked_dps", "peak speed of the output in unasked motions", [](const DriveView& d) { return d.unasked.dps(); }},
     {"unasked_J", "largest mechanical work of the motor in an unasked motion", [](const DriveView& d) { return d.unasked.J(); }},

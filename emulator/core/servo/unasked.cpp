@@ -169,7 +169,9 @@ std::optional<SimTime> Unasked::take_next_step(SimTime now, const Lane& lane) {
   if (scheduled_) return std::nullopt;
   std::optional<SimTime> next;
   if (!motion_.over) {
-    next = now + kPeriod;
+    // A host that knows of a turning drive can let it turn for hours.
+    const SimTime period = motion_.turns && motion_.answered ? kLongPeriod : kPeriod;
+    next = (now / period + 1) * period;  // drives of a bus are sampled together
   } else if (last_query_ && endless_value(setpoint_of(lane)) != 0) {
     if (const auto limit = silence_limit()) next = std::max(*last_query_ + *limit, now + kPeriod);
   }

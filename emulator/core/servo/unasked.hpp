@@ -47,13 +47,15 @@ struct UnaskedMotion {
   double J = 0;           // largest mechanical work of the motor
 };
 
-/// Finds unasked motions of a drive. Samples the motor every kPeriod, but only during an unasked
-/// motion. Otherwise it runs at queries and replies, and during a speed, torque or power command
-/// once in kPeriods periods of the host.
+/// Finds unasked motions of a drive. During an unasked motion it samples the motor every kPeriod,
+/// or every kLongPeriod if the drive turns on after its host has received an angle. Otherwise it
+/// runs at queries and replies, and during a speed, torque or power command once in kPeriods
+/// periods of the host.
 class Unasked {
  public:
   static constexpr int kPeriods = 5;
   static constexpr SimTime kPeriod = std::chrono::milliseconds(1);
+  static constexpr SimTime kLongPeriod = std::chrono::milliseconds(100);
   /// Shorter motions of the output are harmless.
   static constexpr double kFar_deg = 5;
 
