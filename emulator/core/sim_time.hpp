@@ -5,6 +5,7 @@
 #include <string>
 
 #include "protocol/frame.hpp"
+#include "protocol/opcodes.hpp"
 
 namespace lk::emulator {
 
@@ -32,10 +33,12 @@ struct TimedFrame {
   friend bool operator==(const TimedFrame&, const TimedFrame&) = default;
 };
 
-/// Returns the ID of the drive that sent `reply`: if `drive_id` is 0, from the identifier, which is
-/// a multiple of 64 plus the ID.
+/// Returns the ID of the drive that sent `reply`, 0 for an error frame and other frames of no drive.
+/// If `drive_id` is 0, the identifier shows the ID: it is a multiple of 64 plus the ID.
 inline int drive_of(const TimedFrame& reply) {
-  return reply.drive_id != 0 ? reply.drive_id : static_cast<int>(reply.frame.id & 0x3FU);
+  if (reply.drive_id != 0) return reply.drive_id;
+  const auto id = static_cast<int>(reply.frame.id & 0x3FU);
+  return reply.frame.kind == protocol::FrameKind::kError || id > protocol::kMaxId ? 0 : id;
 }
 
 /// Formats as "1.25 s", to the nanosecond.

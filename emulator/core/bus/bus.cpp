@@ -15,8 +15,7 @@ void deliver_to_host(BusState& bus, const TimedFrame& frame) {
   bus.replies.push_back(frame);
   if (frame.sender != 0) return;
   const int id = drive_of(frame);
-  const bool of_drive = !frame.echo && frame.frame.kind != protocol::FrameKind::kError;
-  if (of_drive && bus.nodes.has(id)) bus.nodes.of(id).unasked.on_received(frame.frame);
+  if (!frame.echo && bus.nodes.has(id)) bus.nodes.of(id).unasked.on_received(frame.frame);
   ++(frame.frame.kind == protocol::FrameKind::kError ? bus.own_stats.error_frames
                                                      : bus.own_stats.replies);
 }

@@ -24,6 +24,14 @@ using test::frame;
 
 const protocol::Frame kReply = frame("141#9C19000000000000");
 
+/// Identifiers of error frames have flags in the bits where those of replies have the drive.
+TEST(TimedFrame, OnlyRepliesHaveADrive) {
+  EXPECT_EQ(drive_of({0ms, {.id = 0x160}}), 32);
+  EXPECT_EQ(drive_of({.frame = {.id = 0x141}, .drive_id = 7}), 7);
+  EXPECT_EQ(drive_of({0ms, {.id = 0x17F}}), 0);
+  EXPECT_EQ(drive_of({0ms, {.id = 0x0A1, .kind = protocol::FrameKind::kError}}), 0);
+}
+
 TEST(PowerPart, RampAdvancesInSteps) {
   Power power(24, true);
   power.move(20, 10ms, 2500us);
