@@ -112,7 +112,7 @@ bool line_is_held(BusState& bus) {
 /// does.
 std::optional<Reject> process_for_drive(BusState& bus, SimTime at, Node& node,
                                         const protocol::Frame& frame) {
-  node.unasked.on_query(at);
+  node.unasked.on_query(at, bus.host.to_replay > 0);
   // A condition on this query acts before the drive processes it.
   if (!bus.conditions.empty() && bus.conditions.count(node.id(), frame.data[0], bus.time))
     sample(bus);
@@ -159,7 +159,7 @@ void process_multi_drive(BusState& bus, SimTime at, const protocol::Frame& frame
       frame.id == protocol::MultiTorque::kIdentifier ? Reject::kWrongMode : Reject::kForeignId;
   bus.nodes.each_by_address([&](Node& node) {
     Servo& servo = node.servo;
-    if (servo.multi_drive_mode()) node.unasked.on_query(at);
+    if (servo.multi_drive_mode()) node.unasked.on_query(at, bus.host.to_replay > 0);
     if (!node.power.alive) return;
     protocol::Frame received = frame;
     if (!apply_to_query(bus.faults, node.link, servo, received, bus.time)) {

@@ -80,12 +80,12 @@ std::optional<SimTime> Unasked::silence_limit() const {
   return kPeriods * *std::ranges::max_element(gaps_);
 }
 
-void Unasked::on_query(SimTime at) {
+void Unasked::on_query(SimTime at, bool replayed) {
   if (last_query_) {
     const SimTime gap = at - *last_query_;
     const bool longer = gap > kPeriods * gaps_[(gap_count_ - 1) % kGaps];  // than most limits
     if (longer && gap > silence_limit().value_or(gap)) on_event(AngleEvent::kSilence);
-    gaps_[gap_count_++ % kGaps] = gap;
+    if (!replayed) gaps_[gap_count_++ % kGaps] = gap;
   }
   last_query_ = at;
 }
@@ -116,6 +116,16 @@ bool Unasked::continues(const model::Setpoint& before, const model::Setpoint& no
   return way > kFar_deg * kRadPerDeg * gear && std::abs(*target - *old) < way;
 }
 
+/// Returns true if the new set point goes on with a motion from before the event. An injected fault
+/// does not end the motion that it disturbs.
+bool Unasked::is_old(const model::Setpoint& before, const model::Setpoint& now, double gear) const {
+  if (event_ != AngleEvent::kFault) return false;
+  const double* const target = target_of(now);
+  const double* const old = target_of(before);
+  if (target == nullptr || old == nullptr) return endless_value(before) * endless_value(now) > 0;
+  return std::abs(*target - *old) <= kFar_deg * kRadPerDeg * gear;
+}
+
 void Unasked::on_executed(SimTime at, const Servo& servo, const Query& query,
                           const protocol::Frame& frame, const model::Setpoint& before,
                           const Lane& lane) {
@@ -134,14 +144,14 @@ void Unasked::on_executed(SimTime at, const Servo& servo, const Query& query,
   }
   if (!motion_.over && continues(before, now, lane)) return;
   motion_.over = true;
+  const double gear = servo.config.profile.drive.mechanics.gear_ratio;
   UnaskedMotion motion;
-  motion.unread = !known_;
+  motion.unread = !known_ && !is_old(before, now, gear);
   motion.turns = target == nullptr;
   if (target != nullptr && servo.motion.multi_turn_cdeg) {
     const auto target_cdeg = static_cast<double>(*servo.motion.multi_turn_cdeg);
     motion.target_deg = target_cdeg / 100;
     motion.shaft_deg = servo.multi_turn_deg(lane.telemetry());
-    const double gear = servo.config.profile.drive.mechanics.gear_ratio;
     const double way_cdeg = std::abs(target_cdeg - 100 * motion.shaft_deg);
     motion.to_zero = is_first && target_cdeg == 0 && way_cdeg > 100 * kFar_deg * gear;
     motion.wrapped = std::abs(way_cdeg - kWrap_cdeg) <= protocol::kTurn_cdeg * gear;

@@ -61,7 +61,8 @@ class Unasked {
 
   void on_event(AngleEvent event);
   /// Call for each frame of a host that addresses the drive, before the drive processes it.
-  void on_query(SimTime at);
+  /// `replayed`: it waited in the host's queue, so its time is not that of the host.
+  void on_query(SimTime at, bool replayed);
   /// Call after `handle`. `before`: set point before the query.
   void on_executed(SimTime at, const Servo& servo, const Query& query, const protocol::Frame& frame,
                    const model::Setpoint& before, const Lane& lane);
@@ -92,6 +93,7 @@ class Unasked {
   std::optional<SimTime> silence_limit() const;
   void begin(const UnaskedMotion& motion, const Lane& lane);
   bool continues(const model::Setpoint& before, const model::Setpoint& now, const Lane& lane) const;
+  bool is_old(const model::Setpoint& before, const model::Setpoint& now, double gear) const;
 
   AngleEvent event_ = AngleEvent::kStart;
   bool known_ = false;                 // an angle sampled after the event has been received

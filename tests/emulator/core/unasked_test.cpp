@@ -103,6 +103,17 @@ TEST(Unasked, EachEventRequiresTheAngleAgain) {
             0);
 }
 
+/// A stream of targets that was asked for goes on through a fault, though the shaft lags.
+TEST(Unasked, AFaultDoesNotEndAStream) {
+  Host host(servo_config(1));
+  test::send(host, kReadAngle, 1ms);
+  for (int n = 0; n < 100; ++n) {
+    if (n == 50) test::inject(host, "encoder_jump", {60.0});
+    test::send(host, target(45 + 0.5 * n), 10ms);
+  }
+  EXPECT_EQ(unasked_deg(host), 0);
+}
+
 TEST(Unasked, ALatchedErrorRequiresTheAngleAgain) {
   ServoConfig config = servo_config(1);
   config.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)] = {true, 0.1, 0, 0};
