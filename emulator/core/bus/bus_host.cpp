@@ -4,6 +4,7 @@
 
 #include "emulator/core/bus/bus.hpp"
 #include "emulator/core/faults/acts.hpp"
+#include "protocol/command_info.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -15,6 +16,14 @@ void count_cut(BusState& bus, const protocol::Frame* frame = nullptr) {
   each_active(bus.faults, &FaultRow::cut, kWholeBus, [&](LiveFault& live) {
     if (live.row().cut == bus.host.cut) live.took_effect(bus.time, kWholeBus, frame);
   });
+}
+
+/// Returns true for a motion command, and for 0x88, which may resume one.
+bool moves(const protocol::Frame& frame) {
+  if (protocol::find_multi_drive(frame.id) != nullptr) return true;
+  const protocol::Opcode opcode{frame.data[0]};
+  return opcode == protocol::Run::kOpcode ||
+         (opcode >= protocol::OpenLoop::kOpcode && opcode <= protocol::Position6::kOpcode);
 }
 
 bool acknowledges(BusState& bus, const Node& node) {
@@ -67,10 +76,17 @@ void repeat_unacknowledged(BusState& bus, const protocol::Frame& frame) {
 void count_sent(BusState& bus, const WireDelivery& sent) {
   if (std::exchange(bus.host.unacknowledged, false)) {
     bus.host.to_replay = bus.wire.host_queue_size() + 1;
+    bus.host.stale = {};
   }
   --bus.host.to_replay;
   ++bus.own_stats.replayed;
-  if (sent.at - sent.queued_at > kStale) ++bus.own_stats.stale;
+  const SimTime age = sent.at - sent.queued_at;
+  if (age <= kStale) return;
+  ++bus.own_stats.stale;
+  StaleCommands& stale = bus.host.stale;
+  if (!moves(sent.frame)) return;
+  if (stale.count++ == 0) stale.frame = sent.frame;
+  stale.age = std::max(stale.age, age);
 }
 
 bool is_cut_off(BusState& bus, const TimedFrame& frame) {

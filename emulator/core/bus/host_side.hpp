@@ -5,6 +5,8 @@
 
 #include "emulator/core/bus/can_errors.hpp"
 #include "emulator/core/host_queue.hpp"
+#include "emulator/core/sim_time.hpp"
+#include "protocol/frame.hpp"
 
 namespace lk::emulator {
 
@@ -16,6 +18,13 @@ enum class HostCut : std::uint8_t {
   kGone,   // the hosts have no adapter; frames are lost
 };
 
+/// Motion commands that the last replay of the hosts' queue has sent too late.
+struct StaleCommands {
+  std::uint64_t count = 0;
+  SimTime age{0};         // of the oldest
+  protocol::Frame frame;  // the first one
+};
+
 /// The hosts' side of a CAN bus: controller and connection. The wire has their queue.
 struct HostSide {
   QueueFull full;            // as configured
@@ -24,6 +33,7 @@ struct HostSide {
   HostCut cut = HostCut::kNone;
   bool unacknowledged = false;  // the last frame of a host was not acknowledged
   std::size_t to_replay = 0;    // queued frames that waited for an acknowledgement
+  StaleCommands stale = {};
 
   bool is_off() const { return cut >= HostCut::kOff; }
 };

@@ -213,6 +213,11 @@ constexpr std::array<AdviceRow, kAdviceKinds> kTable = {{
       "一个回复迟到之后，连续 10 条命令帧都在收到上上条的回复之后、收到上一条的回复之前发出"},
      {"discard received frames before each query, and compare DATA[0] of the reply with the query",
       "每次发命令帧之前清空已收到的帧，并核对回复与命令帧的 DATA[0]"}},
+    {AdviceKind::kStaleBacklog, "stale-backlog",
+     {"2 motion commands, or more, that waited more than 100 ms for an acknowledgement; one alone may have been on the wire when the last drive went away",
+      "有 2 条以上的运动命令等待应答超过 100 ms 之后才发出；只有一条时，可能是最后一台驱动器离开时正在线上的那条"},
+     {"send no motion while replies are missing, and clear the send queue before the power returns (ip link set down and up)",
+      "收不到回复时不发运动命令，并在恢复供电前清空发送队列（把接口 down 再 up）"}},
 }};
 // clang-format on
 static_assert(std::ranges::all_of(kTable, [](const AdviceRow& row) {

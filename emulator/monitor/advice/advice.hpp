@@ -55,9 +55,10 @@ enum class AdviceKind : std::uint8_t {
   kFirstTargetZero,
   kTargetWrapped,
   kAnswersShifted,
+  kStaleBacklog,
 };
 inline constexpr std::size_t kAdviceKinds =
-    static_cast<std::size_t>(AdviceKind::kAnswersShifted) + 1;
+    static_cast<std::size_t>(AdviceKind::kStaleBacklog) + 1;
 
 struct AdviceRow {
   AdviceKind kind;

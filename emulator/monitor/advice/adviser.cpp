@@ -36,6 +36,8 @@ constexpr BilingualText kNotKnown{
 
 constexpr BilingualText kTooMuch{"the drive does not take the query: 16 replies wait in it already",
                                  "驱动器不接受这条命令帧：已有 16 个回复在其中等待"};
+constexpr BilingualText kStale{"{1} motion commands of an age of up to {2} s were sent from the queue",
+                               "队列里有 {1} 条运动命令过时才发出，最久的等了 {2} s"};
 constexpr BilingualText kTwoHere{"drives {1} and {2} here both answer at ID {3}",
                                  "这里的驱动器 {1} 和 {2} 都以 ID {3} 回复"};
 constexpr BilingualText kMoveOne{
@@ -183,6 +185,8 @@ class Adviser::Impl {
   static constexpr SimTime kTryAgain = std::chrono::seconds(1);  // assumed
   /// Frames that a host that waits for replies, and a second one, leave to the wire (assumed).
   static constexpr std::uint64_t kFewWaiting = 4;
+  /// One command may have been on the wire when the last drive went away.
+  static constexpr std::uint64_t kStaleLimit = 2;
   /// Number of frames until advice: fewer may test for a generation, or be for another device.
   static constexpr int kForeign = 3;  // assumed
 
@@ -295,7 +299,19 @@ class Adviser::Impl {
     if (query != nullptr) on_decoded_query(watched, in, *query);
   }
 
+  void observe_backlog(const Bus& bus) {
+    const StaleCommands& stale = bus.state().host.stale;
+    const std::uint64_t before = std::exchange(stale_, stale.count);
+    if (stale.count < kStaleLimit || stale.count == before) return;
+    Finding found =
+        finding(AdviceKind::kStaleBacklog, kStale, stale.count, in_seconds(stale.age));
+    found.replaces_numbers = true;
+    advice_.note(kWholeBus, found, {0, bus.time(), stale.frame},
+                 stale.count - (stale.count > before ? before : 0));
+  }
+
   void observe_wire(const Bus& bus, const BusStats& stats) {
+    observe_backlog(bus);
     disturbances_.observe(bus, stats);
     const bool disturbed = disturbances_.last(bus.time());
     wire_.observe(bus, stats, disturbed);
@@ -359,6 +375,7 @@ class Adviser::Impl {
   Disturbances disturbances_;
   WireWatch wire_;
   std::uint64_t frames_waiting_ = 0;  // for the wire, at the last observation
+  std::uint64_t stale_ = 0;           // motion commands of a replay, at the last observation
   std::uint64_t busy_ = 0;            // queries so far that a drive rejected as busy
   TalkWatch talk_;
   WrongSums wrong_sums_{};

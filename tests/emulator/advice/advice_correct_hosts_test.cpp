@@ -12,9 +12,9 @@
 namespace lk::emulator {
 namespace advice_correct_hosts_test {
 
-constexpr AdviceKind kNew[] = {AdviceKind::kLunge, AdviceKind::kLeftTurning,
+constexpr AdviceKind kNew[] = {AdviceKind::kLunge,           AdviceKind::kLeftTurning,
                                AdviceKind::kFirstTargetZero, AdviceKind::kTargetWrapped,
-                               AdviceKind::kAnswersShifted};
+                               AdviceKind::kAnswersShifted,  AdviceKind::kStaleBacklog};
 
 /// One run of a host with its own rate, jitter, stalls and bursts, on a random drive.
 class CorrectHost {
@@ -129,7 +129,7 @@ class CorrectHost {
     read_angle();
   }
   void event() {
-    switch (pick(0, 5)) {
+    switch (pick(0, 6)) {
       case 0:
         send(protocol::Off{}, period_);
         send(protocol::Run{}, period_);
@@ -147,7 +147,13 @@ class CorrectHost {
       case 3:
         bus_.apply({kWholeBus, SetFault{test::fault("encoder_jump", {draw(-90, 90)})}});
         break;
-      case 4:
+      case 4:  // the host sends no motion until an answer comes
+        bus_.apply(
+            {kWholeBus, SetFault{test::fault("no_ack", {}, {.duration = SimTime(300ms)}, {})}});
+        for (int n = 0; n < 20; ++n) read_angle();
+        wait(400ms);
+        break;
+      case 5:
         bus_.apply({kWholeBus,
                     SetFault{test::fault("delay", {draw(1, 40)}, {.duration = SimTime(20ms)})}});
         wait(100ms);

@@ -120,6 +120,58 @@ TEST(AdviceLeftTurning, IgnoresStoppedDrivesAndTheProtection) {
   EXPECT_EQ(guarded.count(AdviceKind::kLeftTurning), 0U) << guarded.all();
 }
 
+// --- stale-backlog
+
+/// Sends a query every 10 ms; for half a second, nothing acknowledges.
+AnsweredHost& cut_off(AnsweredHost& host, const protocol::Frame& frame) {
+  host.repeat(20, 10ms, frame);
+  host.bus.apply({kWholeBus, SetFault{test::fault("no_ack", {}, {.duration = 500ms}, {})}});
+  host.repeat(100, 10ms, frame);
+  return host;
+}
+
+/// 40 frames of the first 400 ms of the cut are older than 100 ms when it ends. The queue then
+/// takes 50 times 0.3 ms at most, in which up to two more get so old.
+void expect_stale(const AnsweredHost& host) {
+  EXPECT_GE(host.bus.stats().stale, 40U);
+  EXPECT_LE(host.bus.stats().stale, 42U);
+}
+
+TEST(AdviceStaleBacklog, CountsCommandsThatWaited) {
+  AnsweredHost host(test::servo_config(1));
+  cut_off(host, target(45));
+  expect_stale(host);
+  ASSERT_EQ(host.count(AdviceKind::kStaleBacklog, kWholeBus), host.bus.stats().stale) << host.all();
+  const Advice stale = host.get(AdviceKind::kStaleBacklog, kWholeBus);
+  EXPECT_NEAR(stale.found.numbers[1], 0.5, 0.01);
+  EXPECT_EQ(stale.frame, target(45));
+  EXPECT_EQ(host.count(AdviceKind::kFasterThanWire, kWholeBus), 0U) << "the cable was cut";
+}
+
+TEST(AdviceStaleBacklog, IgnoresQueriesAndASingleCommand) {
+  AnsweredHost reads(test::servo_config(1));
+  cut_off(reads, query(ReadMultiTurnAngle{}));
+  expect_stale(reads);
+  EXPECT_EQ(reads.count(AdviceKind::kStaleBacklog, kWholeBus), 0U) << reads.all();
+  AnsweredHost one(test::servo_config(1));
+  one.repeat(1, 10ms, query(ReadMultiTurnAngle{}));
+  for (int round = 0; round < 3; ++round) {
+    one.bus.apply({kWholeBus, SetFault{test::fault("no_ack", {}, {.duration = 500ms}, {})}});
+    one.repeat(1, 1s, target(45));
+  }
+  EXPECT_EQ(one.bus.stats().stale, 3U);
+  EXPECT_EQ(one.count(AdviceKind::kStaleBacklog, kWholeBus), 0U) << one.all();
+}
+
+/// The queries of a backlog come at wire speed. They do not tell the period of the host.
+TEST(AdviceLunge, IgnoresMotionsAfterABacklogOfQueries) {
+  AnsweredHost host(test::servo_config(1));
+  cut_off(host, query(ReadMultiTurnAngle{}));
+  host.repeat(1, 10ms, query(ReadMultiTurnAngle{}));
+  host.repeat(50, 10ms, target(135));
+  EXPECT_EQ(host.count(AdviceKind::kLunge), 0U) << host.all();
+}
+
 // --- first-target-zero, target-wrapped
 
 TEST(AdviceFirstTarget, WarnsOnZeroAlthoughTheAngleWasRead) {
