@@ -36,6 +36,9 @@ class ProgramHost:
         self._process.returncode = os.waitstatus_to_exitcode(status)
         return status, usage.ru_maxrss * KB
 
+    def reap(self) -> None:
+        """Empty: end_descendants() has reaped the process."""
+
     def __del__(self) -> None:
         os.close(self._ended)
 
@@ -91,6 +94,7 @@ class FunctionHost:
 
     def __init__(self, process: FunctionProcess) -> None:
         self._process = process
+        self._is_finished = False
 
     def fileno(self) -> int:
         return self._process.fileno()
@@ -100,4 +104,10 @@ class FunctionHost:
 
         Raises EOFError if the FunctionProcess has exited.
         """
+        self._is_finished = True
         return self._process.receive_end()
+
+    def reap(self) -> None:
+        """Removes the status of a killed child, which would count as that of the next case."""
+        if not self._is_finished:
+            self.finish()

@@ -157,6 +157,7 @@ class Case:
         self._read_output()
         ended_ns = self.now_ns()
         end_descendants([emulator.pid, *self.excluded])
+        host.reap()
         self._read_output()
         self.output.finish()
         end, number = "exit", os.waitstatus_to_exitcode(status)
@@ -244,6 +245,7 @@ class Case:
             self.client.post("/clock/advance", {"to_s": self.began_s + state["duration_s"] + BEYOND_END_S})
         verdict = self.client.request("DELETE", "/scenario")
         verdict["slipped_s"] = slipped_s
+        verdict["advice"] = [{**one, "at_s": one["first_s"] - self.began_s} for one in self.client.get("/advice")]
         return verdict
 
 
