@@ -299,6 +299,8 @@ def run_case(bus, clock, how):
             if how == "dies":
                 import os
                 os.abort()
+            while how == "computes":
+                pass
 """
 
 
@@ -326,6 +328,12 @@ def test_each_case_calls_function_in_new_process(function):
     # --case computes a single case in a new process.
     assert "detected by the host" in campaign("plan.toml", "--case", "1").stdout
     assert "; exit status 0\n" in campaign("plan.toml", "--case", "0").stdout
+
+
+def test_killed_function_does_not_end_the_next_case(function):
+    function("computes", "says", timeout_s=3.5)
+    assert campaign("plan.toml", "-j", "1", "--quiet").returncode == 0
+    assert [row["note"] for row in rows()] == ["did not end within 3.5 s of processor time", "exit status 0; line 1 of [detect]"]
 
 
 @pytest.mark.parametrize(
@@ -478,6 +486,21 @@ def test_prevented_hazard_counts_as_dangerous_and_detected(stopping):
     ]  # fmt: skip
     assert (found["coverage"]["detected"], found["coverage"]["dangerous"], found["coverage"]["share"]) == (1, 1, 1.0)
     assert (found["safe_detected"], found["safe_undetected"], found["false_alarms"]) == (1, 1, 1)
+
+
+def test_case_of_kind_none_is_judged_alone(stopping):
+    stopping("", 'fault.kind = ["none", "friction"]', "fault.id = 1", "fault.at_s = 0.5", "fault.friction.factor = 2", 'host.how = "carefree"')
+    kinds = [(row["fault.kind"], row["fault.at_s"], row["first_effect_at_ns"] != "") for row in rows()]
+    assert kinds == [("none", "", False), ("friction", "0.5", True)]
+
+
+def test_rejects_hazardous_advice_without_host(write):
+    write("well")
+    plan = pathlib.Path("plan.toml")
+    text = plan.read_text()
+    plan.write_text(text[: text.index("[dimension]")] + "[dimension]\nfault.kind = 'jam'\nfault.at_s = 1\nfault.id = 1\n[hazard]\nadvice = true\n")
+    done = campaign("plan.toml")
+    assert done.returncode == 2 and "hazard.advice: needs [host]" in done.stderr and done.stderr.count("\n") == 1
 
 
 def test_passive_host_also_runs_without_fault_dimension(stopping):

@@ -127,7 +127,7 @@ class HostRuns:
 
     def _worst_result(self, number: int, values: Case) -> Result:
         reference = None
-        if self._plan.kind_of(values) is not None:
+        if self._plan.has_fault(values):
             reference = self._reference(number, values)
         results = []
         for _ in range(self._host.runs):
@@ -233,6 +233,7 @@ class HostRuns:
             "replies": verdict["buses"][0]["replies_hash"],
             "invalid": verdict["invalid"],
             "unasked_deg": verdict["unasked_deg"],
+            "advice": {one["kind"]: {"at_ns": _ns(one["at_s"]), "text": f"{one['kind']}: {one['what']}"} for one in reversed(verdict["advice"])},
         }
         faults = verdict["faults"][planned:]
         if faults:

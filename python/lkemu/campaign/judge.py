@@ -136,9 +136,15 @@ def _judge_hazards(
             result.margin = one["margin"] if result.margin is None else min(result.margin, one["margin"])
         if one["status"] == "passed":
             continue
-        at = one.get("decided_at_ns", 0)
-        if result.violated_at_ns is None or at < result.violated_at_ns:
-            result.violated_at_ns, result.violated = at, one["says"]
+        _add_violation(result, one.get("decided_at_ns", 0), one["says"])
+    for kind in plan.advice:
+        if kind in seen["advice"] and (reference is None or kind not in reference["advice"]):
+            _add_violation(result, seen["advice"][kind]["at_ns"], seen["advice"][kind]["text"])
+
+
+def _add_violation(result: Result, at_ns: int, what: str) -> None:
+    if result.violated_at_ns is None or at_ns < result.violated_at_ns:
+        result.violated_at_ns, result.violated = at_ns, what
 
 
 def judge_host(plan: Plan, result: Result, end: HostEnd, reference: Optional[HostEnd]) -> None:

@@ -143,8 +143,10 @@ def _idle_kinds(plan: Plan, program: Program, jobs: int, of_kind: int) -> List[s
     tried: List[Tuple[int, Case]] = []
     for number in range(min(cases.numbers, MAX_SEARCHED)):
         values = cases.values(number)
-        kind = plan.kind_of(values) if values is not None else None
-        if values is None or kind is None or count[kind] == of_kind:
+        if values is None or not plan.has_fault(values):
+            continue
+        kind = str(plan.kind_of(values))
+        if count[kind] == of_kind:
             continue
         count[kind] += 1
         tried.append((number, values))

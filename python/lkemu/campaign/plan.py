@@ -10,6 +10,9 @@ from .sampling import Case
 from .values import Listed, Value, Values
 
 MAX_CASES = 10**15
+NO_FAULT = "none"  # value of fault.kind
+# Kinds of advice that [hazard] advice counts.
+UNASKED = ("lunge", "left-turning", "first-target-zero", "target-wrapped", "answers-shifted", "stale-backlog")
 
 
 class PlanError(Exception):
@@ -69,6 +72,7 @@ class Plan:
     dimensions: List[Dimension] = field(default_factory=list)
     exclusions: List[Exclusion] = field(default_factory=list)
     hazards: Tuple[str, ...] = ()  # `says` of expectations; empty: all
+    advice: Tuple[str, ...] = ()  # kinds of advice that are hazards
     detection: Detection = Detection()
     host: Optional[Host] = None
     faults: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # all kinds of lk-emu
@@ -95,6 +99,8 @@ class Plan:
 
     def counts(self, dimension: Dimension, kind: Optional[str]) -> bool:
         """True if the dimension applies to cases with this kind of fault. `kind` None: cases without a fault."""
+        if kind == NO_FAULT:
+            return dimension.name == "fault.kind" or not dimension.name.startswith("fault.")
         fault = self.faults[kind] if kind is not None else None
         if dimension.name == "fault.id":
             return fault is not None and not fault["of_bus"]
@@ -123,6 +129,9 @@ class Plan:
             if dimension.name == "fault.kind" and value is not None:
                 return str(value)
         return None
+
+    def has_fault(self, values: Case) -> bool:
+        return self.kind_of(values) not in (None, NO_FAULT)
 
     def excludes(self, values: Case) -> bool:
         return any(all(_fits(values[n], what) for n, what in one.items()) for one in self.exclusions)
@@ -159,7 +168,7 @@ class Plan:
             request["drive_errors"] = list(self.detection.drive_errors)
         if watch and self.detection.host:
             request["detect"] = list(self.detection.host)
-        if fault and "fault" in event:
+        if fault and self.has_fault(values):
             request["fault"] = event
         return request
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, Dict, List, Mapping, Optional, Tuple, Union
 
-from .plan import Dimension, Exclusion, Plan, whole_or_not
+from .plan import NO_FAULT, Dimension, Exclusion, Plan, whole_or_not
 from .plan_text import PlanText, did_you_mean, flat, is_number
 from .program import Program
 from .values import Listed, Ranged, Value, Values, value_text
@@ -41,7 +41,7 @@ class DimensionReader:
         if name in numbers or name.startswith("load."):
             return None
         if name == "fault.kind":
-            return list(self.plan.faults)
+            return [*self.plan.faults, NO_FAULT]
         if name == "generation":
             return self.program.generations()
         if name == "fault.bus":
@@ -72,6 +72,8 @@ class DimensionReader:
         key = f"dimension.{name}"
         if node == "all" and words:
             return Listed(self.possible_kinds() if name == "fault.kind" else words)
+        if name == "fault.kind" and isinstance(node, list) and "all" in node:
+            return Listed(self.read_list(key, [*(one for one in node if one != "all"), *self.possible_kinds()], words))
         if not isinstance(node, dict):
             return Listed(self.read_list(key, node, words))
         known = {"from", "to", "step", "log", "mean", "sd", "values", "weights", "least"}

@@ -8,7 +8,7 @@ import pathlib
 import re
 from typing import Any
 
-from .plan import MAX_CASES, Host, Plan, PlanError
+from .plan import MAX_CASES, NO_FAULT, UNASKED, Host, Plan, PlanError
 from .plan_dimensions import MAX_VALUE, DimensionReader
 from .plan_host import HOST_KEYS, read_detection, read_host
 from .plan_text import PlanText, is_number, is_whole
@@ -49,7 +49,7 @@ def load_plan(called: str, program: Program) -> Plan:
     reader = DimensionReader(text, plan, program)
     plan.dimensions = reader.read_dimensions(document.get("dimension"))
     plan.exclusions = [reader.read_exclusion(one) for one in document.get("exclude", [])]
-    hazard = text.table("hazard", {"expectations"})
+    hazard = text.table("hazard", {"expectations", "advice"})
     plan.hazards = tuple(hazard.get("expectations", ()))
     for one in plan.hazards:
         if one not in plan.expectations:
@@ -58,6 +58,10 @@ def load_plan(called: str, program: Program) -> Plan:
     if "host" in document:
         plan.host = read_host(text, text.table("host", HOST_KEYS))
         check_placeholders(text, plan.host, plan)
+    if hazard.get("advice", False):
+        if plan.host is None:
+            raise text.error("hazard.advice", "needs [host]: without it, nobody watches the host")
+        plan.advice = UNASKED
     check_fault(text, plan)
     check_rates(text, document.get("rates", {}), plan)
     check_lists(text, plan)
@@ -131,6 +135,8 @@ def check_fault(text: PlanText, plan: Plan) -> None:
         if parameter is not None and parameter[0] not in plan.kinds:
             raise text.error("dimension", f"{dimension.name}: fault.kind is never {parameter[0]}")
     for kind in plan.kinds:
+        if kind == NO_FAULT:
+            continue
         row = plan.faults[kind]
         varied = [f"fault.{kind}.{one['name']}" in names for one in row["parameters"]]
         for one, is_varied in zip(row["parameters"], varied):
