@@ -149,6 +149,11 @@ void Host::hear_only(const std::vector<int>& ids) const {
   }
 }
 
+void Host::hear_errors() const {
+  const can_err_mask_t all = CAN_ERR_MASK;
+  if (::setsockopt(fd_, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &all, sizeof all) < 0) fail("filter");
+}
+
 std::optional<can_frame> Host::receive(int patience_ms) {
   if (slcan_) return receive_line(patience_ms);
   pollfd readable{fd_, POLLIN, 0};

@@ -33,6 +33,8 @@ class Host {
   void send(const canfd_frame& frame) const;
   /// Receives frames of these drives only from now on. SocketCAN only.
   void hear_only(const std::vector<int>& ids) const;
+  /// Receives error frames too. SocketCAN only.
+  void hear_errors() const;
   /// Returns the next frame of another program; nothing if none arrives within the patience.
   std::optional<can_frame> receive(int patience_ms = kPatience_ms);
   /// Sends a query to the drive `id` and waits for the next frame, which must be the reply.
