@@ -2,7 +2,7 @@
 
 Use it as a sample for your host. These rules keep the joint from a lunge:
 
-- After the start, and after each error, lost reply or pause, read the angle before the next motion command.
+- After a start, error, lost reply or pause, read the angle before the next motion.
 - Discard old frames before a query, and compare DATA[0] of the reply with it.
 - Send no motion command before the last query is answered: unacknowledged frames wait in the send queue.
 - Switch the drive off (0x80) before 0x88, which may resume an old command.
@@ -18,8 +18,8 @@ GEAR = 6
 BOOT_S = 0.3
 REPLY_LIMIT_S = 0.01
 MOST_FRAMES = 16  # of others, while waiting for a reply
-RETRY_S = 0.05  # between queries to a drive that does not answer
-BRAKE_S = 0.1  # until it has released
+RETRY_S = 0.05
+BRAKE_S = 0.1
 SPEED_DPS = 90  # of the output, along the path
 PERIOD_S = 1.2  # of the path
 STOP_FROM_S, STOP_TO_S = 1.2, 1.6
