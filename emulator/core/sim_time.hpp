@@ -33,8 +33,8 @@ struct TimedFrame {
   friend bool operator==(const TimedFrame&, const TimedFrame&) = default;
 };
 
-/// Returns the ID of the drive that sent `reply`, 0 for an error frame and other frames of no drive.
-/// If `drive_id` is 0, the identifier shows the ID: it is a multiple of 64 plus the ID.
+/// Returns the ID of the drive that sent `reply`, 0 for an error frame and other frames of no
+/// drive. If `drive_id` is 0, the identifier shows the ID: it is a multiple of 64 plus the ID.
 inline int drive_of(const TimedFrame& reply) {
   if (reply.drive_id != 0) return reply.drive_id;
   const auto id = static_cast<int>(reply.frame.id & 0x3FU);

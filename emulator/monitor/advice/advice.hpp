@@ -57,8 +57,7 @@ enum class AdviceKind : std::uint8_t {
   kAnswersShifted,
   kStaleBacklog,
 };
-inline constexpr std::size_t kAdviceKinds =
-    static_cast<std::size_t>(AdviceKind::kStaleBacklog) + 1;
+inline constexpr std::size_t kAdviceKinds = static_cast<std::size_t>(AdviceKind::kStaleBacklog) + 1;
 
 struct AdviceRow {
   AdviceKind kind;

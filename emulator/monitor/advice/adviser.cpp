@@ -36,8 +36,9 @@ constexpr BilingualText kNotKnown{
 
 constexpr BilingualText kTooMuch{"the drive does not take the query: 16 replies wait in it already",
                                  "驱动器不接受这条命令帧：已有 16 个回复在其中等待"};
-constexpr BilingualText kStale{"{1} motion commands of an age of up to {2} s were sent from the queue",
-                               "队列里有 {1} 条运动命令过时才发出，最久的等了 {2} s"};
+constexpr BilingualText kStale{
+    "{1} motion commands of an age of up to {2} s were sent from the queue",
+    "队列里有 {1} 条运动命令过时才发出，最久的等了 {2} s"};
 constexpr BilingualText kTwoHere{"drives {1} and {2} here both answer at ID {3}",
                                  "这里的驱动器 {1} 和 {2} 都以 ID {3} 回复"};
 constexpr BilingualText kMoveOne{
@@ -303,8 +304,7 @@ class Adviser::Impl {
     const StaleCommands& stale = bus.state().host.stale;
     const std::uint64_t before = std::exchange(stale_, stale.count);
     if (stale.count < kStaleLimit || stale.count == before) return;
-    Finding found =
-        finding(AdviceKind::kStaleBacklog, kStale, stale.count, in_seconds(stale.age));
+    Finding found = finding(AdviceKind::kStaleBacklog, kStale, stale.count, in_seconds(stale.age));
     found.replaces_numbers = true;
     advice_.note(kWholeBus, found, {0, bus.time(), stale.frame},
                  stale.count - (stale.count > before ? before : 0));
