@@ -319,15 +319,17 @@ void post_frames(const ApiCall& call) {
   const auto frames = read_frames(call.body, line.config());
   call.body.finish();
   const Bus& bus = line.bus();
-  if (bus.stats().frames_waiting + frames.size() > line.config().host_queue.frames ||
-      bus.state().wire.host_queue_full() || line.backlog() > 0) {
+  const std::size_t room =
+      line.config().serial ? Line::kMaxSpaced : line.config().host_queue.frames;
+  if (bus.stats().frames_waiting + line.backlog() + frames.size() > room ||
+      bus.state().wire.host_queue_full()) {
     throw ApiError(
         409, "frame",
         "too many frames are queued; wait until the bus has sent them, or advance the clock");
   }
   Json texts = Json::array();
   for (const protocol::Frame& frame : frames) {
-    line.accept({bus.time(), frame});
+    line.accept_in_turn({bus.time(), frame});
     texts.push_back(frame_text(frame));
   }
   call.reply({200, {{"time_s", in_seconds(bus.time())}, {"frames", texts}}, ""});

@@ -20,9 +20,6 @@ constexpr std::size_t kMaxLeaving = 256;
 
 /// All frames sent before a slip have been read this long after it.
 constexpr SimTime kAfterSlip = std::chrono::milliseconds(2);
-/// Most frames that wait for a quiet line after a slip (assumed: one query every 10 ms for 0.6 s).
-/// A host that sent more does not wait for replies: its frames only wait for room on the bus.
-constexpr std::size_t kMaxSpaced = 64;
 /// Longest wait for a quiet line after a slip.
 constexpr SimTime kLongestWait = std::chrono::seconds(1);
 
@@ -103,6 +100,14 @@ void Line::accept(const TimedFrame& in) {
     advance_watched(in.at);
   }
   put_on_bus(in);
+}
+
+void Line::accept_in_turn(const TimedFrame& in) {
+  if (config_.serial && (!backlog_.empty() || !bus_.state().line_is_quiet())) {
+    waits_for_quiet_line_ = true;
+    waits_at_least_until_ = std::max(waits_at_least_until_, bus_.time());
+  }
+  accept(in);
 }
 
 std::size_t Line::room() const {

@@ -49,6 +49,9 @@ class Line {
  public:
   /// Limit of frames queued while time stands still.
   static constexpr std::size_t kMaxBacklog = 1'000'000;
+  /// Most frames that wait for a quiet line (assumed: one query every 10 ms for 0.6 s). A host that
+  /// sent more does not wait for replies: its frames only wait for room on the bus.
+  static constexpr std::size_t kMaxSpaced = 64;
 
   explicit Line(const BusConfig& config);
 
@@ -65,6 +68,9 @@ class Line {
 
   /// Gives the bus a host's frame that arrived at `in.at`, or queues it after a slip.
   void accept(const TimedFrame& in);
+  /// As `accept`, for a sender that waits for replies: on RS-485 the frame waits until the line is
+  /// quiet. Pre: backlog() < kMaxSpaced.
+  void accept_in_turn(const TimedFrame& in);
   /// Call after a slip of simulated time: the frames that hosts sent during it arrive together. On
   /// RS-485 each of them waits until the line is quiet, so as not to collide with the last reply.
   void note_slip();
@@ -141,7 +147,7 @@ class Line {
   std::size_t advice_reported_ = 0;
   std::unique_ptr<Port> port_;
   std::deque<TimedFrame> backlog_;  // frames for the bus: time stands still, or the bus has no room
-  bool waits_for_quiet_line_ = false;  // after a slip: frames wait until the line is quiet
+  bool waits_for_quiet_line_ = false;  // frames wait until the line is quiet (RS-485)
   SimTime waits_at_least_until_{0};    // earliest end of this wait
   bool flooded_ = false;               // too many frames to space them: they wait only for room
   bool reported_no_ack_ = false;       // frames of hosts were not acknowledged

@@ -69,7 +69,7 @@ const std::vector<List> kLists = {
      R"({"command": "state_2", "id": 1})", "/frames"},
     {"frames in an adapter without a depth", "bus", "core/wire_timing.hpp", "kMaxInAdapter", kLost},
     {"frames while time stands still", "bus", "io/live/line.hpp", "kMaxBacklog", kLost},
-    {"packets that waited while time slipped", "bus", "io/live/line.cpp", "kMaxSpaced", "as they come; lost, and counted, if the wire has no room either"},
+    {"packets that waited while time slipped", "bus", "io/live/line.hpp", "kMaxSpaced", "as they come; lost, and counted, if the wire has no room either"},
     {"replies that wait for the disk", "drive", "files/rom_store.hpp", "kMaxHeld", kLost},
     {"advice", "bus", "monitor/advice/advice.hpp", "kMax", "counted"},
     {"causes of one kind of advice", "drive", "monitor/advice/advice.hpp", "kMaxCauses", "counted"},

@@ -9,6 +9,7 @@
 #include "emulator/core/faults/fault_table.hpp"
 #include "emulator/monitor/frames/frame_words.hpp"
 #include "tests/emulator/control/control_support.hpp"
+#include "tests/support/serial_bus.hpp"
 
 namespace lk::emulator {
 namespace control_api_test {
@@ -445,6 +446,25 @@ TEST(ControlApi, SendsHostFrames) {
   EXPECT_EQ(where(t.post("/frames", R"({"command": "off", "every_s": 1})")), "every_s");
   EXPECT_EQ(t.post("/frames", R"({"command": "off", "bus": "vcan7"})").status, 400);
   EXPECT_EQ(line.bus().stats().frames, 3U) << "nothing is sent of what is refused";
+}
+
+TEST(ControlApi, SendsFramesOfTheSameInstantOneByOneOnRs485) {
+  BusConfig config = test::serial_bus(
+      {test::serial_drive(Generation::kV236, 1), test::serial_drive(Generation::kV236, 2)});
+  config.interface = "rs485:/arm";
+  TestWorld t(config);
+  const Line& line = *t.world.lines().front();
+  for (int n = 0; n < 32; ++n) {
+    EXPECT_EQ(t.post("/frames", R"({"command": "speed", "speed_dps": 90, "ids": "1-2"})").status,
+              n < 31 ? 200 : 409);
+    if (n == 1) EXPECT_EQ(line.backlog(), 3U) << "the first frame is on the wire";
+    if (n == 30) EXPECT_EQ(t.post("/frames", R"({"command": "stop"})").status, 200);
+  }
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 0.1})").status, 200);
+  EXPECT_EQ(line.bus().stats().frames, 64U);
+  EXPECT_EQ(line.bus().servo(1).stats.replies, 32U);
+  EXPECT_EQ(line.bus().servo(2).stats.replies, 32U);
+  EXPECT_EQ(t.get("/advice").body, Json::array());
 }
 
 /// The table of requests and the router's table have the same requests.
