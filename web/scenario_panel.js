@@ -59,6 +59,7 @@ export function scenarioPanel() {
     tellAbout();
   });
   start.addEventListener('click', () => attempt(async () => {
+    if (!file.files.length && !select.value) throw new Error(t('choose_scenario'));
     const request = file.files.length ? {toml: await file.files[0].text()} : {file: select.value};
     return post('/scenario', request);
   }, (state) => t('has_begun', {name: name('scenarios', state.name)})));

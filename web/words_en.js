@@ -101,7 +101,7 @@ export const kEnglish = {
   from_to: '{min} to {max}', fault_injected: '{names} injected', fault_cleared: '{name} cleared', clear_fault: 'clear {name}', clear_all: 'Clear all', all_cleared: 'all faults cleared',
   fault_name: 'name', fault_state: 'state', fault_of: 'of', fault_parameters: 'parameters', fault_began: 'began', fault_first: 'first effect', fault_effects: 'effects',
   fault_first_on: 'first on', nothing_yet: 'nothing yet', no_faults: 'No faults so far.',
-  start_scenario: 'Start scenario', stop_scenario: 'Stop scenario', choose_one: 'choose one', shipped: 'shipped', or_file: 'or a file', has_begun: '{name} started', ended: 'ended',
+  start_scenario: 'Start scenario', stop_scenario: 'Stop scenario', choose_one: 'choose one', choose_scenario: 'choose a scenario or a file first', shipped: 'shipped', or_file: 'or a file', has_begun: '{name} started', ended: 'ended',
   scenario_at: '{name}, {time} of {all} s', took_effect: 'took effect',
   other_robot: 'Written for another robot, {robot}: {drives}. What it expects need not hold for these drives.',
   other_motor: 'drive {name} is {meant} there, {running} here', no_such_motor: 'drive {name} is {meant} there, none here', and_more: '{n} more', no_effect: 'no effect',

@@ -100,7 +100,7 @@ export const kChinese = {
   from_to: '{min} 到 {max}', fault_injected: '已注入 {names}', fault_cleared: '已清除 {name}', clear_fault: '清除 {name}', clear_all: '全部清除', all_cleared: '一切恢复正常',
   fault_name: '名称', fault_state: '状态', fault_of: '对象', fault_parameters: '参数', fault_began: '开始', fault_first: '首次生效', fault_effects: '生效次数',
   fault_first_on: '首次作用于', nothing_yet: '还没有', no_faults: '还没有注入过故障。',
-  start_scenario: '开始场景', stop_scenario: '停止场景', choose_one: '请选择', shipped: '自带的', or_file: '或用文件', has_begun: '{name} 已开始', ended: '已结束',
+  start_scenario: '开始场景', stop_scenario: '停止场景', choose_one: '请选择', choose_scenario: '先选一个场景或文件', shipped: '自带的', or_file: '或用文件', has_begun: '{name} 已开始', ended: '已结束',
   scenario_at: '{name}，{time} / {all} s', took_effect: '已生效',
   other_robot: '它是为另一台机器人 {robot} 写的：{drives}。它的预期对这些驱动器不一定成立。',
   other_motor: '那里的驱动器 {name} 是 {meant}，这里是 {running}', no_such_motor: '那里有驱动器 {name}（{meant}），这里没有', and_more: '另有 {n} 个', no_effect: '未生效',

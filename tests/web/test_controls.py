@@ -142,6 +142,15 @@ def test_last_chosen_scenario_is_started(page, tmp_path):
     settle(page, lambda: chosen() == [0, jammed])
 
 
+def test_start_without_a_scenario_says_what_to_do(page):
+    page.go("bench")
+    page.choose("#scenario", "")
+    page.run("document.querySelector('#view-bench input[type=file]').value = ''")
+    page.click("#view-bench", "Start scenario")
+    settle(page, lambda: notes(page) == "choose a scenario or a file first")
+    assert page.complaints() == []
+
+
 def test_pressed_button_keeps_the_focus(page):
     page.go("bench")
     page.for_drives(1)
