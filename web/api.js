@@ -1,5 +1,7 @@
 // Client of the control interface (docs/reference/control-api.md): requests, and WebSockets that reconnect.
 
+import {t} from './words.js';
+
 const kBase = '/api/v1';
 const kTokenKey = 'lk-emu-token';
 const kAnswer_ms = 5000;
@@ -15,10 +17,12 @@ export class Refused extends Error {
   }
 }
 
-/// Asks the user for the token, once for all pending requests.
-function askForToken() {
+/// Asks the user for the token, once for all pending requests. `refused`: lk-emu has refused a token.
+function askForToken(refused) {
   asking ??= new Promise((resolve) => {
     const dialog = document.getElementById('token');
+    dialog.querySelector('.wrong').hidden = !refused;
+    dialog.querySelector('input').value = '';
     dialog.addEventListener('close', () => {
       token = dialog.querySelector('input').value;
       sessionStorage.setItem(kTokenKey, token);
@@ -32,13 +36,15 @@ function askForToken() {
 
 async function ask(method, path, body) {
   const headers = {};
+  const used = token;
   if (token) headers.Authorization = `Bearer ${token}`;
   if (body !== undefined) headers['Content-Type'] = 'application/json';
   const answer = await fetch(kBase + path, {
     method, headers, cache: 'no-store', body: body === undefined ? undefined : JSON.stringify(body),
-    signal: method === 'GET' ? AbortSignal.timeout(kAnswer_ms) : undefined});  // others may take hours (advance)
+    signal: method === 'GET' ? AbortSignal.timeout(kAnswer_ms) : undefined})  // others may take hours (advance)
+    .catch(() => { throw new Error(t('lost')); });
   if (answer.status === 401) {
-    await askForToken();
+    if (used === token) await askForToken(token !== '');
     return ask(method, path, body);
   }
   const json = await answer.json();

@@ -43,7 +43,7 @@ function tell() {
 
 export function chooser() {
   listeners.clear();
-  group = el('div', {class: 'row picks', role: 'group', 'aria-label': t('drives_meant')});
+  group = el('div', {class: 'row picks', role: 'group', 'aria-label': t('drives_meant'), 'data-needs-program': true});
   const there = new Set(store.drives.map(({bus, id}) => driveKey(bus, id)));
   for (const key of chosen) if (!there.has(key)) chosen.delete(key);
   if (!chosen.size && store.drives.length) chosen.add(driveKey(store.drives[0].bus, store.drives[0].id));

@@ -41,6 +41,7 @@ function showClock() {
 }
 
 function showConnection() {
+  for (const control of document.querySelectorAll('[data-needs-program] :is(button, input, select)')) control.disabled = !store.connected;
   const banner = byId('lost');
   if (store.connected) {
     banner.hidden = true;

@@ -31,14 +31,14 @@ export class ScopeControls {
     this.spectra = el('button', {type: 'button', title: t('spectra_about'), 'aria-pressed': 'false', onclick: does.spectra}, 'FFT');
     this.frames = el('span', {class: 'dim', id: 'scope-info'});
     this.drives = el('div', {class: 'row picks', role: 'group', 'aria-label': t('drives')});
-    this.sets = el('div', {class: 'row picks', role: 'group', 'aria-label': t('signal_sets')});
-    this.signals = el('div', {class: 'signal-list', role: 'group', 'aria-label': t('signals')});
+    this.sets = el('div', {class: 'row picks', role: 'group', 'aria-label': t('signal_sets'), 'data-needs-program': true});
+    this.signals = el('div', {class: 'signal-list', role: 'group', 'aria-label': t('signals'), 'data-needs-program': true});
     const button = (text, title, onclick) => el('button', {type: 'button', title, onclick}, text);
     this.root = el('div', {class: 'scope-controls'},
       el('div', {class: 'row'}, this.pause,
         labelled(t('width'), this.width), button('+', t('zoom_in'), () => does.zoom(0.5)), button('−', t('zoom_out'), () => does.zoom(2)),
         button('←', t('earlier'), () => does.pan(-0.2)), button('→', t('later'), () => does.pan(0.2)),
-        labelled(t('rate'), this.rate),
+        el('span', {'data-needs-program': true}, labelled(t('rate'), this.rate)),
         ...['A', 'B'].map((name) => button(name, t('cursor_label', {name}), () => does.putCursor(name))),
         button(t('no_cursors'), t('no_cursors_about'), does.clearCursors), button('CSV', t('csv_about'), does.exportCsv), this.spectra, this.frames),
       el('div', {class: 'row wide-gap'}, this.drives, this.sets),

@@ -30,7 +30,7 @@ export class TriggerControls {
     const {mode, kind, drive, signal, edge, level, error, command, before} = this.fields;
     this.before = labelled(t('trigger_before'), before);
     this.state = el('span', {class: 'dim', id: 'trigger-state'});
-    this.root = el('div', {class: 'row', role: 'group', 'aria-label': t('trigger')}, labelled(t('trigger'), mode), kind, drive, signal, edge, level, error, command,
+    this.root = el('div', {class: 'row', role: 'group', 'aria-label': t('trigger'), 'data-needs-program': true}, labelled(t('trigger'), mode), kind, drive, signal, edge, level, error, command,
       this.before, this.state);
   }
 

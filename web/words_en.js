@@ -5,9 +5,9 @@ export const kEnglish = {
   to_content: 'To the content', views: 'Views', bus: 'Bus', scope: 'Scope', traffic: 'Traffic', bench: 'Bench',
   simulated: 'simulated', clock: 'clock', of_real_time: 'of real time', slipped: 'slipped', theme: 'Dark or light',
   other_language: '中文', other_language_label: '中文（切换语言）',
-  token: 'Token', token_why: 'This lk-emu can be reached from other machines and requires its token.', enter: 'Enter',
+  token: 'Token', token_why: 'This lk-emu can be reached from other machines and requires its token.', enter: 'Enter', token_wrong: 'lk-emu refuses this token.',
   read_only: 'read-only', may_act_with: 'start lk-emu with --http-write to allow changes',
-  lost: 'No answer from lk-emu: what is shown is old. Trying again every second.',
+  lost: 'No answer from lk-emu: what is shown is old, and controls that need it are disabled. Trying again every second.',
   load_of: 'load of {bus}', bus_rate: '{bus}, {rate} kbit/s', bus_no_time: '{bus}: frames take no time', down: 'down',
   drive: 'Drive {name}', drives: 'drives', all: 'all', none: 'none', set: 'Set', clear: 'Clear', resume: 'Resume', pause: 'Pause',
   // clock modes

@@ -240,6 +240,27 @@ def test_lost_connection_is_shown_and_restored(page, bench):
     page.complaints()  # discards errors of the disconnection
 
 
+def test_controls_that_need_the_program_are_disabled_when_it_has_ended(page, bench):
+    enabled = """return [...document.querySelectorAll(`#view-${arguments[0]} :is(button, input, select)`)]
+      .filter((one) => !one.matches(':disabled')).map((one) => one.getAttribute('aria-label') ?? one.textContent)"""
+    page.go("bench")
+    assert "drive 1" in page.run(enabled, "bench")
+    page.fill('[aria-label="jog speed, °/s"]', 30)
+    bench.stop()
+    # A click before the page has noticed; the fieldset may already be disabled.
+    page.run("""import('/choice.js').then(({command}) => command({command: 'stop'}))""")
+    settle(page, lambda: any(note.text.startswith("No answer from lk-emu") for note in page.all(".note")))
+    settle(page, lambda: page.run(enabled, "bench") == [])
+    assert "disabled" in page.text("#lost")
+    kept = page.run(enabled, "scope")
+    assert not {"samples per second", "position", "trigger"} & set(kept)
+    assert {"Pause", "CSV", "A"} <= set(kept), "what is recorded can be read"
+    bench.start()
+    settle(page, lambda: {"drive 1", "turn forth"} <= set(page.run(enabled, "bench")))
+    assert "position" in page.run(enabled, "scope")
+    page.complaints()  # discards errors of the disconnection
+
+
 def restart(page, bench):
     bench.stop()
     settle(page, lambda: page.one("#lost").is_displayed())

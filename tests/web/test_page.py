@@ -3,6 +3,8 @@
 import socket
 
 import pytest
+from bench import Bench
+from conftest import PROGRAM
 from dashboard import Page
 from selenium.webdriver.common.keys import Keys
 
@@ -133,6 +135,31 @@ def test_page_fits_on_the_screen(page, size):
             assert cut == [], view
     finally:
         page.resize((1440, 900))
+
+
+TOKEN = "a-token-of-this-test"
+
+
+def test_wrong_token_is_reported_and_asked_for_again(browser, tmp_path):
+    file = tmp_path / "token"
+    file.write_text(TOKEN)
+    file.chmod(0o600)
+    bench = Bench(PROGRAM, ["1"], "--http-token", str(file))
+    page = Page(browser, bench.http, before=f"sessionStorage.setItem('lk-emu-token', new URLSearchParams(location.search).get('token') ?? '{TOKEN}')")
+    try:
+        asks = lambda: page.run("return [document.querySelector('dialog').open, !document.querySelector('dialog .wrong').hidden]")
+        for kept, shown in (("", [True, False]), ("wrong", [True, True])):
+            page.driver.get(f"{page.address}?token={kept}")
+            page.until(lambda: asks() == shown)
+        for token, shown in (("wrong-again", [True, True]), (TOKEN, [False, True])):
+            page.fill("dialog input", token)
+            page.click("dialog", "Enter")
+            page.until(lambda: asks() == shown)
+            assert page.one("dialog input").get_attribute("value") in ("", TOKEN)
+        page.until(lambda: page.all(".card"))
+    finally:
+        page.close()
+        bench.close()
 
 
 # Simulates a changing program: `news` sets its pid for later polls, and how many requests of /drives fail.
