@@ -31,7 +31,7 @@ function makeCard(drive) {
   const key = driveKey(drive.bus, drive.id);
   const dial = new Dial({label: t('drive', {name})});
   const fields = {
-    angle: field(t('angle'), '°', t('angle_about')),
+    angle: field(t('rotor'), '°', t('rotor_about')),
     speed: field(t('speed'), '°/s', t('speed_about')),
     current: drive.series === 'MS' ? field(t('power_share'), '%', t('unit_power')) : field(t('current'), 'A', t('current_about')),
     voltage: field(t('voltage'), 'V', t('voltage_about')),
@@ -81,7 +81,7 @@ function build() {
 function showNumbers(card, drive, now, shaft) {
   const {fields} = card;
   const measured = (value, digits) => (drive.alive ? fixed(value, digits) : '–');
-  setText(card.shaft, `${fixed(shaft.shaft, 1)}°`);
+  setText(card.shaft, t('shaft_deg', {deg: fixed(shaft.shaft, 1)}));
   setText(fields.angle.value, measured(now.angle_deg, 1));
   setText(fields.speed.value, measured(now.speed_dps, 1));
   setText(fields.current.value, drive.series === 'MS' ? measured(now.power * 100, 1) : measured(now.iq_A, 2));

@@ -41,7 +41,7 @@ function turn(degrees) {
   tellTurns();
 }
 
-const kRows = [[t('speed'), 'speed_dps', 1, '°/s'], [t('current'), 'iq_A', 2, 'A'], [t('voltage'), 'voltage_V', 2, 'V'],
+const kRows = [[t('rotor'), 'angle_deg', 2, '°', t('rotor_about')], [t('speed'), 'speed_dps', 1, '°/s'], [t('current'), 'iq_A', 2, 'A'], [t('voltage'), 'voltage_V', 2, 'V'],
   [t('supply_current'), 'bus_current_A', 2, 'A'], [t('motor'), 'temperature_C', 1, '°C'], [t('stage'), 'driver_temperature_C', 1, '°C']];
 
 const kNoShaft = {shaft: 0, target: null, zero: 0, speed: 0, alive: false, bridge: false};
@@ -79,11 +79,11 @@ export function shaftPanel() {
   const mine = new Dial({onTurn: turn, mayTurn, label: t('shaft_by_hand')});
   dial = mine;
   on('change', () => mine.root.setAttribute('aria-disabled', !store.mayWrite || !store.connected), mine.root);
-  const row = (name, value, unit) => el('div', {}, el('dt', {text: name}), value, el('span', {class: 'unit', text: unit}));
+  const row = (name, value, unit, title) => el('div', {title}, el('dt', {text: name}), value, el('span', {class: 'unit', text: unit}));
   numbers = {at: 0, name: el('h3'), angle: el('dd', {text: '–'}), target: el('dd', {text: '–'}), cells: kRows.map(() => el('dd', {text: '–'}))};
   onChoice(choose);
   choose();
   return [el('div', {class: 'shaft-panel'}, dial.root, el('div', {}, numbers.name,
-    el('dl', {class: 'fields'}, row(t('shaft_angle'), numbers.angle, '°'), row(t('target_angle'), numbers.target, '°'), ...kRows.map(([name, , , unit], n) => row(name, numbers.cells[n], unit))),
+    el('dl', {class: 'fields'}, row(t('shaft_angle'), numbers.angle, '°', t('shaft_about')), row(t('target_angle'), numbers.target, '°'), ...kRows.map(([name, , , unit, title], n) => row(name, numbers.cells[n], unit, title))),
     el('p', {class: 'dim', text: t('drag_hint')})))];
 }

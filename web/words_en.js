@@ -14,7 +14,8 @@ export const kEnglish = {
   realtime: 'realtime', stepped: 'stepped',
 
   // the bus
-  angle: 'angle', angle_about: 'multi-turn angle as the drive reports it, of the rotor', shaft_about: 'where the output shaft truly stands',
+  angle: 'angle', rotor: 'rotor', shaft_deg: 'shaft {deg}°', shaft_about: 'true angle of the output shaft, with all its turns',
+  rotor_about: 'angle of the rotor (0x92) as the drive reports it. It differs from the shaft by the gear ratio, the zero of the encoder, and turns that the drive lost without power.',
   speed: 'speed', current: 'iq', power_share: 'power', voltage: 'bus', motor: 'motor', stage: 'stage', replies: 'replies',
   speed_about: 'speed as the drive reports it, of the rotor', current_about: 'torque current, measured', voltage_about: 'voltage, measured',
   motor_about: 'temperature of the motor, measured', stage_about: 'temperature of the power stage, measured',

@@ -13,7 +13,8 @@ export const kChinese = {
   realtime: '实时', stepped: '步进',
 
   // 总线
-  angle: '角度', angle_about: '驱动器报告的多圈角度，转子侧', shaft_about: '输出轴的真实位置',
+  angle: '角度', rotor: '转子', shaft_deg: '输出轴 {deg}°', shaft_about: '输出轴的真实角度，含全部圈数',
+  rotor_about: '驱动器报告的转子角度（0x92）。与输出轴的差别：减速比、编码器零点，以及断电后丢失的圈数。',
   speed: '速度', current: '电流', power_share: '功率', voltage: '母线', motor: '电机', stage: '驱动', replies: '回复',
   speed_about: '驱动器报告的速度，转子侧', current_about: '转矩电流，测量值', voltage_about: '母线电压，测量值',
   motor_about: '电机温度，测量值', stage_about: '功率级温度，测量值',
