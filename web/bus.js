@@ -23,7 +23,7 @@ let visible = false;
 
 function field(name, unit, title) {
   const value = el('dd', {text: '–'});
-  return {node: el('div', {title}, el('dt', {text: name}), value, el('span', {class: 'unit', text: unit})), value};
+  return {node: el('div', {title}, el('dt', {text: name}), value, el('dd', {class: 'unit', text: unit})), value};
 }
 
 function makeCard(drive) {

@@ -137,6 +137,6 @@ export function evidencePanel() {
     nothing.hidden = faults.length > 0;
   };
   onFaults(show, body);
-  return [el('div', {class: 'row'}, all, nothing), el('div', {class: 'scroll'}, el('table', {id: 'evidence'}, el('thead', {}, el('tr', {},
+  return [el('div', {class: 'row'}, all, nothing), el('div', {class: 'scroll', tabindex: 0, role: 'group', 'aria-label': t('evidence')}, el('table', {id: 'evidence'}, el('thead', {}, el('tr', {},
     el('td'), ...heads.map((head, n) => el('th', {scope: 'col', class: n >= 4 && n <= 6 ? 'num' : '', text: head})))), body))];
 }

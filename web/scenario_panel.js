@@ -42,7 +42,7 @@ export function scenarioPanel() {
   const stop = el('button', {type: 'button', onclick: () => attempt(() => remove('/scenario'), t('ended'))}, t('stop_scenario'));
   const head = el('p', {class: 'row', id: 'scenario-state'});
   const robot = el('p', {class: 'warning', id: 'scenario-robot', hidden: true});
-  const result = el('div', {class: 'scroll'});
+  const result = el('div', {class: 'scroll', tabindex: 0, role: 'group', 'aria-label': t('scenario'), hidden: true});
   let delivered = [];
   get('/scenarios').then((list) => {
     delivered = list;
@@ -77,6 +77,7 @@ export function scenarioPanel() {
       setText(robot, robotText(report));
       robot.hidden = !robot.textContent;
       result.replaceChildren(verdict(report));
+      result.hidden = false;
     } catch { /* the next time */ }
   }, head);
   const controls = el('div', {class: 'scenario-controls'}, el('div', {class: 'row'}, labelled(t('shipped'), select), labelled(t('or_file'), file)), about,

@@ -79,7 +79,7 @@ export function shaftPanel() {
   const mine = new Dial({onTurn: turn, mayTurn, label: t('shaft_by_hand')});
   dial = mine;
   on('change', () => mine.root.setAttribute('aria-disabled', !store.mayWrite || !store.connected), mine.root);
-  const row = (name, value, unit, title) => el('div', {title}, el('dt', {text: name}), value, el('span', {class: 'unit', text: unit}));
+  const row = (name, value, unit, title) => el('div', {title}, el('dt', {text: name}), value, el('dd', {class: 'unit', text: unit}));
   numbers = {at: 0, name: el('h3'), angle: el('dd', {text: '–'}), target: el('dd', {text: '–'}), cells: kRows.map(() => el('dd', {text: '–'}))};
   onChoice(choose);
   choose();

@@ -150,8 +150,8 @@ function build() {
   const below = el('div');
   const table = el('table', {'aria-label': t('frames_label')},
     el('colgroup', {}, ...['time', 'gap', 'bus', 'way', 'command', 'name', 'said', 'frame', 'scope'].map((name) => el('col', {class: `c-${name}`}))),
-    el('thead', {}, el('tr', {'aria-rowindex': 1}, ...[t('head_time'), t('head_gap'), '', t('head_way'), t('head_command'), t('head_name'), t('head_says'), t('head_frame'), ''].map((head, n) =>
-      el('th', {scope: 'col', class: n < 2 ? 'num' : '', text: head})))), body);
+    el('thead', {}, el('tr', {'aria-rowindex': 1}, ...[t('head_time'), t('head_gap'), t('bus'), t('head_way'), t('head_command'), t('head_name'), t('head_says'), t('head_frame'), t('scope')].map((head, n) =>
+      el('th', {scope: 'col', class: n < 2 ? 'num' : ''}, el('span', {class: n === 2 || n === 8 ? 'sr' : '', text: head}))))), body);
   const scroller = el('div', {class: 'frames', tabindex: 0, role: 'region', 'aria-label': t('frames_scroller')}, above, table, below);
   scroller.addEventListener('scroll', () => {
     parts.follow = scroller.scrollTop + scroller.clientHeight > scroller.scrollHeight - 2 * row_px;

@@ -81,7 +81,7 @@ export const kEnglish = {
   page_read_only: 'This page is read-only. Start lk-emu with --http-write to allow changes.',
   for_drives: 'for drives', drives_meant: 'selected drives', choose_first: 'choose a drive first', needs_number: '{name}: enter a number within its range',
   shaft: 'Shaft', clock_title: 'Clock', supply_and_ambient: 'Supply and ambient', load: 'Load', inject_fault: 'Inject a fault', scenario: 'Scenario', evidence: 'Faults and their evidence',
-  jog: 'Jog', run: 'Run', stop: 'Stop', jog_run: 'switch on (0x88)', jog_stop: 'stop the motor (0x81)', jog_off: 'switch off (0x80)', jog_sent: '{what}: sent',
+  jog: 'Jog', run: 'Run', stop: 'Stop', jog_run: 'run: switch on (0x88)', jog_stop: 'stop the motor (0x81)', jog_off: 'switch off (0x80)', jog_sent: '{what}: sent',
   jog_speed_label: 'jog speed, °/s', jog_angle_label: 'jog angle, °', jog_max_speed: 'at most', jog_max_speed_label: 'jog max speed, °/s', jog_back: 'turn back', jog_forth: 'turn forth',
   jog_go: 'Go to angle', jog_less: 'Less by angle', jog_more: 'More by angle', jog_hint: 'Sent as a host sends commands; angles of geared motors are those of the rotor.',
   shaft_by_hand: 'Shaft, turned by hand', turn_hint: 'Turn the shaft by hand: drag, or arrow keys', drag_hint: 'Drag the dial, or arrow keys.',
