@@ -13,6 +13,9 @@ import can
 REPLY_LIMIT_S = 0.003  # time limit of a round, in addition to its frames
 WIRE_S = 0.00026  # one frame and its reply at 1 Mbit/s
 SILENT_ROUNDS = 20  # a drive counts as lost afterwards
+PAUSE_LIMIT_S = 10.0  # time limit for all drives to be silent together, as when their emulator or this program is stopped
+SLIP_S = 0.1  # rounds that are later than this are left out
+SETTLE_S = 0.1  # after a pause, late replies arrive
 RETRIES = 20  # for queries that need an answer: a busy machine may be late by 0.1 s
 CATCH_UP_DPS = 20  # of the joint, in addition to the targets' speed
 COUNTS = 65536  # of the encoder field; for motors whose field spans a turn of the rotor
@@ -71,14 +74,17 @@ def smooth(share):
 
 
 class Rounds:
-    """`next()` waits for the beginning of the next round and returns the time since the first."""
+    """`next()` waits for the beginning of the next round and returns the time since the first, without pauses."""
 
     def __init__(self, period_s, now, sleep):
         self.period_s, self.now, self.sleep = period_s, now, sleep
         self.began_s, self.count = now(), 0
 
     def next(self):
-        self.sleep(max(0.0, self.began_s + self.count * self.period_s - self.now()))
+        ahead_s = self.began_s + self.count * self.period_s - self.now()
+        if ahead_s < -SLIP_S:
+            self.began_s -= ahead_s
+        self.sleep(max(0.0, ahead_s))
         self.count += 1
         return (self.count - 1) * self.period_s
 
@@ -180,14 +186,38 @@ class Joints:
         for i in {i for i, _ in frames}:
             heard = any(joint == i for joint, _ in replies)
             self._silent[i] = 0 if heard else self._silent[i] + 1
-            if self._silent[i] > SILENT_ROUNDS:
-                raise NoReply(f"{self.joints[i].name} (drive {self.joints[i].motor}) does not answer any more")
+        if min(self._silent) > SILENT_ROUNDS:
+            self._wait_for_drives()
+        for joint, silent in zip(self.joints, self._silent):
+            if silent > SILENT_ROUNDS:
+                raise NoReply(f"{joint.name} (drive {joint.motor}) does not answer any more")
         return replies
+
+    def _wait_for_drives(self):
+        """Waits until a drive answers again, then discards late replies. Raises NoReply after PAUSE_LIMIT_S, or
+        DriveFault if a drive has lost its turns, since its joint's angle is then unknown."""
+        asked = can.Message(arbitration_id=0x140 + self.joints[0].motor, data=query(STATE_1), is_extended_id=False)
+        deadline = self.now() + PAUSE_LIMIT_S
+        answered = None
+        while answered is None:
+            if self.now() > deadline:
+                raise NoReply(f"no drive answers for {PAUSE_LIMIT_S:.0f} s")
+            self.bus.send(asked)
+            answered = self.bus.recv(SETTLE_S)
+        settled = self.now() + SETTLE_S
+        while (left := settled - self.now()) > 0:
+            self.bus.recv(left)
+        self._silent = [0] * len(self.joints)
+        for i, (joint, data) in enumerate(zip(self.joints, self._query_all(ANGLE))):
+            rotor_deg = int.from_bytes(data[1:], "little", signed=True) / 100
+            target_deg = joint.direction * joint.gear * self._targets_deg[i] - self._offset_deg[i]
+            if min(abs(rotor_deg - target_deg), abs(rotor_deg - self._rotor_deg[i])) > 180:
+                raise DriveFault(f"{joint.name} (drive {joint.motor}): has restarted, its turns are lost")
 
     def _query_all(self, command):
         """Sends a query to all joints, again to those that do not answer; returns all replies."""
         replies = {}
-        for _ in range(1 + RETRIES):
+        for _ in range(2 + RETRIES):
             missing = [i for i in range(len(self.joints)) if (i, command) not in replies]
             if missing:
                 replies.update(self._round([(i, query(command)) for i in missing]))

@@ -125,6 +125,67 @@ def test_error_names_a_silent_drive():
             robot.move([0, 0], within_s=0.01)
 
 
+def pause(bus, seconds, then=lambda: None):
+    """Makes all drives silent for this time, and then calls `then`."""
+    ends_s, plain = bus.time_s + seconds, bus.recv
+    bus.deaf = set(bus.rotor_deg)
+
+    def receive(timeout):
+        if bus.deaf and bus.time_s > ends_s:
+            bus.deaf = set()
+            then()
+        return plain(timeout)
+
+    bus.recv = receive
+
+
+def test_pause_of_all_drives_is_waited_for():
+    bus = IdealBus({1: 136.0, 2: 102.0})
+    robot = joints_on(bus)
+    robot.start()
+    pause(bus, 5)
+    began_s, sent = bus.time_s, len(bus.sent)
+    for _ in range(30):
+        robot.move([17, -77], within_s=0.01)
+    assert 5 < bus.time_s - began_s < 6
+    assert len(bus.sent) - sent < 3 * 30 + 5 / 0.1 + 10, "no flood for the drives that are back"
+    assert robot.angles() == pytest.approx([17, -77])
+
+
+def test_drives_that_stay_silent_are_an_error():
+    bus = IdealBus({1: 136.0, 2: 102.0})
+    robot = joints_on(bus)
+    robot.start()
+    bus.deaf, began_s = {1, 2}, bus.time_s
+    with pytest.raises(NoReply, match="no drive answers for 10 s"):
+        for _ in range(30):
+            robot.move([0, 0], within_s=0.01)
+    assert bus.time_s - began_s < 11
+
+
+def test_drives_that_restart_in_a_pause_are_an_error():
+    bus = IdealBus({1: 136.0, 2: 102.0})
+    robot = joints_on(bus)
+    robot.start()
+    robot.move([17, -177], within_s=0.01)
+    robot.angles()
+    pause(bus, 1, lambda: bus.rotor_deg.update({2: 342.0}))  # of 702: a turn less
+    with pytest.raises(DriveFault, match=r"pitch \(drive 2\): has restarted"):
+        for _ in range(30):
+            robot.move([17, -177], within_s=0.01)
+
+
+def test_rounds_leave_out_a_pause():
+    bus = IdealBus({})
+    rounds = Rounds(0.01, bus.now, bus.sleep)
+    for number in range(3):
+        rounds.next()
+    bus.sleep(5)
+    for number in range(3, 6):
+        assert rounds.next() == pytest.approx(0.01 * number)
+    assert bus.time_s == pytest.approx(5.02 + 2 * 0.01)
+
+
 def test_error_names_a_faulted_drive_and_its_errors():
     bus = IdealBus({1: 136.0, 2: 102.0})
     robot = joints_on(bus)
