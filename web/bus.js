@@ -7,6 +7,7 @@ import {byId, el, setText} from './dom.js';
 import {drawing} from './drawing.js';
 import {goingOn, onFaults} from './fault_list.js';
 import {fixed} from './format.js';
+import {hostWatch} from './host_watch.js';
 import {liveValues, wantLive} from './live.js';
 import {robotPanel, showRobot} from './robot.js';
 import {buses, driveKey, driveName, driveOf, on, store} from './store.js';
@@ -70,7 +71,7 @@ function build() {
   summary = el('p', {class: 'dim', id: 'bus-summary'});
   groups = el('div', {id: 'bus-groups'}, ...buses().map(makeGroup));
   const robot = robotPanel();
-  byId('view-bus').replaceChildren(el('div', {class: 'row bus-head'}, summary, advicePanel()),
+  byId('view-bus').replaceChildren(el('div', {class: 'row bus-head'}, summary, hostWatch(), advicePanel()),
     robot ? el('div', {class: 'with-robot'}, robot, groups) : groups);
   showRobot(visible);
   fitCards(groups);

@@ -3,7 +3,8 @@
     python3 demo.py [--no-browser] LK-EMU-BODY ROBOT HOST [WORD...]
 
 ROBOT is an argument of --config; HOST is a file next to this one, with its arguments. Both use a private bus, slcan over TCP on
-this machine. Exit status: 0: ended by Ctrl-C or SIGTERM, 1: robot or host failed, 2: the demo could not start.
+this machine. A host that ends is started again. Exit status: 0: ended by Ctrl-C or SIGTERM, 1: robot or host failed, 2: the
+demo could not start.
 """
 
 import argparse
@@ -14,12 +15,17 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
+import time
 from pathlib import Path
 
 HTTP_PORT = 8474  # used by the first demo, if free
 DEBIANS_PYTHON = "/usr/bin/python3"
 ENDS = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
 PATIENCE_S = 10.0  # time limit for a program to end
+RESTART_S = 3.0  # so that the dashboard can report the end
+QUICK_S = 10.0  # a host that ends sooner has failed
+MAX_FAILURES = 3  # in a row
 PR_SET_PDEATHSIG = 1
 
 
@@ -77,8 +83,9 @@ def start_robot(program, robot, http, bus):
     return None
 
 
-def start_host(words, bus):
+def start_host(words, bus, turns):
     where = {
+        "LK_JOINTS_TURNS": turns,  # a host that starts again knows the joints' angles by this file
         "CAN_INTERFACE": "slcan",
         "CAN_CHANNEL": f"socket://127.0.0.1:{bus}",
         "CAN_CONFIG": '{"sleep_after_open": 0}',  # otherwise python-can waits for an adapter
@@ -97,15 +104,23 @@ def open_browser(address):
         subprocess.Popen(["xdg-open", address], start_new_session=True, **quiet)
 
 
-def wait_for_the_end(robot, host):
-    """Waits for a signal or the end of the robot. If only the host ends, the robot keeps running for inspection."""
-    told = False
+def wait_for_the_end(robot, start):
+    """Runs hosts, made by `start`, until a signal or the end of the robot; returns the last host. After MAX_FAILURES the
+    robot keeps running for inspection."""
+    host, began, failures = start(), time.monotonic(), 0
     while robot.poll() is None:
-        if host.poll() is not None and not told:
-            told = True
-            print(f"demo: the host has ended with status {host.returncode}; Ctrl-C ends the demo", flush=True)
+        if host.poll() is not None and failures < MAX_FAILURES:
+            failures = failures + 1 if time.monotonic() - began < QUICK_S else 1
+            then = f"it starts again in {RESTART_S:.0f} s" if failures < MAX_FAILURES else "Ctrl-C ends the demo"
+            print(f"demo: the host has ended with status {host.returncode}; {then}", flush=True)
+            if failures < MAX_FAILURES:
+                if signal.sigtimedwait(ENDS, RESTART_S):
+                    break
+                host, began = start(), time.monotonic()
+                continue
         if signal.sigwait(ENDS | {signal.SIGCHLD}) in ENDS:
-            return
+            break
+    return host
 
 
 def end(process):
@@ -134,13 +149,13 @@ def main():
     robot = start_robot(given.program, given.robot, http, bus)
     if robot is None:
         return 2
-    host = start_host(given.host, bus)
     address = f"http://127.0.0.1:{http}/"
     print(f"demo: {address} shows the robot, and the mouse pushes it there; Ctrl-C ends the demo", flush=True)
     if not given.no_browser:
         open_browser(address)
-    wait_for_the_end(robot, host)
-    ended_well = [end(host), end(robot)]
+    with tempfile.TemporaryDirectory() as directory:
+        host = wait_for_the_end(robot, lambda: start_host(given.host, bus, os.path.join(directory, "turns")))
+        ended_well = [end(host), end(robot)]
     print(robot.stdout.read(), end="", flush=True)
     return 0 if all(ended_well) else 1
 

@@ -3,20 +3,23 @@
 Angles are in degrees, at the joint; frames have rotor angles. Works with real and virtual drives.
 """
 
+import json
 import os
 import struct
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 import can
 
 REPLY_LIMIT_S = 0.003  # time limit of a round, in addition to its frames
 WIRE_S = 0.00026  # one frame and its reply at 1 Mbit/s
-SILENT_ROUNDS = 20  # a drive counts as lost afterwards
-PAUSE_LIMIT_S = 10.0  # time limit for all drives to be silent together, as when their emulator or this program is stopped
+SILENT_ROUNDS = 20  # a drive is waited for afterwards
+PAUSE_LIMIT_S = 10.0  # time limit of this wait
+LATE_POLLS = 10  # in which other drives answer; a drive counts as lost afterwards
 SLIP_S = 0.1  # rounds that are later than this are left out
 SETTLE_S = 0.1  # after a pause, late replies arrive
-RETRIES = 20  # for queries that need an answer: a busy machine may be late by 0.1 s
+RETRIES = 20  # for queries that need an answer
 CATCH_UP_DPS = 20  # of the joint, in addition to the targets' speed
 COUNTS = 65536  # of the encoder field; for motors whose field spans a turn of the rotor
 
@@ -111,8 +114,17 @@ class Joints:
             boot_deg = joint.direction * joint.gear * joint.boot_deg
             self._rotor_deg[i] = int.from_bytes(data[1:], "little", signed=True) / 100
             self._offset_deg[i] = round((boot_deg - self._rotor_deg[i]) / 360) * 360
+        self._keep_turns()
         self._targets_deg = self.degrees()
         return self.degrees()
+
+    def _keep_turns(self):
+        """Keeps the turns of the rotors in the file LK_JOINTS_TURNS, if set. A host that starts again needs them, because
+        the joints are no longer at `boot_deg`."""
+        file = Path(os.environ.get("LK_JOINTS_TURNS", os.devnull))
+        if kept := file.exists() and file.read_text("utf-8"):
+            self._offset_deg = json.loads(kept)
+        file.write_text(json.dumps(self._offset_deg), "utf-8")
 
     def angles(self):
         """Queries all drives for the angles of the joints; a missing reply leaves the previous angle."""
@@ -167,13 +179,13 @@ class Joints:
             self._raise_errors(self.joints[asked], state[7])
         return {i: data for (i, _), data in replies.items()}
 
-    def _round(self, frames):
+    def _round(self, frames, limit_s=REPLY_LIMIT_S):
         """Sends frames (pairs of joint index and data) and returns the replies in time, by index and command. A late
         reply counts for the next round, because replies carry no sequence number."""
         for i, data in frames:
             self.bus.send(can.Message(arbitration_id=0x140 + self.joints[i].motor, data=data, is_extended_id=False))
         replies, missing = {}, {(i, data[0]) for i, data in frames}
-        deadline = self.now() + REPLY_LIMIT_S + WIRE_S * len(frames)
+        deadline = self.now() + limit_s + WIRE_S * len(frames)
         while missing and (left := deadline - self.now()) > 0:
             message = self.bus.recv(left)
             if message is None or len(message.data) != 8:
@@ -186,27 +198,25 @@ class Joints:
         for i in {i for i, _ in frames}:
             heard = any(joint == i for joint, _ in replies)
             self._silent[i] = 0 if heard else self._silent[i] + 1
-        if min(self._silent) > SILENT_ROUNDS:
-            self._wait_for_drives()
-        for joint, silent in zip(self.joints, self._silent):
-            if silent > SILENT_ROUNDS:
-                raise NoReply(f"{joint.name} (drive {joint.motor}) does not answer any more")
+        silent = {i for i, rounds in enumerate(self._silent) if rounds > SILENT_ROUNDS}
+        if silent:
+            self._wait_for(silent)
         return replies
 
-    def _wait_for_drives(self):
-        """Waits until a drive answers again, then discards late replies. Raises NoReply after PAUSE_LIMIT_S, or
+    def _wait_for(self, silent):
+        """Waits until these drives answer again, then discards late replies. Raises NoReply if they do not, or
         DriveFault if a drive has lost its turns, since its joint's angle is then unknown."""
-        asked = can.Message(arbitration_id=0x140 + self.joints[0].motor, data=query(STATE_1), is_extended_id=False)
-        deadline = self.now() + PAUSE_LIMIT_S
-        answered = None
-        while answered is None:
-            if self.now() > deadline:
-                raise NoReply(f"no drive answers for {PAUSE_LIMIT_S:.0f} s")
-            self.bus.send(asked)
-            answered = self.bus.recv(SETTLE_S)
-        settled = self.now() + SETTLE_S
-        while (left := settled - self.now()) > 0:
-            self.bus.recv(left)
+        deadline, chances = self.now() + PAUSE_LIMIT_S, LATE_POLLS
+        while silent:
+            if self.now() > deadline or chances == 0:
+                lost = self.joints[min(silent)]
+                raise NoReply(f"{lost.name} (drive {lost.motor}) does not answer any more")
+            for joint in self.joints:
+                self.bus.send(can.Message(arbitration_id=0x140 + joint.motor, data=query(STATE_1), is_extended_id=False))
+            heard = self._heard_for(SETTLE_S)
+            silent = silent - heard
+            chances -= 1 if heard else 0
+        self._heard_for(SETTLE_S)
         self._silent = [0] * len(self.joints)
         for i, (joint, data) in enumerate(zip(self.joints, self._query_all(ANGLE))):
             rotor_deg = int.from_bytes(data[1:], "little", signed=True) / 100
@@ -214,13 +224,23 @@ class Joints:
             if min(abs(rotor_deg - target_deg), abs(rotor_deg - self._rotor_deg[i])) > 180:
                 raise DriveFault(f"{joint.name} (drive {joint.motor}): has restarted, its turns are lost")
 
+    def _heard_for(self, seconds):
+        """Returns the indices of the joints whose drives answer in this time."""
+        heard, end = set(), self.now() + seconds
+        while (left := end - self.now()) > 0:
+            message = self.bus.recv(left)
+            if message and message.arbitration_id in self._index:
+                heard.add(self._index[message.arbitration_id])
+        return heard
+
     def _query_all(self, command):
-        """Sends a query to all joints, again to those that do not answer; returns all replies."""
-        replies = {}
-        for _ in range(2 + RETRIES):
+        """Sends a query to all joints, again and more patiently to those that do not answer; returns all replies."""
+        replies, limit_s = {}, REPLY_LIMIT_S
+        for _ in range(1 + RETRIES):
             missing = [i for i in range(len(self.joints)) if (i, command) not in replies]
             if missing:
-                replies.update(self._round([(i, query(command)) for i in missing]))
+                replies.update(self._round([(i, query(command)) for i in missing], limit_s))
+            limit_s = SETTLE_S
         for i, joint in enumerate(self.joints):
             if (i, command) not in replies:
                 raise NoReply(f"{joint.name} (drive {joint.motor}) does not answer")

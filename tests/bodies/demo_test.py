@@ -15,6 +15,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 import urllib.request
 from pathlib import Path
@@ -81,6 +82,37 @@ class Demo(unittest.TestCase):
                 self.assertLess(sample.time_s, PATIENCE_S)
         self.fail("lk-emu has ended")
 
+    def wait_for_frames(self, address):
+        """Waits until a host sends, again if it has ended."""
+        began = None
+        for _ in range(10 * LIMIT_S):
+            with urllib.request.urlopen(address + "api/v1/status", timeout=LIMIT_S) as answer:
+                frames = json.load(answer)["buses"][0]["counters"]["frames"]
+            began = frames if began is None else began
+            if frames > began + 20:
+                return
+            time.sleep(0.1)
+        self.fail("no host sends")
+
+    def test_dog_walks_on_after_pauses_of_robot_and_host(self):
+        process, address = self.start(BODY, "quadruped")
+        self.assertEqual(process.stdout.readline(), "up\n")
+        both = children(process.pid)
+        for stopped in ([both[1]], [both[0]], both):
+            for pid in stopped:
+                os.kill(pid, signal.SIGSTOP)
+            time.sleep(5)
+            for pid in stopped:
+                os.kill(pid, signal.SIGCONT)
+            self.wait_for_frames(address)
+            time.sleep(2)
+        with urllib.request.urlopen(address + "api/v1/body", timeout=LIMIT_S) as answer:
+            body = json.load(answer)
+        (trunk,) = (pose for pose, part in zip(body["poses"], body["bodies"]) if part["free"])
+        said = self.end_well(process)
+        self.assertNotIn("the host has ended", said)
+        self.assertGreater(trunk[2], 0.3, said)  # it stands; see hosts_test.py
+
     def end_well(self, process):
         below = children(process.pid)
         self.assertEqual(len(below), 2)
@@ -129,12 +161,17 @@ class Demo(unittest.TestCase):
         for process in (first, second):
             self.end_well(process)
 
-    def test_robot_survives_its_host_but_demo_ends_with_the_robot(self):
-        process, _ = self.start(BODY, "arm")
-        robot, host = children(process.pid)
-        os.kill(host, signal.SIGKILL)
-        self.assertIn("the host has ended", process.stdout.readline())
-        self.assertTrue(runs(robot))
+    def test_host_starts_again_until_it_fails_three_times_and_demo_ends_with_the_robot(self):
+        process, address = self.start(BODY, "quadruped")
+        self.assertEqual(process.stdout.readline(), "up\n")
+        (robot, _) = children(process.pid)
+        for then in ("starts again in 3 s", "starts again in 3 s", "Ctrl-C ends the demo"):
+            # Killed while it stands up: a later end counts as a first failure.
+            os.kill(children(process.pid)[1], signal.SIGKILL)
+            self.assertIn(then, process.stdout.readline())
+            self.assertTrue(runs(robot))
+            if then.startswith("starts"):
+                self.wait_for_frames(address)
         os.kill(robot, signal.SIGKILL)
         process.communicate(timeout=LIMIT_S)
         self.assertEqual(process.returncode, 1)

@@ -88,6 +88,14 @@ def test_drive_without_power_shows_no_measurements(healed):
     settle(page, lambda: shown()[:-1] == ["–"] * 6)
 
 
+def test_silent_host_is_reported(healed, bench):
+    page = healed
+    bench.ask(1, 0x9A)
+    settle(page, lambda: page.text("#host-silent").startswith("No frame from a host since"))
+    bench.ask(1, 0x9A)
+    settle(page, lambda: any(note.text.startswith("A host sends again after") for note in page.all(".note")))
+
+
 def test_card_shows_the_angle_as_a_number(healed, bench):
     page = healed
     bench.ask(1, 0x88)
