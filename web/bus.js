@@ -6,7 +6,7 @@ import {Dial, shaftOf} from './dial.js';
 import {byId, el, setText} from './dom.js';
 import {drawing} from './drawing.js';
 import {goingOn, onFaults} from './fault_list.js';
-import {fixed} from './format.js';
+import {fitted, fixed} from './format.js';
 import {hostWatch} from './host_watch.js';
 import {liveValues, wantLive} from './live.js';
 import {robotPanel, showRobot} from './robot.js';
@@ -31,16 +31,19 @@ function makeCard(drive) {
   const name = driveName(drive.bus, drive.id);
   const key = driveKey(drive.bus, drive.id);
   const dial = new Dial({label: t('drive', {name})});
-  const fields = {
-    angle: field(t('rotor'), '°', t('rotor_about')),
+  const figures = {
     speed: field(t('speed'), '°/s', t('speed_about')),
     current: drive.series === 'MS' ? field(t('power_share'), '%', t('unit_power')) : field(t('current'), 'A', t('current_about')),
+  };
+  const fields = {
+    angle: field(t('rotor'), '°', t('rotor_about')),
     voltage: field(t('voltage'), 'V', t('voltage_about')),
     motor: field(t('motor'), '°C', t('motor_about')),
     stage: field(t('stage'), '°C', t('stage_about')),
     replies: field(t('replies'), t('per_second'), t('replies_about')),
   };
   fields.angle.node.classList.add('angle');
+  const list = (kind, some) => el('dl', {class: `fields ${kind}`}, ...Object.values(some).map((one) => one.node));
   const shaft = el('p', {class: 'shaft-deg', title: t('shaft_about')});
   const state = el('span', {class: 'chip'});
   const errors = el('p', {class: 'errors'});
@@ -48,10 +51,10 @@ function makeCard(drive) {
   const link = (view, label, text) => el('a', {href: `#${view}?drive=${key}`, 'aria-label': label}, text);
   const root = el('article', {class: 'card', 'aria-label': t('drive', {name}), 'data-drive': key},
     el('header', {}, el('h2', {text: String(drive.id)}), el('span', {class: 'dim model', text: drive.model, title: drive.model}), state),
-    el('div', {class: 'dial-box'}, dial.root, shaft), el('dl', {class: 'fields'}, ...Object.values(fields).map((one) => one.node)),
+    el('div', {class: 'dial-box'}, dial.root, shaft), list('figures', figures), list('small', fields),
     el('div', {class: 'said'}, errors, faults), el('footer', {}, link('scope', t('scope_of', {name}), t('scope_link')),
       link('bench', t('bench_of', {name}), t('bench_link')), link('traffic', t('traffic_of', {name}), t('traffic_link'))));
-  return {root, dial, fields, state, errors, faults, shaft};
+  return {root, dial, fields: {...figures, ...fields}, state, errors, faults, shaft};
 }
 
 function makeGroup({bus, bitrate}) {
@@ -81,8 +84,8 @@ function build() {
 /// Without power a controller measures nothing; its sensor values would be noise.
 function showNumbers(card, drive, now, shaft) {
   const {fields} = card;
-  const measured = (value, digits) => (drive.alive ? fixed(value, digits) : '–');
-  setText(card.shaft, t('shaft_deg', {deg: fixed(shaft.shaft, 1)}));
+  const measured = (value, digits) => (drive.alive ? fitted(value, digits) : '–');
+  setText(card.shaft, t('shaft_deg', {deg: fitted(shaft.shaft, 1)}));
   setText(fields.angle.value, measured(now.angle_deg, 1));
   setText(fields.speed.value, measured(now.speed_dps, 1));
   setText(fields.current.value, drive.series === 'MS' ? measured(now.power * 100, 1) : measured(now.iq_A, 2));
@@ -99,7 +102,7 @@ function showState(card, drive) {
   card.errors.classList.toggle('bad', text !== '');
   card.root.classList.toggle('dead', !drive.alive);
   card.root.classList.toggle('wrong', text !== '');
-  setText(card.fields.replies.value, fixed(store.rates.get(driveKey(drive.bus, drive.id)), 0));
+  setText(card.fields.replies.value, fitted(store.rates.get(driveKey(drive.bus, drive.id)), 0));
 }
 
 /// Returns "jam, drop (armed)": injected faults, independent of the drive's own errors.

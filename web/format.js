@@ -12,6 +12,15 @@ export function fixed(value, digits) {
   return text.replace('-', kMinus);
 }
 
+/// As fixed(), in at most eight characters: with fewer digits, or as −1.2e+9.
+export function fitted(value, digits) {
+  for (let n = digits; n >= 0; --n) {
+    const text = fixed(value, n);
+    if (text.length <= 8) return text;
+  }
+  return value.toExponential(1).replace('-', kMinus);
+}
+
 /// Returns six significant figures by default.
 export function figures(value, count = 6) {
   if (value === null || value === undefined || !Number.isFinite(value)) return '–';

@@ -158,3 +158,93 @@ def test_drives_are_grouped_by_bus(two, browser):
     first, second = two.buses
     assert groups == [[first, [f"{first}/1", f"{first}/2"]], [second, [f"{second}/1", f"{second}/2", f"{second}/3"]]]
     page.until(lambda: "3 drives" in page.text(f'[data-bus="{second}"] header'))
+
+
+# Every number of every drive is window.extreme, every drive has all errors and replies at an absurd rate.
+EXTREMES = """
+  window.extreme = 0;
+  const plainFetch = window.fetch;
+  let replies = 0;
+  window.fetch = async (address, ...rest) => {
+    const answer = await plainFetch(address, ...rest);
+    if (!String(address).endsWith('/drives')) return answer;
+    const drives = await answer.json();
+    replies += Math.abs(window.extreme);
+    for (const drive of drives) {
+      for (const name of Object.keys(drive.signals)) drive.signals[name] = window.extreme;
+      drive.counters.sent = replies;
+      if (window.extreme) drive.errors = ['under_voltage', 'motor_temperature'];
+    }
+    return new Response(JSON.stringify(drives));
+  };
+  const plainParse = JSON.parse;
+  JSON.parse = (text) => {
+    const message = plainParse(text);
+    for (const sample of Array.isArray(message) ? message : [message]) {
+      if (sample?.rows) sample.rows = sample.rows.map(([id, ...row]) => [id, ...row.map(() => window.extreme)]);
+    }
+    return message;
+  };"""
+
+# Returns pairs of texts of the page that overlap by more than a pixel, as far as no ancestor hides them, and texts outside the page.
+OVERLAPS = """
+  const texts = [];
+  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (walker.nextNode()) {
+    const node = walker.currentNode;
+    if (!node.data.trim() || !node.parentElement.checkVisibility({visibilityProperty: true}) || node.parentElement.closest('.skip, .robot')) continue;
+    const range = document.createRange();
+    range.selectNodeContents(node);
+    for (const box of range.getClientRects()) {
+      let {left, right, top, bottom} = box;
+      for (let one = node.parentElement; !one.matches('main, body'); one = one.parentElement) {
+        if (getComputedStyle(one).overflow === 'visible') continue;
+        const around = one.getBoundingClientRect();
+        [left, right, top, bottom] = [Math.max(left, around.left), Math.min(right, around.right), Math.max(top, around.top), Math.min(bottom, around.bottom)];
+      }
+      if (right - left > 1 && bottom - top > 1) texts.push({node, left, right, top, bottom, text: node.data});
+    }
+  }
+  const found = texts.filter(({left, right}) => left < 0 || right > innerWidth).map(({text}) => [text, 'outside']);
+  texts.sort((a, b) => a.top - b.top);
+  for (let n = 0; n < texts.length; ++n) {
+    for (let m = n + 1; m < texts.length && texts[m].top < texts[n].bottom - 1; ++m) {
+      const [a, b] = [texts[n], texts[m]];
+      const overlap = (from, to) => Math.min(a[to], b[to]) - Math.max(a[from], b[from]) > 1;
+      const high = Math.min(a.bottom - a.top, b.bottom - b.top);  // line boxes of dense lines touch; glyphs do not
+      if (a.node !== b.node && overlap('left', 'right') && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 0.3 * high) found.push([a.text, b.text]);
+    }
+  }
+  return [texts.length, found];"""
+
+
+@pytest.fixture(scope="module")
+def crowd():
+    bench = Bench(PROGRAM, ["1-32"])
+    yield bench
+    bench.close()
+
+
+@pytest.mark.parametrize("drives", [4, 32])
+@pytest.mark.parametrize("language", ["en", "zh"])
+def test_no_text_overlaps_at_any_width(crowd, bench, browser, drives, language):
+    page = Page(browser, {4: bench, 32: crowd}[drives].http, query=f"?lang={language}", before=EXTREMES)
+    speed = lambda: page.text(".card .figures dd")
+    for extreme, shown in [(-549.3, "\u2212549.3"), (-12345678.9, "\u22121.2e+7"), (1e300, "1e+300")]:
+        page.run("window.extreme = arguments[0]", extreme)
+        page.until(lambda: speed() == shown)
+        for width in (360, 390, 500, 768, 1024, 1280, 1440, 1920, 2560):
+            page.resize((width, 900))
+            page.drawn()
+            count, found = page.run(OVERLAPS)
+            assert count > 15 * drives and found == [], (width, extreme)
+    page.close()
+
+
+def test_label_of_a_usual_value_is_not_cut(page):
+    page.go("bus")
+    for width in (360, 768, 1440, 2560):
+        page.resize((width, 900))
+        page.drawn()
+        assert page.run("return [...document.querySelectorAll('.card dt')].filter((one) => one.scrollWidth > one.clientWidth).length") == 0, width
+    page.resize((1440, 900))
