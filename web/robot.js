@@ -192,7 +192,7 @@ class RobotView {
       if (this.follows) this.followIt(frame.poses);
     }
     const values = frame?.joints ?? [];
-    for (let n = 0; n < shape.joints.length; ++n) scene.colourJoint(n, this.colouring.colour(values, n));
+    for (let n = 0; n < shape.joints.length; ++n) scene.markJoint(n, this.colouring.colour(values, n), this.colouring.state(values, n));
     const shown = frame && this.arrows.getAttribute('aria-pressed') === 'true' ? frame.contacts : [];
     scene.arrows(shown, this.hand.force(), kArrowsAtWeight * scene.radius / (9.81 * shape.mass_kg));
   }
@@ -211,7 +211,8 @@ class RobotView {
     setText(this.when, frame ? `${fixed(frame.time_s, 2)} s` : '–');
     setText(this.play, this.playing ? '⏸' : '▶');
     const ends = this.colouring.ends();
-    setText(this.legend, ends ? ends.join(' – ') : t('robot_error_legend'));
+    if (ends) setText(this.legend, ends.join(' – '));
+    else if (!this.legend.firstElementChild) this.legend.replaceChildren(...t('robot_error_legend').split('|').map((word) => el('span', {}, word)));
     this.legend.classList.toggle('scale', ends !== null);
     setText(this.hint, store.mayWrite ? t('robot_hint_push') : t('robot_hint'));
   }
@@ -246,7 +247,7 @@ export function showRobot(yes) {
 export const inspectRobot = () => view && {
   frames: view.record ? [view.record.begin, view.record.end] : null, drawn: view.drawn, work_ms: view.work_ms, cursor: view.cursor,
   streams: view.poses ? 1 : 0, project: (point) => view.scene.project(point), camera: view.scene?.camera.position.toArray(),
-  time_s: view.record?.frame(view.cursor === null ? view.record.end - 1 : Math.floor(view.cursor))?.time_s ?? null, record: view.record,
+  scene: view.scene, time_s: view.record?.frame(view.cursor === null ? view.record.end - 1 : Math.floor(view.cursor))?.time_s ?? null, record: view.record,
 };
 
 document.addEventListener('visibilitychange', () => view?.look());

@@ -47,11 +47,11 @@ export class Colouring {
     for (const name of kColours) this.palette[name].set(colours[name]);
   }
 
-  /// Returns the colour at a share of the scale.
+  /// Returns the colour at a share of the scale. Its first half turns the hue, since a mix of green and orange is grey.
   ramp(share) {
     const {good, warn, bad} = this.palette;
     const at = 2 * Math.max(0, Math.min(1, share));
-    return at < 1 ? this.mixed.lerpColors(good, warn, at) : this.mixed.lerpColors(warn, bad, at - 1);
+    return at < 1 ? this.mixed.copy(good).lerpHSL(warn, at) : this.mixed.lerpColors(warn, bad, at - 1);
   }
 
   /// Returns a joint's colour; valid until the next call.
@@ -62,6 +62,12 @@ export class Colouring {
     if (this.what === 'current') return this.ramp(value / this.most_A);
     if (this.what === 'temperature') return this.ramp((value - this.from_C) / (this.to_C - this.from_C));
     return [good, dim, warn, bad][value];
+  }
+
+  /// Returns a joint's state (kState) if the colours are those of states, else that of a healthy joint.
+  state(values, joint) {
+    const value = values[joint * kColourings.length + kColourings.indexOf('error')];
+    return this.what === 'error' && Number.isFinite(value) ? value : kState.good;
   }
 
   /// Returns the labels at the ends of the legend; null: the legend has words.

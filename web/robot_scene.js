@@ -3,8 +3,8 @@
 import {
   BoxGeometry, CapsuleGeometry, CircleGeometry, Color, ConeGeometry, CylinderGeometry, DataTexture, DirectionalLight, Fog,
   Group, HemisphereLight, InstancedMesh, LinearMipmapLinearFilter, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial,
-  PerspectiveCamera, PlaneGeometry, Quaternion, Raycaster, RepeatWrapping, Scene, SphereGeometry, SRGBColorSpace, Vector2,
-  Vector3, WebGLRenderer,
+  PerspectiveCamera, PlaneGeometry, Quaternion, Raycaster, RepeatWrapping, Scene, SphereGeometry, SRGBColorSpace, TetrahedronGeometry,
+  Vector2, Vector3, WebGLRenderer,
 } from './vendor/three.module.min.js';
 import {kContact, kPose} from './robot_record.js';
 
@@ -23,6 +23,12 @@ const kGeometry = {
   ellipsoid: ([x, y, z]) => new SphereGeometry(1, 24, 16).scale(x, y, z),
   plane: ([x, y]) => new PlaneGeometry(2 * x, 2 * y),
 };
+
+/// Returns the markers of joints by state (robot_colours.js): turned bodies are good or free, a tetrahedron is a fault, a cube is bad.
+function markersOf(size) {
+  const round = new CylinderGeometry(size, size, size * 1.9, 24);
+  return [round, round, new TetrahedronGeometry(size * 2), new BoxGeometry(size * 2, size * 2, size * 2)];
+}
 
 const isEndless = ({type, size_m}) => type === 'plane' && !(size_m[0] > 0 && size_m[1] > 0);
 
@@ -122,16 +128,17 @@ export class RobotScene {
     this.radius = radius;
     this.camera.near = radius / 100;
     this.camera.far = radius * 60;
-    this.joints = this.shape.joints.map((joint) => this.addJoint(joint, radius));
+    this.markers = markersOf(radius * 0.055);
+    this.joints = this.shape.joints.map((joint) => this.addJoint(joint));
     this.addArrows(radius);
     for (const mesh of this.ground) mesh.geometry = new CircleGeometry(kGround * radius, 48);
     this.scene.fog = new Fog(0, radius * 5, radius * kGround);
     return centre;
   }
 
-  addJoint({body, axis, anchor_m}, radius) {
-    const size = radius * 0.055;
-    const mesh = new Mesh(new CylinderGeometry(size, size, size * 1.9, 24), new MeshLambertMaterial());
+  /// Adds a marker.
+  addJoint({body, axis, anchor_m}) {
+    const mesh = new Mesh(this.markers[0], new MeshLambertMaterial());
     mesh.position.fromArray(anchor_m);
     mesh.quaternion.setFromUnitVectors(kUp, new Vector3().fromArray(axis).normalize());
     mesh.userData.body = body;
@@ -174,10 +181,11 @@ export class RobotScene {
     });
   }
 
-  colourJoint(n, colour) {
+  markJoint(n, colour, state) {
+    this.joints[n].geometry = this.markers[state];
     const {material} = this.joints[n];
     material.color.copy(colour);
-    material.emissive.copy(colour).multiplyScalar(0.35);  // keeps the colour recognisable in shadow
+    material.emissive.copy(colour).multiplyScalar(0.5);  // keeps the colour recognisable in shadow
   }
 
   /// Shows contact forces and that of the hand (or null) as arrows; `length_m_N` is their scale.
