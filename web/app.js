@@ -1,4 +1,4 @@
-// Selects the view. Addresses are #view?key=value, so that users can save and send them.
+// Selects the view. The address, #view?key=value, has its state, so that users can save, send and reload it.
 
 import './header.js';
 import * as bus from './bus.js';
@@ -11,6 +11,18 @@ import {switchLanguage, t, translatePage} from './words.js';
 
 const views = {bus, scope, traffic, bench};
 let current = null;
+let handled = null;   // the address that was handled or written last
+
+/// Writes the state of the view to the address, unless the user has just changed that.
+function keepAddress() {
+  if (!store.status || location.hash !== handled) return;
+  const parts = Object.entries(views[current].state()).filter(([, value]) => value !== '' && value !== null && value.length !== 0);
+  const query = new URLSearchParams(parts).toString().replaceAll('%2F', '/').replaceAll('%3A', ':').replaceAll('%2C', ',');
+  const address = `#${current}${query && '?'}${query}`;
+  if (address === location.hash) return;
+  history.replaceState(null, '', address);
+  handled = location.hash;
+}
 
 function go() {
   const [name, query] = location.hash.slice(1).split('?');
@@ -28,10 +40,11 @@ function go() {
     views[chosen].show(true);
   }
   document.title = `${t(chosen)} – lk-emu`;
-  if (query && store.status) {
-    history.replaceState(null, '', `#${chosen}`);  // first, so that a failing address is not tried again
-    views[chosen].visit?.(new URLSearchParams(query));
-  }
+  if (!store.status) return;
+  history.replaceState(null, '', `#${chosen}`);  // first, so that a failing address is not tried again
+  handled = location.hash;
+  if (query) views[chosen].visit(new URLSearchParams(query));
+  keepAddress();
 }
 
 translatePage();
@@ -42,6 +55,9 @@ document.querySelector('.skip').addEventListener('click', (event) => {
   byId('main').focus();
 });
 addEventListener('hashchange', go);
+addEventListener('pagehide', keepAddress);
+document.addEventListener('pointerup', () => setTimeout(keepAddress));
 on('program', go);
+on('change', keepAddress);
 go();
 follow();

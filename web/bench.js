@@ -1,8 +1,8 @@
 // The bench: all user actions on drives except sending frames.
 
 import {byId, el} from './dom.js';
-import {on, store} from './store.js';
-import {chooser, choose} from './choice.js';
+import {driveKey, on, store} from './store.js';
+import {chooser, choose, chosenDrives} from './choice.js';
 import {clockPanel} from './clock_panel.js';
 import {evidencePanel, faultPanel} from './faults.js';
 import {jogPanel} from './jog_panel.js';
@@ -46,8 +46,12 @@ export function show(yes) {
 }
 
 export function visit(query) {
-  const [bus, id] = (query.get('drive') ?? '').split('/');
-  if (id) choose(bus, Number(id));
+  choose((query.get('drive') ?? '').split(','));
+}
+
+export function state() {
+  const [first, ...others] = chosenDrives();
+  return first === store.drives[0] && !others.length ? {} : {drive: chosenDrives().map(({bus, id}) => driveKey(bus, id))};
 }
 
 on('program', build);

@@ -9,7 +9,7 @@ import {goingOn, onFaults} from './fault_list.js';
 import {fitted, fixed} from './format.js';
 import {hostWatch} from './host_watch.js';
 import {liveValues, wantLive} from './live.js';
-import {robotPanel, showRobot} from './robot.js';
+import {robotPanel, robotState, showRobot, visitRobot} from './robot.js';
 import {buses, driveKey, driveName, driveOf, on, store} from './store.js';
 import {name as nameOf, t} from './words.js';
 
@@ -151,6 +151,8 @@ export function show(yes) {
   showRobot(yes);
   if (yes && groups) fitCards(groups);
 }
+
+export {robotState as state, visitRobot as visit};
 
 const repliesOf = (drives) => drives.reduce((sum, {bus, id}) => sum + (store.rates.get(driveKey(bus, id)) ?? 0), 0);
 

@@ -2,7 +2,7 @@
 
 import {el, note} from './dom.js';
 import {post} from './api.js';
-import {buses, driveKey, driveName, store} from './store.js';
+import {buses, driveKey, driveName, driveOf, store} from './store.js';
 import {t} from './words.js';
 
 const chosen = new Set();  // drive keys
@@ -51,9 +51,12 @@ export function chooser() {
   return group;
 }
 
-export function choose(bus, id) {
+/// Chooses the drives of these keys that exist; without one, the choice stays.
+export function choose(keys) {
+  const there = keys.filter(driveOf);
+  if (!there.length) return;
   chosen.clear();
-  chosen.add(driveKey(bus, id));
+  for (const key of there) chosen.add(key);
   if (group) tell();
 }
 

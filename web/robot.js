@@ -93,6 +93,7 @@ class RobotView {
       ...this.ways, this.arrows, button(t('robot_home'), () => this.camera.reset())));
     this.root.append(el('div', {class: 'row robot-replay'}, this.play, this.slider, this.when, this.live));
     this.colourBy(this.kColourings[0]);
+    this.applyWanted();
   }
 
   colourBy(what) {
@@ -100,6 +101,15 @@ class RobotView {
     this.ways.forEach((way, n) => way.setAttribute('aria-pressed', this.kColourings[n] === what));
     this.dirty = true;
     this.wordsAt = 0;
+  }
+
+  /// Applies the address, once the controls exist.
+  applyWanted() {
+    if (!this.wanted || !this.arrows) return;
+    const {joints, contacts} = this.wanted;
+    this.colourBy(this.kColourings.includes(joints) ? joints : this.colouring.what);
+    if (contacts) this.arrows.setAttribute('aria-pressed', contacts !== 'off');
+    this.wanted = null;
   }
 
   /// Pauses at the frame with this number; null: live.
@@ -236,6 +246,16 @@ export function robotPanel() {
     mine.box.replaceWith(el('p', {class: 'dim', text: t('robot_unknown', {why: problem.message})}));
   });
   return mine.root;
+}
+
+/// State of the robot in the address.
+export const robotState = () => (view?.arrows ? {joints: view.colouring.what === view.kColourings[0] ? '' : view.colouring.what,
+  contacts: view.arrows.getAttribute('aria-pressed') === 'true' ? '' : 'off'} : view?.wanted ?? {});
+
+export function visitRobot(query) {
+  if (!view) return;
+  view.wanted = Object.fromEntries(query);
+  view.applyWanted();
 }
 
 export function showRobot(yes) {

@@ -6,6 +6,7 @@ import {drawing} from './drawing.js';
 import {figures} from './format.js';
 import {Panels} from './panels.js';
 import {saveCsv} from './csv.js';
+import {fromAddress, toAddress} from './scope_address.js';
 import {ScopeControls} from './scope_controls.js';
 import {Layouts} from './scope_layouts.js';
 import {Spectra} from './scope_spectra.js';
@@ -29,6 +30,7 @@ let panels = null;
 let spectra = null;
 let controls = null;
 let triggerControls = null;
+let initial = null;   // layout of a new page
 let table = null;
 let frames = [];   // times of the last frames, for the display of the frame rate
 
@@ -121,7 +123,7 @@ function lookForTrigger() {
 // --- plots
 
 /// Returns a value that changes when a stationary plot must be redrawn; null: always redraw.
-function state() {
+function pictureState() {
   if (!shown.stands) return null;
   const {from_s, to_s, marks} = view();
   return JSON.stringify([from_s, to_s, marks, panels.bins, panels.generation, captures.map(({samples}) => Math.min(samples.last_s, to_s))]);
@@ -132,7 +134,7 @@ let legendAt = 0;
 let drawn = null;
 const run = drawing((at) => {
   lookForTrigger();
-  const now = state();
+  const now = pictureState();
   const {from_s, to_s} = shown.span;
   if (now === null || now !== drawn) panels.draw((some, bins) => dataOf(some, {from_s, to_s}, bins));
   drawn = now;
@@ -244,19 +246,40 @@ export function show(yes) {
   run(yes);
 }
 
-/// Opens the view from a link: with a drive, only that; or at an instant, with the drives already shown.
+/// Opens the view from a link; what it does not contain stays. At an instant, drives already shown stay.
 export function visit(query) {
-  const key = query.get('drive');
-  const drive = driveOf(key);
-  if (key && !drive) note(t('no_such_drive', {name: key}), true);
-  const isShown = drive && chosen.drives.some(({bus, id}) => bus === drive.bus && id === drive.id);
-  if (drive && !(isShown && query.has('time_s'))) controls.pick([{bus: drive.bus, id: drive.id}]);
+  const keys = (query.get('drive') ?? '').split(',').filter(Boolean);
+  for (const key of keys) if (!driveOf(key)) note(t('no_such_drive', {name: key}), true);
+  const present = layout();
+  const stays = !keys.some(driveOf) || (query.has('time_s') && keys.every((key) => present.drives.includes(key)));
+  query.set('drive', stays ? present.drives : keys.filter(driveOf));
+  try {
+    const {layout: wanted, times} = fromAddress(query, present);
+    if (JSON.stringify(wanted) !== JSON.stringify(present)) applyLayout(wanted);
+    if (times.from_s !== null) reopen(times);
+  } catch (problem) {
+    note(problem.message, true);
+  }
   const time_s = Number(query.get('time_s') || NaN);
   if (!(time_s >= 0 && time_s < kLatest_s)) return;
   shown.hold(time_s - shown.width_s / 2, time_s + shown.width_s / 2);
   shown.mark_s = time_s;
   if (!traces.some(({capture, column}) => Number.isFinite(capture.samples.at(column, time_s) ?? NaN))) note(t('not_watched'), true);
 }
+
+/// Pauses again at a window, if its samples are still kept; otherwise only its width is used.
+function reopen({from_s, to_s, A, B}) {
+  if (!(from_s >= 0 && to_s > from_s && to_s < kLatest_s)) return;
+  if (captures.some(({samples}) => samples.length && samples.first_s < to_s && samples.last_s > from_s)) {
+    shown.hold(from_s, to_s);
+    shown.cursors = {A, B};
+  } else {
+    shown.setWidth(to_s - from_s);
+    controls.showWidth(shown.width_s);
+  }
+}
+
+export const state = () => (panels ? toAddress(layout(), initial, shown.held, shown.cursors) : {});
 
 /// State of the traces for tests and scripts.
 export const inspect = () => ({traces, captures, view: view(), held: shown.held !== null, cursors: shown.cursors, frames: frames.length,
@@ -271,6 +294,7 @@ on('program', () => {
   triggerControls.build();
   captures.forEach((capture) => capture.close());
   captures = [];
+  initial ??= {...layout(), drives: store.drives.slice(0, 1).map(({bus, id}) => driveKey(bus, id))};
   retrigger();
   if (visible) show(true);
 });

@@ -41,7 +41,8 @@ function checkedParts(object, parts, where) {
   return clean;
 }
 
-function checked(layout, name) {
+/// Returns a copy with only valid parts; throws if a part is missing or invalid.
+export function checked(layout, name) {
   if (typeof layout !== 'object' || layout === null) throw new Error(`${name}: no layout`);
   const clean = checkedParts(layout, kParts, name);
   clean.trigger = checkedParts({...defaults(), ...layout.trigger}, kTriggerParts, `${name}: trigger`);

@@ -4,7 +4,7 @@ import {stream} from './api.js';
 import {byId, el, labelled, note, setText} from './dom.js';
 import {drawing} from './drawing.js';
 import {figures} from './format.js';
-import {buses, driveKey, driveName, on, store} from './store.js';
+import {buses, driveKey, driveName, driveOf, on, store} from './store.js';
 import {filter, forget, frameAt, frameBefore, keep, kept, lostFrames, refilter, tellLost} from './traffic_frames.js';
 import {frameRow} from './traffic_row.js';
 import {t} from './words.js';
@@ -138,6 +138,13 @@ function build() {
     filter.marked = check.checked = false;
     applyFields();
   };
+  const readAddress = (query) => {
+    if (query.has('from')) filter.from = from.value = ['host', 'drive'].includes(query.get('from')) ? query.get('from') : '';
+    commands.value = query.get('commands') ?? commands.value;
+    text.value = query.get('text') ?? text.value;
+    if (query.has('marked')) filter.marked = check.checked = query.get('marked') === '1';
+    applyFields();
+  };
   const commands = el('input', {type: 'text', size: 12, placeholder: '9C, A4', oninput: readFields, onchange: readFields});
   const text = el('input', {type: 'search', size: 16, placeholder: t('any_text'), oninput: readFields, onchange: readFields});
   const from = el('select', {onchange: () => { filter.from = from.value; refresh(); }},
@@ -159,7 +166,8 @@ function build() {
   });
   new ResizeObserver(fit).observe(scroller);
   scroller.addEventListener('wheel', (event) => { if (event.deltaY < 0) parts.follow = false; }, {passive: true});
-  parts = {pause, info, drives, body, above, below, table, scroller, follow: true, scrolled: false, clearFields};
+  parts = {pause, info, drives, body, above, below, table, scroller, follow: true, scrolled: false, clearFields, readAddress,
+    state: () => ({from: filter.from, commands: commands.value, text: text.value, marked: filter.marked ? 1 : ''})};
   byId('view-traffic').replaceChildren(
     el('div', {class: 'row'}, pause, labelled(t('show'), from), labelled(t('commands'), commands), labelled(t('with_text'), text),
       el('label', {}, check, ` ${t('marked_only')}`),
@@ -198,12 +206,15 @@ export function show(yes) {
 }
 
 export function visit(query) {
-  const key = query.get('drive');
-  const bus = key ? key.split('/')[0] : query.get('bus');
-  if (key) filter.drives = new Set([key]);
+  const keys = (query.get('drive') ?? '').split(',').filter(driveOf);
+  const bus = keys.length ? keys[0].split('/')[0] : query.get('bus');
+  if (query.has('drive')) filter.drives = new Set(keys);
+  parts.readAddress(query);
   showDrives();
   if (query.has('time_s')) goTo(bus, Number(query.get('time_s')));
 }
+
+export const state = () => (parts ? {drive: [...filter.drives], ...parts.state()} : {});
 
 /// Scrolls to the frame of that instant, if still kept, and pauses.
 function goTo(bus, time_s) {
