@@ -136,9 +136,10 @@ export class RobotScene {
     return centre;
   }
 
-  /// Adds a marker.
+  /// Adds a marker, drawn over the bodies and sorted by distance.
   addJoint({body, axis, anchor_m}) {
-    const mesh = new Mesh(this.markers[0], new MeshLambertMaterial());
+    const mesh = new Mesh(this.markers[0], new MeshLambertMaterial({transparent: true, depthTest: false}));
+    mesh.renderOrder = 1;
     mesh.position.fromArray(anchor_m);
     mesh.quaternion.setFromUnitVectors(kUp, new Vector3().fromArray(axis).normalize());
     mesh.userData.body = body;

@@ -1,5 +1,6 @@
 """The robot on the dashboard with lk-emu-body; LKEMU_BODY names the program."""
 
+import io
 import math
 import os
 import pathlib
@@ -7,7 +8,9 @@ import pathlib
 import pytest
 from bench import Bench
 from dashboard import Page
+from PIL import Image
 from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
 
 BODY = os.environ.get("LKEMU_BODY")
 pytestmark = pytest.mark.skipif(not BODY, reason="without LKEMU_BODY there is no robot")
@@ -60,6 +63,41 @@ def wait_for_rest(page, bench):
         still = math.dist(before, rod_on_screen(page)) < 0.001
         return still and abs(math.remainder(tilt_angle(page) + math.radians(bench.angle_deg(1)), math.tau)) < 0.01
     page.until(is_at_rest)
+
+
+ROBOTS = ["pendulum", "two_joint_arm", "six_joint_arm", "quadruped_on_the_ground"]
+LEAST_PX = 30  # of a joint's marker
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_every_joint_is_visible(browser, robot, theme):
+    """A joint is visible if hiding its marker changes the picture, and what it hid was of the marker's colour."""
+    bench = Bench(BODY, [None], "--config", str(PENDULUM.with_name(f"{robot}.toml")))
+    page = Page(browser, bench.http, (1280, 720), before=f"localStorage.setItem('lk-emu-theme', '{theme}')")
+    try:
+        page.until(lambda: page.all("#robot .robot-replay") and inspect(page, "r.frames[1]") > 3)
+        page.click("#robot", "errors")  # all joints have the colour of good
+        page.one("#robot input[type=range]").send_keys(Keys.HOME)  # stands still
+        page.until(lambda: inspect(page, "r.cursor") is not None)
+
+        def picture():
+            page.run("document.dispatchEvent(new Event('theme'))")  # draws again
+            page.drawn()
+            return Image.open(io.BytesIO(page.one("#robot canvas").screenshot_as_png)).convert("RGB")
+
+        whole = picture()
+        for n in range(inspect(page, "r.scene.joints.length")):
+            inspect(page, f"(r.scene.joints[{n}].visible = false)")
+            without = picture()
+            inspect(page, f"(r.scene.joints[{n}].visible = true)")
+            marker = [one for one, other in zip(whole.getdata(), without.getdata())
+                      if max(abs(a - b) for a, b in zip(one, other)) > 24]
+            greenish = [colour for colour in marker if colour[1] > colour[0] + 20]
+            assert len(greenish) >= LEAST_PX, f"joint {n}: {len(marker)} pixels, {len(greenish)} of its colour"
+    finally:
+        page.close()
+        bench.close()
 
 
 def test_body_moves_with_its_drive(page, bench):
