@@ -9,17 +9,22 @@ import {goingOn, onFaults} from './fault_list.js';
 import {fitted, fixed} from './format.js';
 import {hostWatch} from './host_watch.js';
 import {liveValues, wantLive} from './live.js';
-import {robotPanel, robotState, showRobot, visitRobot} from './robot.js';
+import {markDrive, robotPanel, robotState, showRobot, visitRobot} from './robot.js';
+import {Spark} from './spark.js';
 import {buses, driveKey, driveName, driveOf, on, store} from './store.js';
 import {name as nameOf, t} from './words.js';
 
 const kNumbers_ms = 120;   // between updates of numbers, so that people can read them
 const kSpoken_ms = 1500;   // between updates for screen readers
 
+const kCalm = {speed: 10, current: 0.2, power: 10};  // assumed: smaller ranges of °/s, A and % are noise
+
 const cards = new Map();
 const heads = new Map();   // by bus: elements of the whole bus
 let summary = null;
 let groups = null;
+let attention = null;
+let picked = null;         // key of the drive that was clicked, on its card or its joint
 let visible = false;
 
 function field(name, unit, title) {
@@ -42,6 +47,8 @@ function makeCard(drive) {
     stage: field(t('stage'), '°C', t('stage_about')),
     replies: field(t('replies'), t('per_second'), t('replies_about')),
   };
+  const sparks = {speed: new Spark(kCalm.speed), current: new Spark(drive.series === 'MS' ? kCalm.power : kCalm.current)};
+  for (const [name, spark] of Object.entries(sparks)) figures[name].node.append(spark.root);
   fields.angle.node.classList.add('angle');
   const list = (kind, some) => el('dl', {class: `fields ${kind}`}, ...Object.values(some).map((one) => one.node));
   const shaft = el('p', {class: 'shaft-deg', title: t('shaft_about')});
@@ -49,13 +56,50 @@ function makeCard(drive) {
   const errors = el('p', {class: 'errors'});
   const faults = el('p', {class: 'faults', hidden: true});
   const link = (view, label, text) => el('a', {href: `#${view}?drive=${key}`, 'aria-label': label}, text);
-  const root = el('article', {class: 'card', 'aria-label': t('drive', {name}), 'data-drive': key},
-    el('header', {}, el('h2', {text: String(drive.id)}), el('span', {class: 'dim model', text: drive.model, title: drive.model}), state),
+  const model = el('span', {class: 'dim model', text: drive.model, title: drive.model});
+  const root = el('article', {class: 'card', tabindex: -1, onpointerenter: () => highlight(key), onpointerleave: () => highlight(null),
+    onclick: (event) => event.target.closest('a') || pick(key), 'aria-label': t('drive', {name}), 'data-drive': key},
+    el('header', {}, el('h2', {text: String(drive.id)}), model, state),
     el('div', {class: 'dial-box'}, dial.root, shaft), list('figures', figures), list('small', fields),
     el('div', {class: 'said'}, errors, faults), el('footer', {}, link('scope', t('scope_of', {name}), t('scope_link')),
       link('bench', t('bench_of', {name}), t('bench_link')), link('traffic', t('traffic_of', {name}), t('traffic_link'))));
-  return {root, dial, fields: {...figures, ...fields}, state, errors, faults, shaft};
+  return {root, dial, model, sparks, fields: {...figures, ...fields}, state, errors, faults, shaft};
 }
+
+/// Marks a drive's card and its joint; null: those of the clicked drive.
+function highlight(key) {
+  const shown = key ?? picked;
+  for (const [one, {root}] of cards) root.classList.toggle('lit', one === shown && byId('robot') !== null);
+  markDrive(shown);
+}
+
+function pick(key) {
+  picked = picked === key ? null : key;
+  highlight(null);
+  cards.get(key)?.root.scrollIntoView({block: 'nearest'});
+}
+
+/// Shows the names of the robot's joints in place of the motors' models.
+function nameCards(joints) {
+  for (const {bus, id, name} of joints) {
+    const model = cards.get(driveKey(bus, id))?.model;
+    if (!model || !name) continue;
+    model.title = `${name}, ${model.title}`;
+    setText(model, name);
+  }
+}
+
+const needsAttention = (drive) => !drive.alive || drive.errors.length > 0;
+
+/// Focuses the next card that needs attention.
+function visitAttention() {
+  const keys = store.drives.filter(needsAttention).map(({bus, id}) => driveKey(bus, id));
+  const at = keys.indexOf(document.activeElement?.dataset.drive ?? visited);
+  visited = keys[(at + 1) % keys.length];
+  cards.get(visited)?.root.scrollIntoView({block: 'nearest'});
+  cards.get(visited)?.root.focus({preventScroll: true, focusVisible: true});
+}
+let visited = null;  // by visitAttention
 
 function makeGroup({bus, bitrate}) {
   const head = {drives: el('span', {class: 'dim'}), faults: el('span', {class: 'faults'})};
@@ -71,10 +115,12 @@ function makeGroup({bus, bitrate}) {
 function build() {
   cards.clear();
   heads.clear();
+  picked = null;
+  attention = el('button', {type: 'button', id: 'attention', hidden: true, title: t('attention_about'), onclick: visitAttention});
   summary = el('p', {class: 'dim', id: 'bus-summary'});
   groups = el('div', {id: 'bus-groups'}, ...buses().map(makeGroup));
-  const robot = robotPanel();
-  byId('view-bus').replaceChildren(el('div', {class: 'row bus-head'}, summary, hostWatch(), advicePanel()),
+  const robot = robotPanel({onJoints: nameCards, onPoint: highlight, onPick: pick});
+  byId('view-bus').replaceChildren(el('div', {class: 'row bus-head'}, attention, summary, hostWatch(), advicePanel()),
     robot ? el('div', {class: 'with-robot'}, robot, groups) : groups);
   showRobot(visible);
   fitCards(groups);
@@ -92,6 +138,12 @@ function showNumbers(card, drive, now, shaft) {
   setText(fields.voltage.value, measured(now.voltage_V, 2));
   setText(fields.motor.value, measured(now.temperature_C, 1));
   setText(fields.stage.value, measured(now.driver_temperature_C, 1));
+}
+
+function showSparks({sparks}, drive, now, at_ms) {
+  const measured = (value) => (drive.alive ? value : NaN);
+  sparks.speed.add(at_ms, measured(now.speed_dps));
+  sparks.current.add(at_ms, measured(drive.series === 'MS' ? now.power * 100 : now.iq_A));
 }
 
 function showState(card, drive) {
@@ -132,6 +184,8 @@ const run = drawing((at) => {
   const numbers = at - numbersAt > kNumbers_ms;
   const spoken = at - spokenAt > kSpoken_ms;
   if (numbers) numbersAt = at;
+  const {clock} = store.status ?? {};
+  const time = clock && (clock.mode !== 'stepped' || clock.advancing);
   if (spoken) spokenAt = at;
   for (const [key, card] of cards) {
     const drive = driveOf(key);
@@ -139,7 +193,10 @@ const run = drawing((at) => {
     const now = liveValues(drive);
     const shaft = shaftOf(drive, now);
     card.dial.show(shaft);
-    if (numbers) showNumbers(card, drive, now, shaft);
+    if (numbers) {
+      showNumbers(card, drive, now, shaft);
+      if (time) showSparks(card, drive, now, at);
+    }
     if (spoken) card.dial.say(shaft);
   }
 });
@@ -161,6 +218,9 @@ const counted = (drives) => t(drives.length === 1 ? 'drives_one' : 'drives_many'
 function showSummary() {
   if (!summary || !store.status) return;
   const count = (holds) => store.drives.filter(holds).length;
+  const urgent = count(needsAttention);
+  attention.hidden = urgent === 0;
+  setText(attention, t(urgent === 1 ? 'attention_one' : 'attention', {n: urgent, drives: counted(store.drives)}));
   setText(summary, t('summary', {drives: counted(store.drives), running: count((one) => one.alive && one.state === 'running'),
     errors: count((one) => one.errors.length > 0), dead: count((one) => !one.alive), replies: fixed(repliesOf(store.drives), 0)}));
   for (const {bus} of buses().length > 1 ? buses() : []) {

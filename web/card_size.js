@@ -64,7 +64,7 @@ function fit(groups) {
   const size = even >= kSmaller * largest ? even : largest;
   const columns = columnsAt(room, size, box);
   for (const group of groups.children) arrange(group, columns);
-  const row = Math.min(kTallest * room.height, box.height / rowsOfAll(groups, columns) / size) - room.gap;
+  const row = Math.min(kTallest * room.height, box.height / rowsOfAll(groups, columns) / size) - room.gap / size;
   groups.style.setProperty('--size', size.toFixed(2));
   groups.style.setProperty('--row', `${Math.floor(row)}px`);
 }

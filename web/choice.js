@@ -2,6 +2,7 @@
 
 import {el, note} from './dom.js';
 import {post} from './api.js';
+import {byBus} from './drive_list.js';
 import {buses, driveKey, driveName, driveOf, store} from './store.js';
 import {t} from './words.js';
 
@@ -15,12 +16,17 @@ export const chosenDrives = () => store.drives.filter((drive) => chosen.has(driv
 
 function build() {
   const button = (text, onclick, attributes = {}) => el('button', {type: 'button', onclick, ...attributes}, text);
-  buttons = new Map(store.drives.map(({bus, id}) => [driveKey(bus, id), button(driveName(bus, id), () => {
+  buttons = new Map();
+  const ofDrive = ({bus, id}) => {
     const key = driveKey(bus, id);
-    if (!chosen.delete(key)) chosen.add(key);
-    tell();
-  }, {'aria-label': t('drive_label', {name: driveName(bus, id)})})]));
-  group.replaceChildren(el('span', {class: 'dim', text: t('for_drives')}), ...buttons.values(),
+    const label = t('drive_label', {name: driveName(bus, id)});
+    buttons.set(key, button(String(id), () => {
+      if (!chosen.delete(key)) chosen.add(key);
+      tell();
+    }, {'aria-label': label, title: label}));
+    return buttons.get(key);
+  };
+  group.replaceChildren(el('span', {class: 'dim', text: t('for_drives')}), ...byBus(ofDrive),
     button(t('all'), () => {
       for (const {bus, id} of store.drives) chosen.add(driveKey(bus, id));
       tell();

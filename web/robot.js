@@ -6,11 +6,12 @@ import {drawing} from './drawing.js';
 import {fixed} from './format.js';
 import {OrbitCamera} from './robot_camera.js';
 import {kRate_Hz, RobotRecord} from './robot_record.js';
-import {on, store} from './store.js';
+import {driveKey, on, store} from './store.js';
 import {t} from './words.js';
 
 const kWords_ms = 200;          // between updates of texts, so that people can read them
 const kArrowsAtWeight = 0.6;    // assumed: arrow length of the robot's weight, as a share of the robot's reach
+const kClick_px = 4;            // longer movements are drags
 
 let view = null;                // of the current program
 let visible = false;
@@ -24,7 +25,9 @@ function pageColours() {
 }
 
 class RobotView {
-  constructor() {
+  /// `onJoints` is called with the joints, `onPoint` with the drive (or null) under the mouse, `onPick` with a clicked one.
+  constructor(links) {
+    this.links = links;
     this.canvas = el('canvas', {tabindex: 0, 'aria-label': t('robot_keys')});
     this.box = el('div', {class: 'robot-box'}, this.canvas);
     this.root = el('section', {class: 'panel robot', id: 'robot', 'aria-label': t('robot')}, this.box);
@@ -61,6 +64,8 @@ class RobotView {
     const free = shape.bodies.findIndex((body) => body.free);
     if (free >= 0) this.follows = {body: free, shift: centre.map((value, n) => value - shape.poses[free][n])};
     this.buildControls();
+    this.links.onJoints(shape.joints);
+    this.linkJoints();
     this.resizes = new ResizeObserver(() => this.resize());
     this.resizes.observe(this.box);
     this.resize();
@@ -94,6 +99,36 @@ class RobotView {
     this.root.append(el('div', {class: 'row robot-replay'}, this.play, this.slider, this.when, this.live));
     this.colourBy(this.kColourings[0]);
     this.applyWanted();
+  }
+
+  /// Returns the key of the drive whose joint is under the mouse; null: none.
+  driveAt(event) {
+    const {bus = null, id} = this.shape.joints[this.scene.jointAt(...this.hand.place(this.canvas, event))] ?? {};
+    return bus === null ? null : driveKey(bus, id);
+  }
+
+  linkJoints() {
+    let pressed = null;
+    this.canvas.addEventListener('pointerdown', (event) => { pressed = event; });
+    this.canvas.addEventListener('pointermove', (event) => {
+      const key = event.buttons ? this.pointed : this.driveAt(event);
+      if (key === this.pointed) return;
+      this.pointed = key;
+      const joint = this.shape.joints.find(({bus, id}) => driveKey(bus, id) === key);
+      this.canvas.title = joint ? `${joint.name}, ${t('drive', {name: key})}` : '';
+      this.links.onPoint(key);
+    });
+    this.canvas.addEventListener('pointerleave', () => this.links.onPoint(this.pointed = null));
+    this.canvas.addEventListener('pointerup', (event) => {
+      const key = pressed && Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) < kClick_px ? this.driveAt(event) : null;
+      if (key) this.links.onPick(key);
+    });
+  }
+
+  mark(key) {
+    if (!this.scene?.joints) return;
+    this.scene.lit = this.shape.joints.findIndex(({bus, id}) => driveKey(bus, id) === key);
+    this.dirty = true;
   }
 
   colourBy(what) {
@@ -236,9 +271,9 @@ class RobotView {
 }
 
 /// Returns the panel of the robot; null if the drives move no body.
-export function robotPanel() {
+export function robotPanel(links) {
   view?.close();
-  view = store.status.body ? new RobotView() : null;
+  view = store.status.body ? new RobotView(links) : null;
   if (!view) return null;
   const mine = view;
   mine.begin().catch((problem) => {
@@ -247,6 +282,9 @@ export function robotPanel() {
   });
   return mine.root;
 }
+
+/// Marks the joint of a drive; null: none.
+export const markDrive = (key) => view?.mark(key);
 
 /// State of the robot in the address.
 export const robotState = () => (view?.arrows ? {joints: view.colouring.what === view.kColourings[0] ? '' : view.colouring.what,

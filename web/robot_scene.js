@@ -184,9 +184,10 @@ export class RobotScene {
 
   markJoint(n, colour, state) {
     this.joints[n].geometry = this.markers[state];
+    this.joints[n].scale.setScalar(n === this.lit ? 1.7 : 1);
     const {material} = this.joints[n];
     material.color.copy(colour);
-    material.emissive.copy(colour).multiplyScalar(0.5);  // keeps the colour recognisable in shadow
+    material.emissive.copy(colour).multiplyScalar(n === this.lit ? 1 : 0.5);  // keeps the colour recognisable in shadow
   }
 
   /// Shows contact forces and that of the hand (or null) as arrows; `length_m_N` is their scale.
@@ -229,6 +230,12 @@ export class RobotScene {
     this.raycaster.setFromCamera(new Vector2(x, y), this.camera);
     const hit = this.raycaster.intersectObject(this.robot, true)[0];
     return hit ? {body: hit.object.userData.body, point: hit.point} : null;
+  }
+
+  /// Returns the joint whose marker is at a point of the picture; -1: none.
+  jointAt(x, y) {
+    this.raycaster.setFromCamera(new Vector2(x, y), this.camera);
+    return this.joints.indexOf(this.raycaster.intersectObjects(this.joints)[0]?.object);
   }
 
   /// Returns the intersection of the ray through a picture point with the plane through `point` that faces the camera.

@@ -1,6 +1,7 @@
 // Controls of the scope: drives, signals, rate, width, pause.
 
 import {el, labelled, setText} from './dom.js';
+import {byBus} from './drive_list.js';
 import {figures} from './format.js';
 import {driveName, store} from './store.js';
 import {about as aboutOf, t} from './words.js';
@@ -56,9 +57,14 @@ export class ScopeControls {
   build() {
     this.before = null;
     this.all = el('button', {type: 'button', title: t('all_drives_about'), onclick: () => this.toggleAll()}, t('all_drives'));
-    this.driveButtons = store.drives.map(({bus, id}) => ({bus, id, button: el('button', {type: 'button', 'aria-label': t('drive_label', {name: driveName(bus, id)}),
-      onclick: () => this.toggleDrive(bus, id)}, driveName(bus, id))}));
-    this.drives.replaceChildren(el('span', {class: 'dim', text: t('drives')}), ...this.driveButtons.map((one) => one.button), this.all);
+    this.driveButtons = [];
+    const ofDrive = ({bus, id}) => {
+      const label = t('drive_label', {name: driveName(bus, id)});
+      const button = el('button', {type: 'button', 'aria-label': label, title: label, onclick: () => this.toggleDrive(bus, id)}, String(id));
+      this.driveButtons.push({bus, id, button});
+      return button;
+    };
+    this.drives.replaceChildren(el('span', {class: 'dim', text: t('drives')}), ...byBus(ofDrive), this.all);
     this.setButtons = Object.entries(kSets).map(([name, signals]) => ({signals, button: el('button', {type: 'button', title: signals.join(', '),
       onclick: () => this.toggleSet(signals)}, t(`group_${name}`))}));
     this.sets.replaceChildren(el('span', {class: 'dim', text: t('signals')}), ...this.setButtons.map((one) => one.button));

@@ -2,6 +2,7 @@
 
 import {stream} from './api.js';
 import {byId, el, labelled, note, setText} from './dom.js';
+import {byBus} from './drive_list.js';
 import {drawing} from './drawing.js';
 import {figures} from './format.js';
 import {buses, driveKey, driveName, driveOf, on, store} from './store.js';
@@ -180,10 +181,13 @@ function buildDrives() {
   fit();
   const there = new Set(store.drives.map(({bus, id}) => driveKey(bus, id)));
   for (const key of filter.drives) if (!there.has(key)) filter.drives.delete(key);
-  const button = (key, name) => el('button', {type: 'button', 'data-drive-key': key,
-    onclick: () => { if (!filter.drives.delete(key)) filter.drives.add(key); showDrives(); }}, name);
-  parts.drives.replaceChildren(el('span', {class: 'dim', text: t('drives')}),
-    ...store.drives.map(({bus, id}) => button(driveKey(bus, id), driveName(bus, id))),
+  const button = ({bus, id}) => {
+    const key = driveKey(bus, id);
+    const label = t('drive_label', {name: driveName(bus, id)});
+    return el('button', {type: 'button', 'data-drive-key': key, 'aria-label': label, title: label,
+      onclick: () => { if (!filter.drives.delete(key)) filter.drives.add(key); showDrives(); }}, String(id));
+  };
+  parts.drives.replaceChildren(el('span', {class: 'dim', text: t('drives')}), ...byBus(button),
     el('button', {type: 'button', onclick: () => { filter.drives.clear(); showDrives(); }}, t('all')));
   showDrives();
 }

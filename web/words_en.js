@@ -27,6 +27,7 @@ export const kEnglish = {
   drives_one: '{n} drive', drives_many: '{n} drives',
   summary: '{drives}: {running} running, {errors} with errors, {dead} without power; {replies} replies/s',
   host_silent: '{bus} No frame from a host since {time}: drives keep their last command.', host_again: '{bus} A host sends again after {s} s.',
+  attention: '{n} of {drives} need attention', attention_one: '{n} of {drives} needs attention', attention_about: 'go to the next of them',
   bus_summary: '{drives}, {replies} replies/s', faults_here: 'injected: {names}', fault_in_state: '{name} ({state})',
 
   // the robot

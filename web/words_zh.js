@@ -26,6 +26,7 @@ export const kChinese = {
   drives_one: '{n} 个驱动器', drives_many: '{n} 个驱动器',
   summary: '{drives}：{running} 个运行，{errors} 个有错误，{dead} 个没有电；每秒 {replies} 个回复',
   host_silent: '{bus} 从 {time} 起没有主机的帧：驱动器保持最后的命令。', host_again: '{bus} 主机停了 {s} s 后又在发送。',
+  attention: '{drives}中有 {n} 个需要处理', attention_one: '{drives}中有 {n} 个需要处理', attention_about: '转到下一个',
   bus_summary: '{drives}，每秒 {replies} 个回复', faults_here: '注入的故障：{names}', fault_in_state: '{name}（{state}）',
 
   // 机器人

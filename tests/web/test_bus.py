@@ -248,3 +248,69 @@ def test_label_of_a_usual_value_is_not_cut(page):
         page.drawn()
         assert page.run("return [...document.querySelectorAll('.card dt')].filter((one) => one.scrollWidth > one.clientWidth).length") == 0, width
     page.resize((1440, 900))
+
+
+# The first window.drives drives of those that run.
+SOME = """
+  const plainFetch = window.fetch;
+  window.fetch = async (address, ...rest) => {
+    const answer = await plainFetch(address, ...rest);
+    return String(address).endsWith('/drives') ? new Response(JSON.stringify((await answer.json()).slice(0, DRIVES))) : answer;
+  };"""
+
+
+@pytest.mark.parametrize("drives", [1, 2, 4, 5, 7, 12, 23, 32])
+def test_cards_fill_the_grid(crowd, browser, drives):
+    """Gaps beside cards, to the next or to the edge, are at most 24 px; so are those between rows."""
+    page = Page(browser, crowd.http, (1920, 1080), before=SOME.replace("DRIVES", str(drives)))
+    page.drawn()
+    boxes = page.run("return [...document.querySelectorAll('.card')].map((card) => card.getBoundingClientRect().toJSON())")
+    rows = {}
+    for box in boxes:
+        rows.setdefault(round(box["top"]), []).append(box)
+    gaps = []
+    for row in rows.values():
+        edges = [0, *(edge for box in row for edge in (box["left"], box["right"])), 1920]
+        gaps += [right - left for left, right in zip(edges[::2], edges[1::2])]
+    tops = sorted(rows)
+    gaps += [below - rows[above][0]["bottom"] for above, below in zip(tops, tops[1:])]
+    assert len(boxes) == drives and 0 < max(gaps) <= 24
+    page.close()
+
+
+def test_card_has_curves_of_speed_and_current(page, bench):
+    """After five seconds the curve has its whole width, from 0 to 100; older values are dropped."""
+    page.open()
+    bench.move(1)
+    points = lambda n: [tuple(map(float, point.split(","))) for point in (page.run(
+        "return document.querySelectorAll('.card .spark polyline')[arguments[0]].getAttribute('points')", n) or "").split()]
+    settle(page, lambda: points(0) and points(0)[0][0] < 5)
+    for n in (0, 1):
+        xs, ys = zip(*points(n))
+        assert 0 <= xs[0] and xs[-1] == 100 and list(xs) == sorted(xs) and len(xs) > 10
+        assert 0 <= min(ys) and max(ys) <= 20 and max(ys) - min(ys) == pytest.approx(20), "drive 1 moves: the curve has its whole height"
+    bench.move()
+
+
+def test_line_leads_to_drives_that_need_attention(healed):
+    page = healed
+    assert not page.one("#attention").is_displayed()
+    for drive in (2, 3):
+        assert page.run(TELL, {"id": drive, "power": "off"}) == 200
+    settle(page, lambda: page.text("#attention") == "2 of 4 drives need attention")
+    seen = []
+    for _ in range(3):
+        page.one("#attention").click()
+        seen.append(page.run("return document.activeElement.dataset.drive.split('/').at(-1)"))
+    assert seen == ["2", "3", "2"]
+
+
+def test_drive_selectors_are_grouped_by_bus_with_short_names(two, browser):
+    page = Page(browser, two.http)
+    for view in ("scope", "traffic", "bench"):
+        groups = page.run("""return [...document.querySelectorAll(`#view-${arguments[0]} .of-bus`)].map((group) => {
+          const name = group.querySelector('span');
+          return [name.title, name.textContent.length <= 12, [...group.querySelectorAll('button')].map((one) => [one.textContent, one.title])];
+        })""", view)
+        assert groups == [[bus, True, [[str(n), f"drive {bus} {n}"] for n in ids]] for bus, ids in zip(two.buses, ((1, 2), (1, 2, 3)))], view
+    page.close()

@@ -125,3 +125,31 @@ def test_program_accepts_a_push_by_mouse(page, bench):
     page.until(lambda: ["arm", 200] in page.run("return window.pushed"))
     ActionChains(page.driver).release().perform()
     assert {status for _, status in page.run("return window.pushed")} == {200}
+
+
+def test_joint_and_card_are_linked(page):
+    """The pendulum has one joint; its marker is at the origin of its body."""
+    card = page.one(".card")
+    joint = page.run("return fetch('/api/v1/body').then((answer) => answer.json()).then(({joints}) => joints[0].name)")
+    assert page.text(".card .model") == joint
+    lit = lambda: "lit" in card.get_attribute("class").split()
+    size = lambda: inspect(page, "r.scene.joints[0].scale.x")
+    (x, y, z), _ = arm_pose(page)
+    at = inspect(page, f"r.project({[x, y, z]})")
+    canvas = page.one("#robot canvas")
+    hand = lambda: ActionChains(page.driver, duration=30)
+    on_joint = lambda: hand().move_to_element_with_offset(canvas, round(at[0] * canvas.size["width"] / 2), round(-at[1] * canvas.size["height"] / 2))
+    hand().move_to_element(page.one("h1")).perform()
+    page.until(lambda: not lit() and size() == 1)
+    hand().move_to_element(card).perform()
+    page.until(lambda: lit() and size() > 1)
+    on_joint().perform()
+    page.until(lambda: lit() and size() > 1)
+    assert joint in canvas.get_attribute("title")
+    on_joint().click().perform()
+    hand().move_to_element(page.one("h1")).perform()
+    page.drawn()
+    assert lit() and size() > 1, "a click keeps it"
+    hand().move_to_element(page.one(".card h2")).click().perform()
+    hand().move_to_element(page.one("h1")).perform()
+    page.until(lambda: not lit() and size() == 1)
