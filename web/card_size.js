@@ -1,7 +1,6 @@
 // Size of the cards of the bus view: the largest at which all cards fit on the screen. Rows have no empty places.
 
-const kFew = 12;      // drives that never become dense
-const kFewAside = 4;  // as kFew, next to a robot, which takes half of the screen
+const kFew = 12;      // drives that become dense only if all then fit on the screen
 const kMax = 3;       // assumed: larger cards show nothing more
 const kStep = 0.05;
 const kTallest = 1.6;  // assumed: a card higher than this, relative to its text, looks empty
@@ -51,8 +50,10 @@ function fit(groups) {
   const head = [...groups.children].reduce((sum, group) => sum + group.offsetHeight - group.querySelector('.cards').offsetHeight, 0);
   const top = groups.getBoundingClientRect().top - main.getBoundingClientRect().top + main.scrollTop;
   const box = {width: groups.clientWidth, height: main.clientHeight - top - head - (groups.children.length - 1) * kMargin_px - kMargin_px};
-  const few = groups.closest('.with-robot') ? kFewAside : kFew;
-  if (cardsOf(groups).length > few && !fits(groups, roomOf(groups), 1, box)) groups.classList.add('dense');
+  if (!fits(groups, roomOf(groups), 1, box)) {
+    groups.classList.add('dense');
+    if (cardsOf(groups).length <= kFew && !fits(groups, roomOf(groups), 1, box)) groups.classList.remove('dense');
+  }
   const room = roomOf(groups);
   const smaller = (from, holds) => {
     let size = from;

@@ -3,9 +3,9 @@
 import {el} from './dom.js';
 import {buses, store} from './store.js';
 
-const kLongest = 12;  // characters of a bus name
+const kLongest = 16;  // characters of a bus name
 
-/// Returns the end of a name, "…0:29536" or "ttyUSB0", unless that is the end of another one, too.
+/// Returns the end of a name, "…-if00-port0" or "vcan0", unless that is the end of another one, too.
 function shortName(bus) {
   const last = bus.split('/').at(-1);
   const short = last.length > kLongest ? `…${last.slice(1 - kLongest)}` : last;

@@ -310,7 +310,7 @@ def test_drive_selectors_are_grouped_by_bus_with_short_names(two, browser):
     for view in ("scope", "traffic", "bench"):
         groups = page.run("""return [...document.querySelectorAll(`#view-${arguments[0]} .of-bus`)].map((group) => {
           const name = group.querySelector('span');
-          return [name.title, name.textContent.length <= 12, [...group.querySelectorAll('button')].map((one) => [one.textContent, one.title])];
+          return [name.title, name.textContent.length <= 16, [...group.querySelectorAll('button')].map((one) => [one.textContent, one.title])];
         })""", view)
         assert groups == [[bus, True, [[str(n), f"drive {bus} {n}"] for n in ids]] for bus, ids in zip(two.buses, ((1, 2), (1, 2, 3)))], view
     page.close()
