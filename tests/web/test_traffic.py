@@ -149,7 +149,7 @@ def test_drives_of_two_buses_are_distinguished(both, two):
         for drive in (1, 2):
             two.ask(drive, 0x9A, bus=bus)
     settle(both, lambda: len(cells(both, 3)) == 8)
-    button = both.button("#view-traffic", f"{two.buses[1]} 1")
+    button = both.button("#view-traffic", f"drive {two.buses[1]} 1")
     button.send_keys(Keys.SPACE)
     settle(both, lambda: cells(both, 3) == [two.buses[1]] * 2)
     assert [way[-1] for way in cells(both, 4)] == ["1", "1"]
