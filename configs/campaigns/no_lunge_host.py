@@ -9,6 +9,7 @@ Use it as a sample for your host. These rules keep the joint from a lunge:
 - Give the drive its target before the brake is released.
 """
 
+import contextlib
 import math
 import struct
 
@@ -138,6 +139,8 @@ class Joint:
                     print(f"trouble: {trouble}", flush=True)
                 troubled, wait_s = True, RETRY_S
             now_s = self.clock.advance(wait_s)
+        with contextlib.suppress(Trouble):
+            self.stop()
 
 
 def run_case(bus, clock, recovery):
