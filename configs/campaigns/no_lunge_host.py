@@ -1,12 +1,16 @@
 """The host of no_lunge.toml: moves a joint along a path, and after a fault starts again where the joint is.
 
-Use it as a sample for your host. These rules keep the joint from a lunge:
+Use it as a sample for your host. These rules keep the joint from a lunge.
 
-- After a start, error, lost reply or pause, read the angle before the next motion.
-- Discard old frames before a query, and compare DATA[0] of the reply with it.
-- Send no motion command before the last query is answered: unacknowledged frames wait in the send queue.
-- Switch the drive off (0x80) before 0x88, which may resume an old command.
-- Give the drive its target before the brake is released.
+After a start, error, lost reply or pause, read the angle before the next motion.
+
+Discard old frames before a query, and compare DATA[0] of the reply with it.
+
+Send no motion command before the last query is answered: unacknowledged frames wait in the send queue.
+
+Switch the drive off (0x80) before 0x88, which may resume an old command.
+
+Give the drive its target before the brake is released.
 """
 
 import contextlib
