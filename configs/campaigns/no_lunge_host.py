@@ -76,11 +76,15 @@ class Joint:
         """Returns the angle of the output. Raises Trouble."""
         angle_deg = int.from_bytes(self.ask(ANGLE)[1:], "little", signed=True) / 100 / GEAR
         if abs(angle_deg) > self.farthest_deg:
-            raise Trouble(f"{angle_deg:.0f} degrees is no angle of this joint")
+            raise Trouble(f"{angle_deg:.0f} degrees is not an angle of this joint")
         return angle_deg
 
+    def payload(self, target_deg):
+        """Returns the payload of MOVE."""
+        return struct.pack("<xHi", 4 * SPEED_DPS * GEAR, round(100 * target_deg * GEAR))
+
     def move(self, target_deg):
-        self.ask(MOVE, struct.pack("<xHi", 4 * SPEED_DPS * GEAR, round(100 * target_deg * GEAR)))
+        self.ask(MOVE, self.payload(target_deg))
         self.target_deg = target_deg
 
     def check(self):
@@ -89,15 +93,21 @@ class Joint:
 
     # Sequences
 
-    def start(self):
-        """Holds the joint where it is, then releases the brake. Reads the angle again, since that was a pause."""
+    def switch_on(self):
         self.ask(CLEAR)
         self.check()
         self.ask(OFF)
         self.ask(RUN)
-        self.move(self.angle())
+
+    def release_brake(self):
         self.ask(BRAKE, bytes([RELEASE]))
         self.clock.advance(BRAKE_S)
+
+    def start(self):
+        """Holds the joint where it is, then releases the brake. Reads the angle again, since that was a pause."""
+        self.switch_on()
+        self.move(self.angle())
+        self.release_brake()
         self.angle()
 
     def approach(self, goal_deg):

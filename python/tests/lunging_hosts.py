@@ -3,7 +3,7 @@
 import math
 import struct
 
-from no_lunge_host import BRAKE, BRAKE_S, CLEAR, GEAR, MOVE, OFF, RELEASE, RUN, SPEED_DPS, STATE, Joint, Trouble, path_deg
+from no_lunge_host import BRAKE, CLEAR, GEAR, MOVE, RELEASE, RUN, SPEED_DPS, STATE, Joint, Trouble, path_deg
 
 SPEED = 0xA2
 SET_ANGLE = 0x95
@@ -113,7 +113,7 @@ class Backlog(Joint):
                 raise
 
     def move(self, target_deg):
-        self.send(MOVE, struct.pack("<xHi", 4 * SPEED_DPS * GEAR, round(100 * target_deg * GEAR)))
+        self.send(MOVE, self.payload(target_deg))
         self.target_deg = target_deg
 
 
@@ -129,16 +129,13 @@ class Wrapped(Joint):
             self.offset_deg = super().angle() - 60
         return super().angle() - self.offset_deg
 
-    def move(self, target_deg):
+    def payload(self, target_deg):
         wire = round(100 * (target_deg + self.offset_deg) * GEAR)
-        self.ask(MOVE, struct.pack("<xHi", 4 * SPEED_DPS * GEAR, (wire + 2**31) % 2**32 - 2**31))
-        self.target_deg = target_deg
+        return struct.pack("<xHI", 4 * SPEED_DPS * GEAR, wire % 2**32)
 
 
 class Shifted(Joint):
     """Takes the next frame for the reply. Reads the state twelve times before each target."""
-
-    pause_s = 0.02
 
     def ask(self, command, payload=b""):
         self.send(command, payload)
@@ -158,12 +155,8 @@ class BrakeFirst(Joint):
     """Releases the brake before the drive has a target."""
 
     def start(self):
-        self.ask(CLEAR)
-        self.check()
-        self.ask(OFF)
-        self.ask(RUN)
-        self.ask(BRAKE, bytes([RELEASE]))
-        self.clock.advance(BRAKE_S)
+        self.switch_on()
+        self.release_brake()
         self.move(self.angle())
 
 

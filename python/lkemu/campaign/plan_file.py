@@ -60,7 +60,7 @@ def load_plan(called: str, program: Program) -> Plan:
         check_placeholders(text, plan.host, plan)
     if hazard.get("advice", False):
         if plan.host is None:
-            raise text.error("hazard.advice", "needs [host]: without it, nobody watches the host")
+            raise text.error("hazard.advice", "needs [host]")
         plan.advice = UNASKED
     check_fault(text, plan)
     check_rates(text, document.get("rates", {}), plan)
