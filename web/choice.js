@@ -2,31 +2,24 @@
 
 import {el, note} from './dom.js';
 import {post} from './api.js';
-import {byBus} from './drive_list.js';
-import {buses, driveKey, driveName, driveOf, store} from './store.js';
+import {driveGroups, showPressed} from './drive_list.js';
+import {buses, driveKey, driveOf, store} from './store.js';
 import {t} from './words.js';
 
 const chosen = new Set();  // drive keys
 const listeners = new Set();
 let group = null;
-let buttons = new Map();  // by drive key
 
 export const onChoice = (listener) => listeners.add(listener);
 export const chosenDrives = () => store.drives.filter((drive) => chosen.has(driveKey(drive.bus, drive.id)));
 
 function build() {
-  const button = (text, onclick, attributes = {}) => el('button', {type: 'button', onclick, ...attributes}, text);
-  buttons = new Map();
-  const ofDrive = ({bus, id}) => {
-    const key = driveKey(bus, id);
-    const label = t('drive_label', {name: driveName(bus, id)});
-    buttons.set(key, button(String(id), () => {
-      if (!chosen.delete(key)) chosen.add(key);
-      tell();
-    }, {'aria-label': label, title: label}));
-    return buttons.get(key);
+  const button = (text, onclick) => el('button', {type: 'button', onclick}, text);
+  const toggle = (bus, id) => {
+    if (!chosen.delete(driveKey(bus, id))) chosen.add(driveKey(bus, id));
+    tell();
   };
-  group.replaceChildren(el('span', {class: 'dim', text: t('for_drives')}), ...byBus(ofDrive),
+  group.replaceChildren(el('span', {class: 'dim', text: t('for_drives')}), ...driveGroups(toggle),
     button(t('all'), () => {
       for (const {bus, id} of store.drives) chosen.add(driveKey(bus, id));
       tell();
@@ -37,10 +30,7 @@ function build() {
   showChosen();
 }
 
-/// Updates the buttons in place, so that they keep focus and pending clicks.
-function showChosen() {
-  for (const [key, button] of buttons) button.setAttribute('aria-pressed', chosen.has(key));
-}
+const showChosen = () => showPressed(group, (key) => chosen.has(key));
 
 function tell() {
   showChosen();

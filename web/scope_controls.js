@@ -1,9 +1,9 @@
 // Controls of the scope: drives, signals, rate, width, pause.
 
 import {el, labelled, setText} from './dom.js';
-import {byBus} from './drive_list.js';
+import {driveGroups, showPressed} from './drive_list.js';
 import {figures} from './format.js';
-import {driveName, store} from './store.js';
+import {driveKey, store} from './store.js';
 import {about as aboutOf, t} from './words.js';
 
 const kSets = {
@@ -57,14 +57,7 @@ export class ScopeControls {
   build() {
     this.before = null;
     this.all = el('button', {type: 'button', title: t('all_drives_about'), onclick: () => this.toggleAll()}, t('all_drives'));
-    this.driveButtons = [];
-    const ofDrive = ({bus, id}) => {
-      const label = t('drive_label', {name: driveName(bus, id)});
-      const button = el('button', {type: 'button', 'aria-label': label, title: label, onclick: () => this.toggleDrive(bus, id)}, String(id));
-      this.driveButtons.push({bus, id, button});
-      return button;
-    };
-    this.drives.replaceChildren(el('span', {class: 'dim', text: t('drives')}), ...byBus(ofDrive), this.all);
+    this.drives.replaceChildren(el('span', {class: 'dim', text: t('drives')}), ...driveGroups((bus, id) => this.toggleDrive(bus, id)), this.all);
     this.setButtons = Object.entries(kSets).map(([name, signals]) => ({signals, button: el('button', {type: 'button', title: signals.join(', '),
       onclick: () => this.toggleSet(signals)}, t(`group_${name}`))}));
     this.sets.replaceChildren(el('span', {class: 'dim', text: t('signals')}), ...this.setButtons.map((one) => one.button));
@@ -110,9 +103,7 @@ export class ScopeControls {
   }
 
   showChosen({drives, signals}) {
-    for (const {bus, id, button} of this.driveButtons) {
-      button.setAttribute('aria-pressed', drives.some((one) => one.bus === bus && one.id === id));
-    }
+    showPressed(this.drives, (key) => drives.some(({bus, id}) => driveKey(bus, id) === key));
     this.all.setAttribute('aria-pressed', this.showsAll);
     for (const set of this.setButtons) set.button.setAttribute('aria-pressed', set.signals.every((name) => signals.includes(name)));
     for (const {name, box} of this.boxes) box.checked = signals.includes(name);

@@ -2,10 +2,10 @@
 
 import {stream} from './api.js';
 import {byId, el, labelled, note, setText} from './dom.js';
-import {byBus} from './drive_list.js';
+import {driveGroups, showPressed} from './drive_list.js';
 import {drawing} from './drawing.js';
 import {figures} from './format.js';
-import {buses, driveKey, driveName, driveOf, on, store} from './store.js';
+import {buses, driveKey, driveOf, on, store} from './store.js';
 import {filter, forget, frameAt, frameBefore, keep, kept, lostFrames, refilter, tellLost} from './traffic_frames.js';
 import {frameRow} from './traffic_row.js';
 import {t} from './words.js';
@@ -181,20 +181,17 @@ function buildDrives() {
   fit();
   const there = new Set(store.drives.map(({bus, id}) => driveKey(bus, id)));
   for (const key of filter.drives) if (!there.has(key)) filter.drives.delete(key);
-  const button = ({bus, id}) => {
-    const key = driveKey(bus, id);
-    const label = t('drive_label', {name: driveName(bus, id)});
-    return el('button', {type: 'button', 'data-drive-key': key, 'aria-label': label, title: label,
-      onclick: () => { if (!filter.drives.delete(key)) filter.drives.add(key); showDrives(); }}, String(id));
+  const toggle = (bus, id) => {
+    if (!filter.drives.delete(driveKey(bus, id))) filter.drives.add(driveKey(bus, id));
+    showDrives();
   };
-  parts.drives.replaceChildren(el('span', {class: 'dim', text: t('drives')}), ...byBus(button),
+  parts.drives.replaceChildren(el('span', {class: 'dim', text: t('drives')}), ...driveGroups(toggle),
     el('button', {type: 'button', onclick: () => { filter.drives.clear(); showDrives(); }}, t('all')));
   showDrives();
 }
 
-/// Updates the buttons in place, so that they keep focus and pending clicks.
 function showDrives() {
-  for (const button of parts.drives.querySelectorAll('[data-drive-key]')) button.setAttribute('aria-pressed', filter.drives.has(button.dataset.driveKey));
+  showPressed(parts.drives, (key) => filter.drives.has(key));
   refresh();
 }
 
