@@ -134,7 +134,7 @@ def test_jog_moves_the_chosen_drives_as_a_host_would(page):
     page.for_drives(2)
     angle = lambda: page.reported(2)["signals"]["angle_deg"]
     start = angle()
-    page.click("#view-bench", "switch on (0x88)")
+    page.click("#view-bench", "run: switch on (0x88)")
     page.fill('[aria-label="jog angle, °"]', 30)
     page.fill('[aria-label="jog max speed, °/s"]', 300)
     page.click("#view-bench", "More by angle")
