@@ -47,5 +47,5 @@ export function unitOf(signal) {
   return 'state';
 }
 
-export const kUnits = {deg: '°', dps: '°/s', A: 'A', V: 'V', C: '°C', Nm: 'Nm', duty: t('unit_duty'), counts: t('unit_counts'),
-  power: t('unit_power'), state: t('unit_state')};
+/// Returns the name of an axis for a unit: "speed, °/s".
+export const axisName = (unit) => t(`axis_${unit}`);

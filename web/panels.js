@@ -1,20 +1,21 @@
 // The scope's plots: one for each unit, stacked, with a common time axis. uPlot draws them.
 
 import {el} from './dom.js';
-import {figures, kUnits} from './format.js';
+import {axisName, figures} from './format.js';
 import {byHand, ValueRanges} from './panel_ranges.js';
 import {PlotLegend} from './plot_legend.js';
 import {t} from './words.js';
 
-export const kAxis_px = 62;
+export const kAxis_px = 58;
 const kSide = 0.4;     // share of the width for the spectra
-export const kPadding = [22, null, null, null];  // space for the legend above a plot
-const kLeast_px = 76;
+export const kPadding = [28, null, null, null];  // space for the legend above a plot
+const kLeast_px = 96;  // room for three numbers
 const kMaxPoints = 30_000;  // in all plots: limit of a processor at 60 frames a second
 const kLeastBins = 160;
 const kFew = 12;             // with more traces, none has dashes
 const kPadding_px = 10;
-const kTimes_px = 26;  // extra height of the plot with the time axis
+const kTimes_px = 28;  // extra height of the plot with the time axis
+const kFont = '12px system-ui, sans-serif';
 const kDrag_px = 4;    // shorter drags count as clicks, since hands tremble
 
 export const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -28,8 +29,25 @@ export function range(self, min, max) {
   return [min - span * 0.06, max + span * 0.06];
 }
 
-/// Common style of all axes: colours, font.
-export const axisStyle = () => ({stroke: css('--dim'), grid: {stroke: css('--grid'), width: 1}, ticks: {show: false}, font: '12px system-ui, sans-serif'});
+const kLeastTicks = 3;
+const kSteps = [7.5, 5, 4, 3, 2.5, 2, 1.5, 1];
+
+/// Returns the multiples of `step`, or else of the largest round step of which three are in the range.
+export function ticksOf(min, max, step) {
+  const multiples = (by) => {
+    const first = Math.ceil(min / by - 1e-9);
+    return Array.from({length: Math.max(0, Math.floor(max / by + 1e-9) - first + 1)}, (_, n) => (first + n) * by);
+  };
+  let ticks = multiples(step);
+  for (let power = Math.floor(Math.log10(step)); ticks.length < kLeastTicks && max > min; --power) {
+    ticks = kSteps.map((digits) => multiples(digits * 10 ** power)).find((some) => some.length >= kLeastTicks) ?? [];
+  }
+  return ticks;
+}
+
+/// Common style of all axes: colours, fonts, ticks.
+export const axisStyle = () => ({stroke: css('--dim'), grid: {stroke: css('--grid'), width: 1}, ticks: {show: false}, font: kFont,
+  labelFont: kFont, labelSize: 16, labelGap: 0, splits: (u, axis, min, max, step) => ticksOf(min, max, step)});
 
 /// `traces` are {label, colour, dash, unit, shown}; `view()` returns {from_s, to_s, cursors, marks}; `onToggle` is
 /// called with a trace to hide or show.
@@ -62,7 +80,7 @@ export class Panels {
 
   make(unit, traces, lowest) {
     const holder = el('div', {class: 'panel-plot', role: 'group', tabindex: 0,
-      'aria-label': t('plot_of', {unit: kUnits[unit], traces: traces.map((trace) => trace.label).join(', ')})});
+      'aria-label': t('plot_of', {name: axisName(unit), traces: traces.map((trace) => trace.label).join(', ')})});
     const side = el('div', {class: 'panel-side'});
     this.root.append(el('div', {class: 'panel-row'}, holder, side));
     const axis = axisStyle();
@@ -74,9 +92,8 @@ export class Panels {
       scales: {x: {time: false, range: () => { const v = this.view(); return [v.from_s, v.to_s]; }},
         y: {range: (u, min, max) => this.ranges.get(unit) ?? range(u, min, max)}},
       axes: [
-        {...axis, size: lowest ? 34 : 8, values: lowest ? (u, ticks) => ticks.map((tick) => figures(tick, 9)) : () => []},
-        {...axis, size: kAxis_px, space: 24, label: kUnits[unit], labelSize: 16, labelGap: 0, labelFont: '12px system-ui, sans-serif',
-          values: (u, ticks) => ticks.map((tick) => figures(tick, 6))},
+        lowest ? {...axis, size: 20, label: t('axis_time'), values: (u, ticks) => ticks.map((tick) => figures(tick, 9))} : {...axis, size: 8, values: () => []},
+        {...axis, size: kAxis_px, space: 24, values: (u, ticks) => ticks.map((tick) => figures(tick, 6))},
       ],
       series: [{}, ...traces.map((trace) => ({label: trace.label, stroke: trace.colour, width: 1, dash: few ? trace.dash : undefined,
         show: trace.shown, points: {show: false}, spanGaps: true}))],
@@ -88,7 +105,7 @@ export class Panels {
     });
     this.selectByDragging(plot);
     byHand(this.ranges, {plot, unit, holder});
-    const legend = new PlotLegend(holder, traces, {onToggle: this.onToggle, onAuto: () => this.ranges.auto(unit)});
+    const legend = new PlotLegend(holder, axisName(unit), traces, {onToggle: this.onToggle, onAuto: () => this.ranges.auto(unit)});
     return {plot, unit, traces, holder, side, legend};
   }
 

@@ -1,4 +1,4 @@
-// Legend of a plot of the scope: names of lines, values below the pointer; a click hides a line.
+// Legend of a plot of the scope: names of the value axis and of lines, values below the pointer; a click hides a line.
 
 import {el, setText} from './dom.js';
 import {figures} from './format.js';
@@ -7,7 +7,7 @@ import {t} from './words.js';
 const kMax = 12;  // more would cover the plot; the table below has all
 
 export class PlotLegend {
-  constructor(holder, traces, {onToggle, onAuto}) {
+  constructor(holder, name, traces, {onToggle, onAuto}) {
     this.rows = traces.slice(0, kMax).map((trace) => {
       const value = el('span', {class: 'value'});
       const swatch = el('span', {class: `swatch${trace.dash ? ' dashed' : ''}`});
@@ -16,8 +16,8 @@ export class PlotLegend {
       return {trace, value, button};
     });
     this.auto = el('button', {type: 'button', hidden: true, title: t('auto_values_about'), onclick: onAuto}, t('auto_values'));
-    this.root = el('div', {class: 'plot-legend'}, ...this.rows.map((row) => row.button),
-      traces.length > kMax ? el('span', {class: 'dim', text: t('legend_more', {n: traces.length - kMax})}) : '', this.auto);
+    this.root = el('div', {class: 'plot-legend'}, el('span', {class: 'axis-name', text: name}), this.auto, ...this.rows.map((row) => row.button),
+      traces.length > kMax ? el('span', {class: 'dim', text: t('legend_more', {n: traces.length - kMax})}) : '');
     holder.append(this.root);
     this.showHidden();
   }

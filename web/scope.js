@@ -220,8 +220,8 @@ function build() {
     putCursor: (name) => shown.putCursorAt(name, name === 'A' ? 1 / 3 : 2 / 3), spectra: () => showSpectra(!spectra.on)});
   triggerControls = new TriggerControls(trigger, retrigger);
   const layouts = new Layouts({current: layout, apply: applyLayout});
-  controls.add({trigger: triggerControls.root, layouts: layouts.root});
   table = new ScopeTable(toggle);
+  controls.add({trigger: triggerControls.root, layouts: layouts.root, table: table.root});
   panels = new Panels(plots, {view, onPoint, onToggle: toggle, onSelect: (from_s, to_s) => shown.hold(from_s, to_s)});
   spectra = new Spectra(panels);
   panels.onFit = (heights, width) => spectra.fit(heights, width);
@@ -234,7 +234,7 @@ function build() {
     shown.cursors = cursorsBefore;
     shown.pause();
   });
-  byId('view-scope').replaceChildren(controls.root, plots, table.root);
+  byId('view-scope').replaceChildren(controls.root, plots);
   document.addEventListener('keydown', onKey);
   document.addEventListener('theme', repaint);
 }
@@ -284,7 +284,9 @@ export const state = () => (panels ? toAddress(layout(), initial, shown.held, sh
 /// State of the traces for tests and scripts.
 export const inspect = () => ({traces, captures, view: view(), held: shown.held !== null, cursors: shown.cursors, frames: frames.length,
   time_s: busTime(buses()[0]?.bus), triggered_s: trigger.shot_s, ...(panels && {peaks: spectra.peaks, layout: layout(),
-    values: panels.plots.map(({plot, unit}) => ({unit, min: plot.scales.y.min, max: plot.scales.y.max}))})});
+    values: panels.plots.map(({plot, unit}) => ({unit, min: plot.scales.y.min, max: plot.scales.y.max})),
+    axes: panels.plots.map(({plot: {axes: [x, y]}, unit}, n) => ({unit, values: y._values, times: x._splits, time_name: x.label,
+      frequency: spectra.on ? [spectra.plots[n].plot.axes[0].label, spectra.plots[n].plot.axes[0]._values] : null}))})});
 
 on('program', () => {
   if (!panels) build();

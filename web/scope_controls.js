@@ -1,4 +1,4 @@
-// Controls of the scope: drives, signals, rate, width, pause.
+// Controls of the scope: a toolbar, and a drawer with drives, signals, rate, trigger, layouts and the table of values.
 
 import {el, labelled, setText} from './dom.js';
 import {driveGroups, showPressed} from './drive_list.js';
@@ -35,23 +35,33 @@ export class ScopeControls {
     this.sets = el('div', {class: 'row picks', role: 'group', 'aria-label': t('signal_sets'), 'data-needs-program': true});
     this.signals = el('div', {class: 'signal-list', role: 'group', 'aria-label': t('signals'), 'data-needs-program': true});
     const button = (text, title, onclick) => el('button', {type: 'button', title, onclick}, text);
+    this.toggle = el('button', {type: 'button', class: 'toggle', 'aria-controls': 'scope-drawer', onclick: () => this.open(this.drawer.hidden)}, t('scope_controls'));
+    this.folded = el('div', {class: 'folded'}, el('details', {}, el('summary', {text: t('all_signals')}), this.signals),
+      this.layouts = el('details', {}, el('summary', {text: t('layouts')})));
+    this.drawer = el('div', {class: 'panel drawer', id: 'scope-drawer', role: 'group', 'aria-label': t('scope_controls')}, this.drives, this.sets,
+      el('div', {class: 'row'}, el('span', {'data-needs-program': true}, labelled(t('rate'), this.rate)), button('CSV', t('csv_about'), does.exportCsv), this.frames), this.folded);
     this.root = el('div', {class: 'scope-controls'},
-      el('div', {class: 'row'}, this.pause,
+      el('div', {class: 'row tools'}, this.pause,
         labelled(t('width'), this.width), button('+', t('zoom_in'), () => does.zoom(0.5)), button('−', t('zoom_out'), () => does.zoom(2)),
         button('←', t('earlier'), () => does.pan(-0.2)), button('→', t('later'), () => does.pan(0.2)),
-        el('span', {'data-needs-program': true}, labelled(t('rate'), this.rate)),
         ...['A', 'B'].map((name) => button(name, t('cursor_label', {name}), () => does.putCursor(name))),
-        button(t('no_cursors'), t('no_cursors_about'), does.clearCursors), button('CSV', t('csv_about'), does.exportCsv), this.spectra, this.frames),
-      el('div', {class: 'row wide-gap'}, this.drives, this.sets),
-      this.more = el('div', {class: 'row wide-gap'}),
-      el('div', {class: 'folded'}, el('details', {}, el('summary', {text: t('all_signals')}), this.signals),
-        this.layouts = el('details', {}, el('summary', {text: t('layouts')}))));
+        button(t('no_cursors'), t('no_cursors_about'), does.clearCursors), this.spectra, this.toggle),
+      this.drawer);
+    const wide = matchMedia('(min-width: 1000px)');  // as in views.css
+    wide.addEventListener('change', () => this.open(wide.matches));
+    this.open(wide.matches);
   }
 
-  /// Adds the controls of trigger and layouts.
-  add({trigger, layouts}) {
-    this.more.append(trigger);
+  open(yes) {
+    this.drawer.hidden = !yes;
+    this.toggle.setAttribute('aria-expanded', yes);
+  }
+
+  /// Adds the controls of trigger and layouts, and the table of values.
+  add({trigger, layouts, table}) {
+    this.folded.before(trigger);
     this.layouts.append(layouts);
+    this.drawer.append(table);
   }
 
   build() {

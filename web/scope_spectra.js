@@ -2,7 +2,7 @@
 
 import {columnsOf, peakOf, spectrum} from './fft.js';
 import {el} from './dom.js';
-import {figures, kUnits} from './format.js';
+import {axisName, figures} from './format.js';
 import {axisStyle, kAxis_px, kPadding} from './panels.js';
 import {t} from './words.js';
 
@@ -51,15 +51,14 @@ export class Spectra {
     const axis = axisStyle();
     const zoom = {range_Hz: null};
     side.setAttribute('role', 'img');
-    side.setAttribute('aria-label', t('spectrum_of', {unit: kUnits[unit]}));
+    side.setAttribute('aria-label', t('spectrum_of', {name: axisName(unit)}));
     const span = el('span', {class: 'spectrum-span dim'});
     const plot = new uPlot({
       width: 200, height: 120, legend: {show: false}, pxAlign: 0, padding: kPadding,
       cursor: {drag: {x: true, y: false, setScale: false}, points: {show: false}, y: false},
       scales: {x: {time: false, range: () => zoom.range_Hz ?? [0, this.most_Hz(traces)]}, y: {range: (u, min, max) => [0, max > 0 ? max * 1.15 : 1]}},
-      axes: [{...axis, size: 34, values: (u, ticks) => ticks.map((tick) => `${figures(tick, 6)}${tick === ticks[0] ? ' Hz' : ''}`)},
-        {...axis, size: kAxis_px, space: 24, label: kUnits[unit], labelSize: 16, labelGap: 0, labelFont: '12px system-ui, sans-serif',
-          values: (u, ticks) => ticks.map((tick) => figures(tick, 4))}],
+      axes: [{...axis, size: 20, label: t('axis_frequency'), values: (u, ticks) => ticks.map((tick) => figures(tick, 6))},
+        {...axis, size: kAxis_px, space: 24, values: (u, ticks) => ticks.map((tick) => figures(tick, 4))}],
       series: [{}, ...traces.map((trace) => ({stroke: trace.colour, width: 1, points: {show: false}}))],
       hooks: {draw: [(u) => this.label(u, traces)], setSelect: [(u) => {
         zoom.range_Hz = [u.posToVal(u.select.left, 'x'), u.posToVal(u.select.left + u.select.width, 'x')];
@@ -71,7 +70,7 @@ export class Spectra {
       zoom.range_Hz = null;
       this.show({plot, traces, zoom, span});
     });
-    side.append(span);
+    side.append(el('span', {class: 'axis-name', text: axisName(unit)}), span);
     return {plot, traces, zoom, span, lowest};
   }
 

@@ -1,4 +1,4 @@
-// Table below the scope's plots: value of each trace now, at the cursors, and between them.
+// Table in the scope's drawer: value of each trace now, at the cursors, and between them.
 
 import {el, setText} from './dom.js';
 import {figures} from './format.js';
@@ -42,8 +42,15 @@ export class ScopeTable {
     return this.rows.slice(first, first + Math.ceil(this.root.clientHeight / height) + 4);
   }
 
+  showCursors(yes) {
+    if (this.root.classList.contains('with-cursors') === yes) return;
+    this.root.classList.toggle('with-cursors', yes);
+    this.rowHeight = 0;  // rows then have two lines
+  }
+
   show({from_s, to_s}, {A, B}, held) {
     const between = A !== null && B !== null;
+    this.showCursors(A !== null || B !== null);
     const [from, to] = between ? [Math.min(A, B), Math.max(A, B)] : [from_s, to_s];
     setText(this.span, between
       ? t('between', {ms: figures((B - A) * 1000), hz: figures(1 / Math.abs(B - A), 4)})
