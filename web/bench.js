@@ -17,10 +17,10 @@ let visible = false;
 let fieldsets = [];
 
 /// A panel; its controls are disabled while the page is read-only.
-function panel(title, content, {acts = true, size = ''} = {}) {
+function panel(title, content, wide = false) {
   const set = el('fieldset', {}, ...content);
-  if (acts) fieldsets.push(set);
-  return el('section', {class: `panel ${size}`, 'aria-label': title}, el('h2', {text: title}), set);
+  fieldsets.push(set);
+  return el('section', {class: wide ? 'panel wide' : 'panel', 'aria-label': title}, el('h2', {text: title}), set);
 }
 
 function build() {
@@ -32,9 +32,9 @@ function build() {
     panel(t('supply_and_ambient'), supplyPanel()),
     panel(t('load'), loadPanel()),
     panel(t('clock_title'), clockPanel()),
-    panel(t('inject_fault'), faultPanel(), {size: 'broad'}),
-    panel(t('scenario'), scenarioPanel(), {size: 'wide'}),
-    panel(t('evidence'), evidencePanel(), {size: 'wide'})));
+    panel(t('inject_fault'), faultPanel()),
+    panel(t('scenario'), scenarioPanel(), true),
+    panel(t('evidence'), evidencePanel(), true)));
   built = true;
   showShaft(visible);
 }

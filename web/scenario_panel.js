@@ -80,7 +80,6 @@ export function scenarioPanel() {
       result.hidden = false;
     } catch { /* the next time */ }
   }, head);
-  const controls = el('div', {class: 'scenario-controls'}, el('div', {class: 'row'}, labelled(t('shipped'), select), labelled(t('or_file'), file)), about,
-    el('div', {class: 'row'}, start, stop));
+  const controls = el('div', {class: 'scenario-controls'}, el('div', {class: 'row'}, labelled(t('shipped'), select), labelled(t('or_file'), file), start, stop), about);
   return [el('div', {class: 'scenario-panel'}, controls, el('div', {}, head, robot, result))];
 }

@@ -10,8 +10,8 @@ import {filter, forget, frameAt, frameBefore, keep, kept, lostFrames, refilter, 
 import {frameRow} from './traffic_row.js';
 import {t} from './words.js';
 
-const kRow_px = 24;       // height of one line of a row (views.css)
-const kOneLine_px = {one: 1215, several: 1270};  // minimum width for rows of one line, with one bus or several
+const kRow_px = 24;     // height of a row of one line (views.css)
+const kValues = 6;      // place of the column that takes the rest of the width
 const kMargin = 12;     // rows drawn outside the visible part
 const kDraw_ms = 80;    // faster updates are not readable
 
@@ -24,6 +24,7 @@ let wanted = false;
 let parts = null;
 let drawnAt = 0;
 let row_px = kRow_px;
+let needed_px = 0;      // width of rows of one line, if it was more than there was
 let rows = new Map();   // rows in the table, by frame
 let dropped = 0;        // frames dropped so far, as far as the scroll position accounts for them
 
@@ -79,16 +80,35 @@ function showRows(body, first, last) {
   });
 }
 
-/// Gives rows a second line if one would be cut off; keeps the scroll position.
+function setRowHeight(px) {
+  const first = parts.scroller.scrollTop / row_px;
+  row_px = px;
+  parts.table.style.setProperty('--row', `${px}px`);
+  parts.scroller.scrollTop = first * px;
+  stale = parts.scrolled = true;
+}
+
+/// Gives rows several lines if one would be cut off; keeps the scroll position.
 function fit() {
   const {scroller, table} = parts;
   if (!scroller.clientWidth) return;
-  const narrow = scroller.clientWidth < kOneLine_px[buses().length > 1 ? 'several' : 'one'];
-  table.classList.toggle('narrow', narrow);
-  const first = scroller.scrollTop / row_px;
-  row_px = narrow ? 2 * kRow_px : kRow_px;
-  scroller.scrollTop = first * row_px;
-  stale = true;
+  table.classList.toggle('narrow', scroller.clientWidth < needed_px);
+  setRowHeight(kRow_px);
+}
+
+/// Adapts the table to its rows: columns never become narrower, and all rows are as high as the highest.
+function adapt() {
+  const {scroller, table, heads} = parts;
+  if (table.classList.contains('narrow')) {
+    const highest = Math.max(0, ...[...rows.values()].map((row) => row.offsetHeight));
+    if (highest > row_px) setRowHeight(highest);
+  } else if (table.offsetWidth > scroller.clientWidth) {
+    needed_px = table.offsetWidth;
+    fit();
+  } else {
+    const widths = heads.map((head) => head.offsetWidth);
+    heads.forEach((head, n) => { if (n !== kValues) head.style.minWidth = `${widths[n]}px`; });
+  }
 }
 
 /// The table contains only the visible rows.
@@ -108,6 +128,7 @@ const run = drawing((at) => {
   above.style.height = `${first * row_px}px`;
   below.style.height = `${(shown.length - last) * row_px}px`;
   showRows(body, first, last);
+  adapt();
   parts.table.setAttribute('aria-rowcount', shown.length + 1);
   if (following) scroller.scrollTop = scroller.scrollHeight;
   if (listening) setText(info, t('frames_info', {shown: shown.length, all: all.length}) + (lostFrames() ? t('frames_lost', {n: lostFrames()}) : ''));
@@ -156,10 +177,9 @@ function build() {
   const body = el('tbody');
   const above = el('div');
   const below = el('div');
-  const table = el('table', {'aria-label': t('frames_label')},
-    el('colgroup', {}, ...['time', 'gap', 'bus', 'way', 'command', 'name', 'said', 'frame', 'scope'].map((name) => el('col', {class: `c-${name}`}))),
-    el('thead', {}, el('tr', {'aria-rowindex': 1}, ...[t('head_time'), t('head_gap'), t('bus'), t('head_way'), t('head_command'), t('head_name'), t('head_says'), t('head_frame'), t('scope')].map((head, n) =>
-      el('th', {scope: 'col', class: n < 2 ? 'num' : ''}, el('span', {class: n === 2 || n === 8 ? 'sr' : '', text: head}))))), body);
+  const heads = [t('head_time'), t('head_gap'), t('bus'), t('head_way'), t('head_command'), t('head_name'), t('head_says'), t('head_frame'), t('scope')].map((head, n) =>
+    el('th', {scope: 'col', class: n < 2 ? 'num' : ''}, el('span', {class: n === 2 || n === 8 ? 'sr' : '', text: head})));
+  const table = el('table', {'aria-label': t('frames_label')}, el('thead', {}, el('tr', {'aria-rowindex': 1}, ...heads)), body);
   const scroller = el('div', {class: 'frames', tabindex: 0, role: 'region', 'aria-label': t('frames_scroller')}, above, table, below);
   scroller.addEventListener('scroll', () => {
     parts.follow = scroller.scrollTop + scroller.clientHeight > scroller.scrollHeight - 2 * row_px;
@@ -167,7 +187,7 @@ function build() {
   });
   new ResizeObserver(fit).observe(scroller);
   scroller.addEventListener('wheel', (event) => { if (event.deltaY < 0) parts.follow = false; }, {passive: true});
-  parts = {pause, info, drives, body, above, below, table, scroller, follow: true, scrolled: false, clearFields, readAddress,
+  parts = {pause, info, drives, body, above, below, table, heads, scroller, follow: true, scrolled: false, clearFields, readAddress,
     state: () => ({from: filter.from, commands: commands.value, text: text.value, marked: filter.marked ? 1 : ''})};
   byId('view-traffic').replaceChildren(
     el('div', {class: 'row'}, pause, labelled(t('show'), from), labelled(t('commands'), commands), labelled(t('with_text'), text),

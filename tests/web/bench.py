@@ -108,12 +108,13 @@ class Mover(threading.Thread):
 
 
 class Bench:
-    """lk-emu with one bus per text in `ids`; None takes the drives from a configuration in `options`."""
+    """lk-emu with one bus per text in `ids`; None takes the drives from a configuration in `options`. The buses are slcan
+    over TCP, or those named."""
 
-    def __init__(self, program, ids, *options, ports=None):
+    def __init__(self, program, ids, *options, ports=None, buses=None):
         self.http, *free = free_ports(1 + len(ids))
         self.ports = ports or free
-        self.buses = [f"slcan-tcp:{port}" for port in self.ports]
+        self.buses = buses or [f"slcan-tcp:{port}" for port in self.ports]
         self.bus = self.buses[0]
         self.command = [program, "--rom", ":memory:", "--control", "none", "--http", f"127.0.0.1:{self.http}", *options]
         for bus, which in zip(self.buses, ids):

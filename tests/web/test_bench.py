@@ -38,6 +38,41 @@ def test_no_label_is_cut(sized):
     assert cut == []
 
 
+@pytest.mark.parametrize("size", [(1280, 720), (1440, 900), (1920, 1080), (2560, 1440)], ids=lambda size: str(size[0]))
+def test_panels_fill_two_columns(page, size):
+    """Without holes, for a fault with few and with many parameters."""
+    page.go("bench")
+    page.resize(size)
+    try:
+        for kind in ("cut", "friction"):
+            page.choose("#fault-kind", kind)
+            page.drawn()
+            boxes = page.run("return [...document.querySelectorAll('.bench > .panel')].map((one) => one.getBoundingClientRect().toJSON())")
+            assert len(boxes) == 8
+            left = sorted((one for one in boxes if one["left"] < size[0] / 2), key=lambda one: one["top"])
+            right = sorted((one for one in boxes if one["right"] > size[0] / 2), key=lambda one: one["top"])
+            assert len({one["left"] for one in left}) == len({one["right"] for one in right}) == 1
+            for column in (left, right):
+                assert all(0 < below["top"] - above["bottom"] <= 24 for above, below in zip(column, column[1:]))
+            assert abs(left[-1]["bottom"] - right[-1]["bottom"]) <= 24
+            narrow = [one["width"] for one in boxes if one["width"] < size[0] * 0.6]
+            assert len(narrow) == 6 and max(narrow) - min(narrow) < 1
+    finally:
+        page.resize((1440, 900))
+
+
+@pytest.mark.parametrize("size", [(768, 1024), (390, 844)], ids=lambda size: str(size[0]))
+def test_narrow_bench_has_one_column(page, size):
+    page.go("bench")
+    page.resize(size)
+    try:
+        page.drawn()
+        assert page.run("return new Set([...document.querySelectorAll('.bench > .panel')].map((one) => one.offsetLeft)).size") == 1
+        assert page.run("return document.querySelector('main').scrollWidth") <= size[0]
+    finally:
+        page.resize((1440, 900))
+
+
 def test_every_button_has_a_unique_name(page):
     page.go("bench")
     names = page.run("""return [...document.querySelectorAll('#view-bench .panel button')].filter((one) => !one.closest('table'))

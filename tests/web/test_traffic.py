@@ -42,7 +42,19 @@ def test_traffic_is_decoded_and_links_to_the_scope(page, bench):
     page.fill("#view-traffic input[type=text]", "")
 
 
-@pytest.mark.parametrize("size", [(768, 1024), (1280, 800), (1920, 1080)], ids=lambda size: str(size[0]))
+SIZES = pytest.mark.parametrize("size", [(390, 844), (768, 1024), (1280, 800), (1920, 1080)], ids=lambda size: str(size[0]))
+CUT = """
+  const cells = [...document.querySelectorAll('#view-traffic tbody td')].filter((cell) => cell.clientWidth);
+  const frames = [...document.querySelectorAll('#view-traffic tbody td:nth-child(8)')].map((cell) => cell.getBoundingClientRect().right);
+  const wide = ['.frames', 'main', 'html'].filter((css) => document.querySelector(css).scrollWidth > document.querySelector(css).clientWidth);
+  const rows = [...document.querySelectorAll('#view-traffic tbody tr')].map((row) => row.getBoundingClientRect());
+  const inside = (node) => [...node.cells].every((cell) => cell.getBoundingClientRect().bottom <= node.getBoundingClientRect().bottom + 0.5);
+  return {cut: cells.filter((cell) => cell.scrollWidth > cell.clientWidth || getComputedStyle(cell).textOverflow === 'ellipsis').map((cell) => cell.textContent),
+    right: Math.max(...frames), rows: frames.length, wide, heights: [...new Set(rows.map(({height}) => Math.round(height)))],
+    overlaps: [...document.querySelectorAll('#view-traffic tbody tr')].filter((row) => !inside(row)).length};"""
+
+
+@SIZES
 def test_frames_are_shown_without_truncation(page, bench, size):
     page.go("traffic")
     page.resize(size)
@@ -56,15 +68,86 @@ def test_frames_are_shown_without_truncation(page, bench, size):
 
         settle(page, all_are_seen)
         page.click("#view-traffic", "Pause")
-        cut, right, rows = page.run("""
-          const cells = [...document.querySelectorAll('#view-traffic tbody td')].filter((cell) => cell.clientWidth);
-          const frames = [...document.querySelectorAll('#view-traffic tbody td:nth-child(8)')].map((cell) => cell.getBoundingClientRect().right);
-          return [cells.filter((cell) => cell.scrollWidth > cell.clientWidth).map((cell) => cell.textContent), Math.max(...frames), frames.length];""")
-        assert rows >= 4 and cut == []
-        assert right <= size[0], "the frame itself is on the screen"
+        page.drawn()
+        found = page.run(CUT)
+        assert found["rows"] >= 4 and found["cut"] == [] and found["wide"] == [] and found["overlaps"] == 0
+        assert len(found["heights"]) == 1, "rows are as high as the scroll position assumes"
+        assert found["right"] <= size[0], "the frame itself is on the screen"
         page.click("#view-traffic", "Resume")
     finally:
         page.resize((1440, 900))
+
+
+def test_columns_are_as_wide_as_their_contents(page, bench):
+    """And do not become narrower when the widest row goes."""
+    page.go("traffic")
+    page.resize((1920, 1080))
+    try:
+        page.click("#view-traffic", "Clear")
+        settle(page, lambda: bench.position(1, -45.5, 500) and "A4" in page.text(TABLE))
+        page.drawn()
+        free = """return [...document.querySelectorAll('#view-traffic tbody tr')[0].cells].map((cell) => {
+          const range = document.createRange();
+          range.selectNodeContents(cell);
+          return cell.offsetWidth && cell.offsetWidth - range.getBoundingClientRect().width;
+        });"""
+        time_, _, _, _, _, name, values, frame, scope = page.run(free)
+        assert max(time_, name, frame, scope) < 40
+        assert values > 100, "the values have the rest"
+        widths = "return [...document.querySelectorAll('.frames th')].map((head) => head.offsetWidth)"
+        before = page.run(widths)
+        page.click("#view-traffic", "Clear")
+        settle(page, lambda: bench.ask(2, 0x9C) and "9C" in page.text(TABLE))
+        assert all(now >= then for now, then in zip(page.run(widths)[:6], before))
+    finally:
+        page.resize((1440, 900))
+
+
+# --- RS-485
+
+
+@pytest.fixture(scope="module")
+def serial(browser, tmp_path_factory):
+    bench = Bench(PROGRAM, ["1,2"], "--http-write", buses=[f"rs485:{tmp_path_factory.mktemp('bus')}/arm"])
+    page = Page(browser, bench.http, query="#traffic")
+    yield page
+    page.close()
+    bench.close()
+
+
+JOG = """return fetch('/api/v1/frames', {method: 'POST', headers: {'Content-Type': 'application/json'},
+  body: JSON.stringify({bus: arguments[0], id: 1, command: 'position_2', angle_deg: 20, max_speed_dps: 300})}).then((answer) => answer.status)"""
+
+
+@SIZES
+def test_frames_of_rs485_are_complete(serial, size):
+    """The frame has 5 bytes of header, 12 bytes of data, and their sum."""
+    bus = serial.run("return fetch('/api/v1/drives').then((answer) => answer.json())")[0]["bus"]
+    serial.resize(size)
+
+    def frames_are_seen():
+        assert serial.run(JOG, bus) == 200
+        serial.drawn()
+        return {"rs485#3EA4010CEFD007000000000000307500007C"} < set(cells(serial, 8))
+
+    settle(serial, frames_are_seen)
+    found = serial.run(CUT)
+    assert found["cut"] == [] and found["wide"] == [] and found["overlaps"] == 0
+    assert found["right"] <= size[0]
+
+
+def test_frames_from_the_page_need_no_host(browser, tmp_path, capfd):
+    """Nobody has opened the terminal, so its settings are not those of a host."""
+    bench = Bench(PROGRAM, ["1"], "--http-write", buses=[f"rs485:{tmp_path}/arm"])
+    page = Page(browser, bench.http)
+    try:
+        assert page.run(JOG, bench.bus) == 200
+        settle(page, lambda: abs(page.reported(1)["signals"]["angle_deg"] - 20) < 1)
+    finally:
+        page.close()
+        bench.close()
+    logged = capfd.readouterr().err
+    assert "the host is at" not in logged and "tty-not-raw" not in logged
 
 
 # --- two buses with the same IDs
@@ -192,13 +275,13 @@ def test_scroll_position_stays_when_old_frames_are_dropped(both, two):
     both.run("document.querySelector('.frames').scrollTop = 40000 * 24")
     settle(both, lambda: both.run(rows)[0].startswith("\u221295001"))
     read = both.run(rows)[0]
+    before = both.run("return document.querySelector('.frames').scrollTop")
     both.driver.execute_async_script("""
       const [bus, done] = arguments;
       import('/traffic_frames.js').then((m) => {
         m.keep(bus, Array.from({length: 10001}, (_, n) => ({...m.kept.all[0], time_s: n / 1e5 - 100})));
         done();
       });""", two.bus)
-    before = both.run("return document.querySelector('.frames').scrollTop")
     two.ask(1, 0x9C)
     settle(both, lambda: both.run("return document.querySelector('.frames').scrollTop") != before)
     settle(both, lambda: both.run(rows)[0] == read)
