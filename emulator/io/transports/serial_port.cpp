@@ -82,7 +82,8 @@ class SerialPort final : public Port {
         ++stats_.lost_link_down;
         continue;
       }
-      if (!is_understood()) {  // not sent, but counted: the host would receive garbage
+      // Not sent, but counted: nobody would receive it, or the host would receive garbage.
+      if ((pty_ && !pty_->has_host()) || !is_understood()) {
         ++stats_.sent;
         continue;
       }
