@@ -24,8 +24,8 @@ EXTRAS["campaign-dask"] = [*EXTRAS["campaign"], "distributed >=2022.12"]
 PT_INTERP = 3
 MACHINES = {62: "x86_64", 183: "aarch64"}  # e_machine of ELF, and pip's name for it
 EXECUTABLE, READABLE = 0o100755, 0o100644
-# Style sheet of the pages that campaigns write: installed place, and place in the sources, which pip before 21.3 omits.
-STYLE_SHEET, DASHBOARD_STYLE = f"{PACKAGE}/campaign/style.css", os.path.join(HERE, "..", "web", "style.css")
+# Style sheet of the reports: installed place, and place in the sources, which pip before 21.3 omits.
+STYLE_SHEET, DASHBOARD_STYLE = f"{PACKAGE}/style.css", os.path.join(HERE, "..", "web", "style.css")
 
 
 def version():

@@ -74,10 +74,10 @@ def test_wheel_has_every_file_of_the_package(tmp_path):
     """Includes templates of pages, the style sheet, and the script of identify --plan."""
     with zipfile.ZipFile(build(ROOT, tmp_path / "wheels")) as packed:
         names = {name for name in packed.namelist() if name.startswith("lkemu/")}
-        style = packed.read("lkemu/campaign/style.css")
+        style = packed.read("lkemu/style.css")
     package = pathlib.Path(ROOT, "lkemu")
     there = {f"lkemu/{file.relative_to(package)}" for file in package.rglob("*") if file.is_file() and "__pycache__" not in file.parts}
-    assert names == there | {"lkemu/campaign/style.css"}
+    assert names == there | {"lkemu/style.css"}
     assert "lkemu/campaign/templates/page.html.j2" in names
     assert style == pathlib.Path(ROOT, "../web/style.css").read_bytes()
 

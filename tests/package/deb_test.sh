@@ -46,7 +46,7 @@ for file in usr/bin/lk-emu usr/lib/systemd/system/lk-emu@.service usr/share/man/
   usr/share/bash-completion/completions/lk-emu usr/share/zsh/vendor-completions/_lk-emu \
   usr/share/fish/vendor_completions.d/lk-emu.fish usr/share/lk-emu/motors/mf7015.toml \
   usr/share/lk-emu/buses/bench.toml usr/share/lk-emu/python/lkemu/__init__.py \
-  usr/share/lk-emu/python/lkemu/campaign/templates/page.html.j2 usr/share/lk-emu/python/lkemu/campaign/style.css \
+  usr/share/lk-emu/python/lkemu/campaign/templates/page.html.j2 usr/share/lk-emu/python/lkemu/style.css \
   usr/share/lk-emu/engines/slurm.sbatch usr/share/lk-emu/lk-motor.dbc usr/share/lk-emu/lk-motor-queries.dbc \
   usr/share/doc/lk-emu/copyright usr/share/doc/lk-emu/changelog.gz usr/share/doc/lk-emu/docs/start/install.md \
   usr/share/doc/lk-emu/lk-emu.spdx.json usr/share/doc/lk-emu/licenses/uPlot usr/share/doc/lk-emu/licenses/three.js usr/share/doc/lk-emu/licenses/Boost; do

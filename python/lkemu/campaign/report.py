@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import pathlib
-import re
 from dataclasses import asdict
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import jinja2
 
 from ..command import printable
+from ..page_style import page_style
 from .answer import Answer, Coverage, Group, Latencies, conclusion, kind_of, kind_place, uncounted_ends
 from .compare import Comparison
 from .judge import Result
@@ -72,7 +71,7 @@ def page(answer: Answer, required: Sequence[Checked], comparison: Optional[Compa
     groups = [*(group for group in answer.kinds.values() if group.cases), answer.all]
     latencies = [(group.kind, group.first) for group in groups[:-1] if len(group.first)]
     latencies += [("all", answer.all.first), ("all, by the drive", answer.all.by_drive), ("all, by the host", answer.all.by_host)]
-    return _render("page.html.j2", answer, required, CASES_IN_PAGE, style=_style_sheet(), groups=groups, outcomes=OUTCOMES,
+    return _render("page.html.j2", answer, required, CASES_IN_PAGE, style=page_style(), groups=groups, outcomes=OUTCOMES,
                    comparison=comparison, latencies=latencies)  # fmt: skip
 
 
@@ -143,20 +142,6 @@ def _test(answer: Answer, group: Group) -> Dict[str, str]:
     lines = [f"{sentence(answer, one)}\n  {answer.command_of(one.number)}\n" for one in failing[:CASES_IN_JUNIT]]
     more = ["for more, see --json\n"] if len(failing) > CASES_IN_JUNIT else []
     return {**test, "verdict": "failure", "message": f"of {group.cases} cases, {counts}", "text": "".join(lines + more)}
-
-
-def _style_sheet() -> str:
-    """Returns the style sheet of the dashboard.
-
-    The page follows the browser's choice of light or dark, and prints in light colours.
-    """
-    package = pathlib.Path(__file__).resolve().parent
-    for place in (package / "style.css", package.parents[2] / "web/style.css"):
-        if place.is_file():
-            style = place.read_text(encoding="utf-8")
-            light = re.search(r':root\[data-theme="light"\] (\{.*?\})', style, re.DOTALL)
-            return style + (f"@media (prefers-color-scheme: light), print {{ :root {light[1]} }}\n" if light else "")
-    return ""
 
 
 # JSON

@@ -5,11 +5,13 @@ from __future__ import annotations
 import html
 import importlib
 import math
+import re
 from typing import Any, List, Sequence
 
 import numpy as np
 
 from ..command import printable
+from ..page_style import page_style
 from .balance import FEWEST_COMMANDED, BalanceFit
 from .motor import Unusable
 from .plan import dialect
@@ -19,12 +21,13 @@ from .windows import COULOMB, INERTIA, VISCOUS, WINDOW_S
 SHOWN_S = 6.0  # part of the log in the pictures
 
 STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 1100px; margin: 2em auto; padding: 0 1em; color: #222; background: #fff }
-table { border-collapse: collapse; width: 100% }
-th, td { text-align: left; padding: .2em .6em; border-bottom: 1px solid #ddd; vertical-align: top }
-.qA { background: #d5efdc } .qB { background: #eef3cf } .qC { background: #fbe6c9 } .qU { color: #666 }
-svg { max-width: 100%; height: auto; margin: 1em 0 }
+.qA { background: color-mix(in srgb, var(--good) 30%, transparent) }
+.qB { background: color-mix(in srgb, var(--zero) 25%, transparent) }
+.qC { background: color-mix(in srgb, var(--warn) 30%, transparent) }
+.qU { color: var(--dim) }
 """
+# Colours of pictures that follow the page; without a page, as given.
+THEMED = {"#ffffff": "--panel", "#222222": "--text", "#8c8c8c": "--dim", "#999999": "--dim"}
 
 
 def is_shown(drive: Drive, key: str) -> bool:
@@ -160,6 +163,7 @@ def svg(figure: Any) -> str:
     for artist in figure.findobj(match=lambda one: one.get_clip_on()):
         artist.set_clip_on(False)  # names of clip paths differ between runs
     text = str(picture_library().rendered(figure, "", "svg").decode())
+    text = re.sub(f"(?<=: )({'|'.join(THEMED)})", lambda found: f"var({THEMED[found[0]]}, {found[0]})", text)
     return text[text.index("<svg") :]
 
 
@@ -225,9 +229,9 @@ def report_html(drives: List[Drive], logs: List[str]) -> str:
     names = ", ".join(html.escape(printable(log)) for log in logs)
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">\n'
-        f"<title>Identified motor parameters</title>\n<style>{STYLE}</style></head><body>\n"
+        f"<title>Identified motor parameters</title>\n<style>{page_style()}{STYLE}</style></head><body><main>\n"
         "<h1>Identified motor parameters</h1>\n"
         f"<p>{names}. Grades: A within 5 %, B within 15 %, C within 50 %, U: unknown.</p>\n"
         + "".join(drive_html(drive) for drive in drives)
-        + "</body></html>\n"
+        + "</main></body></html>\n"
     )
