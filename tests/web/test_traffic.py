@@ -79,7 +79,7 @@ def test_frames_are_shown_without_truncation(page, bench, size):
 
 
 def test_columns_are_as_wide_as_their_contents(page, bench):
-    """And do not become narrower when the widest row goes."""
+    """They do not become narrower when the widest row goes."""
     page.go("traffic")
     page.resize((1920, 1080))
     try:
@@ -137,7 +137,7 @@ def test_frames_of_rs485_are_complete(serial, size):
 
 
 def test_frames_from_the_page_need_no_host(browser, tmp_path, capfd):
-    """Nobody has opened the terminal, so its settings are not those of a host."""
+    """No host has opened the terminal, so its settings mean nothing."""
     bench = Bench(PROGRAM, ["1"], "--http-write", buses=[f"rs485:{tmp_path}/arm"])
     page = Page(browser, bench.http)
     try:
