@@ -48,7 +48,8 @@ class PtyLink {
   /// Discards unread bytes if a first host has opened the terminal or the last one has closed it.
   /// Call it after reading and before replying, so that it does not discard replies to this host.
   void handle_host_events();
-  /// Returns whether a host had the terminal open at the last event; true if events are unavailable.
+  /// Returns whether a host had the terminal open at the last event; true if events are
+  /// unavailable.
   bool has_host() const { return !events_.is_open() || has_host_; }
 
  private:
