@@ -70,7 +70,7 @@ export const kEnglish = {
   layout_not_kept: 'the browser keeps no layouts: {reason}', layout_not_all: 'this robot has not all drives or signals of the layout',
   layouts_read: '{n} layouts read', layouts_bad: '{file}: {reason}; export one to see what it looks like',
   axis_deg: 'angle, °', axis_dps: 'speed, °/s', axis_A: 'current, A', axis_V: 'voltage, V', axis_C: 'temperature, °C', axis_Nm: 'torque, Nm', axis_duty: 'duty',
-  axis_counts: 'encoder, counts', axis_power: 'power, share of voltage', axis_state: 'state', axis_time: 'time, s', axis_frequency: 'frequency, Hz',
+  axis_counts: 'encoder, counts', axis_power: 'power, share of voltage', axis_state: 'state', unit_power: 'share of voltage', axis_time: 'time, s', axis_frequency: 'frequency, Hz',
 
   // the traffic
   show: 'show', both_ways: 'both directions', queries: 'queries', replies_only: 'replies', commands: 'commands', with_text: 'with', any_text: 'any text',

@@ -69,7 +69,7 @@ export const kChinese = {
   layout_not_kept: '浏览器存不了布局：{reason}', layout_not_all: '布局里的驱动器或信号，这台机器人没有全部具备',
   layouts_read: '读入了 {n} 个布局', layouts_bad: '{file}：{reason}；格式可先导出一个来看',
   axis_deg: '角度，°', axis_dps: '速度，°/s', axis_A: '电流，A', axis_V: '电压，V', axis_C: '温度，°C', axis_Nm: '转矩，Nm', axis_duty: '占空比',
-  axis_counts: '编码器，计数', axis_power: '功率，电压占比', axis_state: '状态', axis_time: '时间，s', axis_frequency: '频率，Hz',
+  axis_counts: '编码器，计数', axis_power: '功率，电压占比', axis_state: '状态', unit_power: '电压占比', axis_time: '时间，s', axis_frequency: '频率，Hz',
 
   // 报文
   show: '显示', both_ways: '两个方向', queries: '命令帧', replies_only: '回复帧', commands: '命令', with_text: '包含', any_text: '任意文字',
