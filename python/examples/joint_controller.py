@@ -11,7 +11,7 @@ import can
 
 REPLY_LIMIT_S = 0.02
 RETRIES = 5  # the drive counts as lost afterwards
-RETURN_LIMIT_S = 5.0  # from power loss until the move fails
+RETURN_LIMIT_S = 7.0  # without replies, until the move fails
 POLL_S = 0.005
 STALL_LIMIT_S = 0.3  # without progress
 MOVE_LIMIT_S = 10.0  # with progress, but without reaching the target
@@ -81,22 +81,25 @@ class Joint:
 
     def move_to(self, target_deg, speed_dps=SPEED_DPS):
         """Returns the angle at which the joint has come to rest. Raises JointError."""
-        self.start(target_deg, speed_dps)
-        progress_deg, progress_s, settled = None, self.now(), 0
+        moves, progress_deg, progress_s, settled = False, None, self.now(), 0
         limit_s = progress_s + MOVE_LIMIT_S
         while settled < SETTLED:
             if self.now() > limit_s:
                 self.ask(STOP)
                 raise Stalled(f"not at {target_deg:.2f} degrees after {MOVE_LIMIT_S:.0f} s")
-            self.sleep(POLL_S)
             try:
+                if not moves:
+                    self.start(target_deg, speed_dps)
+                    moves = True
+                self.sleep(POLL_S)
                 if self.ask(STATE_1)[7]:
                     raise NoReply("the drive has switched itself off")
                 position_deg = self.angle() - self.zero_deg
             except NoReply:
+                lost_s = self.now()
                 self.return_to_service()
-                self.start(target_deg, speed_dps)
-                progress_deg, progress_s, settled = None, self.now(), 0
+                limit_s += self.now() - lost_s
+                moves, progress_deg, progress_s, settled = False, None, self.now(), 0
                 continue
             settled = settled + 1 if abs(position_deg - target_deg) <= TOLERANCE_DEG else 0
             if progress_deg is None or settled or abs(position_deg - progress_deg) > PROGRESS_DEG:

@@ -68,3 +68,14 @@ def test_reports_a_jam_within_the_time_limit(bus, drives, clock):
         joint.move_to(90)
     # A poll is the pause and two replies of at most 1 ms; one more reply passes before the stop is answered.
     assert clock.time_s - jam.evidence.began_at_s <= STALL_LIMIT_S + 2 * (POLL_S + 0.002) + 0.001
+
+
+@pytest.mark.lkemu(clock="stepped")
+def test_survives_five_seconds_without_replies(bus, drives, clock):
+    clock.advance("100ms")
+    joint = Joint(SteppedBus(bus, clock), 1, now=lambda: clock.time_s, sleep=clock.advance)
+    drives[1].silent(for_s=5)
+    joint.move_to(90)
+    drives[1].silent(for_s=5, when=HALF_WAY)
+    joint.move_to(0)
+    assert drives[1].telemetry("angle_deg") == pytest.approx(0, abs=2 * TOLERANCE_DEG)
