@@ -54,7 +54,7 @@ class Evidence:
     began_at_s: Optional[float]
     first_effect_at_s: Optional[float]
     effects: int  # frames; for lasting faults, samples
-    first_on: str  # "drive 2", "drive 2, 142#9C…"
+    first_on: str  # "drive 2", "drive 2, 142#9C…", "bus"
     parameters: Dict[str, Any] = field(default_factory=dict)
 
     @classmethod

@@ -31,15 +31,15 @@ power = "on"
 
 [[bus.event]]
 at_s = 8
-fault = {{ kind = "adapter_gone", for_s = 1 }}
+fault = {{ kind = "adapter_gone", for_s = 1, renamed = "{renamed}" }}
 """
 
 
 class HostSide(support.TestCase):
-    def start(self, bus: str):
+    def start(self, bus: str, renamed: str = "no"):
         robot = self.path("robot.toml")
         with open(robot, "w", encoding="utf-8") as file:
-            file.write(ROBOT.format(bus=bus))
+            file.write(ROBOT.format(bus=bus, renamed=renamed))
         running = emulator("--config", robot, "--clock", "stepped", control=self.path("control"))
         self.addCleanup(running.__exit__, None, None, None)
         return running.__enter__()
@@ -125,6 +125,12 @@ class HostSide(support.TestCase):
             os.write(host, b"O\r")
         running.advance("1s")
         os.close(os.open(place, os.O_RDWR | os.O_NOCTTY))
+
+    def test_pseudo_terminal_returns_under_the_next_number(self):
+        running = self.start(f"slcan-pty:{self.path('ttyACM9')}", "yes")
+        running.advance("9.5s")
+        self.assertFalse(os.path.lexists(self.path("ttyACM9")))
+        os.close(os.open(self.path("ttyACM10"), os.O_RDWR | os.O_NOCTTY))
 
 
 if __name__ == "__main__":

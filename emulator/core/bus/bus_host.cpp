@@ -14,7 +14,7 @@ constexpr SimTime kStale = std::chrono::milliseconds(100);
 
 void count_cut(BusState& bus, const protocol::Frame* frame = nullptr) {
   each_active(bus.faults, &FaultRow::cut, kWholeBus, [&](LiveFault& live) {
-    if (live.row().cut == bus.host.cut) live.took_effect(bus.time, kWholeBus, frame);
+    if (live.row().cut(live) == bus.host.cut) live.took_effect(bus.time, kWholeBus, frame);
   });
 }
 
@@ -113,6 +113,8 @@ void set_host_cut(BusState& bus, HostCut cut) {
     bus.host.unacknowledged = false;
     bus.host.to_replay = 0;
   }
+  // Hosts that have used the adapter see at once that it is gone.
+  if (cut >= HostCut::kGone && bus.own_stats.frames > 0) count_cut(bus);
   if (cut == HostCut::kOff) to_host(bus, {bus.time, report_bus_off(false)});
   if (cut == HostCut::kNone && was_bus_off) to_host(bus, {bus.time, report_bus_off(true)});
 }

@@ -16,6 +16,7 @@ enum class HostCut : std::uint8_t {
   kCable,  // the hosts' frames are not acknowledged; they receive nothing
   kOff,    // the hosts' controller is bus-off; frames are lost
   kGone,   // the hosts have no adapter; frames are lost
+  kMoved,  // as kGone; the adapter returns under another name
 };
 
 /// Motion commands that the last replay of the hosts' queue has sent too late.

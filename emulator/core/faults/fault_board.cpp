@@ -17,6 +17,7 @@ void LiveFault::took_effect(SimTime now, int id, const protocol::Frame* frame) {
   if (evidence.effects++ > 0) return;
   evidence.first_effect_at = now;
   if (id != kWholeBus) evidence.first_on = "drive " + std::to_string(id);
+  if (id == kWholeBus && frame == nullptr) evidence.first_on = "bus";
   if (frame != nullptr) {
     evidence.first_on += (evidence.first_on.empty() ? "" : ", ") + frame_text(*frame);
   }
@@ -229,7 +230,7 @@ LiveFault* destroyer(FaultBoard& faults, int sender, std::int64_t bitrate, bool 
 HostCut host_cut(const FaultBoard& faults) {
   HostCut worst = HostCut::kNone;
   each_active(faults, &FaultRow::cut, kWholeBus,
-              [&](const LiveFault& live) { worst = std::max(worst, live.row().cut); });
+              [&](const LiveFault& live) { worst = std::max(worst, live.row().cut(live)); });
   return worst;
 }
 

@@ -84,7 +84,7 @@ struct FaultRow {
   // Adapter of the hosts: adds times to `sum`; flag in AdapterEffects that shows an effect.
   void (*adapter)(const LiveFault& live, AdapterTimes& sum) = nullptr;
   bool AdapterEffects::*adapter_shows = nullptr;
-  HostCut cut = HostCut::kNone;  // of the hosts' connection, CAN
+  HostCut (*cut)(const LiveFault& live) = nullptr;  // of the hosts' connection, CAN
   // RS-485 hosts: change of frames that they read; echo of frames that they send; time for which
   // they hold the line after sending.
   void (*on_read)(OnRead& on) = nullptr;

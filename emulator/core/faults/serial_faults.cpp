@@ -18,7 +18,7 @@ namespace {
 using enum FaultGroup;
 
 constexpr std::string_view kNoYes[] = {"no", "yes"};
-enum class Report : std::uint8_t { kNo, kYes };
+enum class Answer : std::uint8_t { kNo, kYes };
 
 void add_latency(const LiveFault& live, AdapterTimes& sum) {
   sum = add(sum, {.tx_us = live.number(0),
@@ -35,13 +35,19 @@ void add_batch(const LiveFault& live, AdapterTimes& sum) {
 
 void add_overrun(const LiveFault& live, AdapterTimes& sum) {
   sum = add(sum, {.depth = static_cast<std::size_t>(live.number(0)),
-                  .reports_overrun = live.choice<Report>(1) == Report::kYes,
+                  .reports_overrun = live.choice<Answer>(1) == Answer::kYes,
                   .tx_depth = static_cast<std::size_t>(live.number(2))});
 }
 
 void add_stalls(const LiveFault& live, AdapterTimes& sum) {
   sum =
       add(sum, {.stall_every = static_cast<int>(live.number(0)), .stall_us = live.number(1) * 1e3});
+}
+
+HostCut cut_cable(const LiveFault&) { return HostCut::kCable; }
+HostCut go_off(const LiveFault&) { return HostCut::kOff; }
+HostCut unplug(const LiveFault& live) {
+  return live.choice<Answer>(0) == Answer::kYes ? HostCut::kMoved : HostCut::kGone;
 }
 
 // Row: word, group and parameters, functions; description.
@@ -53,18 +59,18 @@ constexpr FaultRow kAdapterRows[] = {
     {.word = "adapter_batch", .group = kLink, .params = {number("every_us", 1, 1'000'000, 1000), count("most", 1, 1024, 64)},
      .of_bus = true, .adapter = add_batch, .adapter_shows = &AdapterEffects::batched,
      .about = {"frames reach the host in batches with one time stamp: at multiples of this time, or when this number of frames waits", "帧成批到达主机：在这一时间的整数倍，或等待的达到这么多时；时间戳相同"}},
-    {.word = "adapter_overrun", .group = kLink, .params = {count("depth", 1, 1024, 32), choice("flag", kNoYes, Report::kYes), count("tx_depth", 0, 4096, 0)},
+    {.word = "adapter_overrun", .group = kLink, .params = {count("depth", 1, 1024, 32), choice("flag", kNoYes, Answer::kYes), count("tx_depth", 0, 4096, 0)},
      .of_bus = true, .adapter = add_overrun, .adapter_shows = &AdapterEffects::lost,
      .about = {"the adapter holds at most this number of frames for the host; newer ones are lost, and with the flag an error frame (RX overflow) reports it; on CAN it also takes at most tx_depth frames of the host (0: its queue)", "适配器里最多有这么多帧等待主机；再来的丢掉，flag 为 yes 时有一个错误帧（RX overflow）说明；CAN 上主机的帧也至多收 tx_depth 个（0：队列的大小）"}},
     {.word = "write_stalls", .group = kLink, .params = {count("every", 1, 1000, 2), number("stall_ms", 0.01, 10'000, 5200)},
      .of_bus = true, .adapter = add_stalls, .adapter_shows = &AdapterEffects::stalled,
      .about = {"after 10 ms without a reply, one in this number of writes of the host blocks for this time; later writes queue behind it", "10 ms 没有驱动器应答时，主机每这么多次写就有一次阻塞这么久；其间写的排在后面"}},
-    {.word = "no_ack", .group = kLink, .of_bus = true, .can = true, .cut = HostCut::kCable,
+    {.word = "no_ack", .group = kLink, .of_bus = true, .can = true, .cut = cut_cable,
      .about = {"the cable is cut at the host: nothing acknowledges its frames, so its controller repeats the first one and later ones queue up; the host receives nothing; afterwards all queued frames are sent", "主机一侧的线缆断开：没有节点应答主机的帧，控制器不停重发第一帧，后面的帧排队；主机也收不到任何帧；恢复后排队的帧全部发出"}},
-    {.word = "host_bus_off", .group = kLink, .of_bus = true, .can = true, .cut = HostCut::kOff,
+    {.word = "host_bus_off", .group = kLink, .of_bus = true, .can = true, .cut = go_off,
      .about = {"the host's controller is off the bus for this time (restart-ms), or until the fault is cleared (interface down and up): queued and new frames are lost, and nothing is received; error frames report bus-off and restart", "主机的控制器在这段时间内（restart-ms）脱离总线，或直到故障清除（接口 down 再 up）：排队的帧和新的帧都丢失，什么也收不到；错误帧报告 bus-off 和重启"}},
-    {.word = "adapter_gone", .group = kLink, .of_bus = true, .can = true, .cut = HostCut::kGone,
-     .about = {"the hosts' adapter is unplugged: TCP connections close, new ones are refused, a pseudo-terminal hangs up; queued and new frames are lost; afterwards the same name is there again", "主机的适配器被拔掉：TCP 连接断开，新的连接被拒绝，伪终端挂断；排队的帧和新的帧都丢失；之后以同一个名字回来"}},
+    {.word = "adapter_gone", .group = kLink, .params = {choice("renamed", kNoYes, Answer::kNo)}, .of_bus = true, .can = true, .cut = unplug,
+     .about = {"the hosts' adapter is unplugged: TCP connections close, new ones are refused, a pseudo-terminal hangs up; a vcan stays up; queued and new frames are lost; afterwards it is back under the same name, or with renamed a pseudo-terminal under the next number", "主机的适配器被拔掉：TCP 连接断开，新的连接被拒绝，伪终端挂断，vcan 保持 up；排队的帧和新的帧都丢失；之后以同一个名字回来，renamed 为 yes 时伪终端以下一个编号回来"}},
 };
 // clang-format on
 

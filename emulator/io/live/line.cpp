@@ -180,7 +180,8 @@ void Line::advance_watched(SimTime until) {
   if (bus_.state().host.unacknowledged && !std::exchange(reported_no_ack_, true)) {
     spdlog::warn("{}: no drive acknowledges: the hosts' frames wait in their queue", name());
   }
-  if (port_) port_->set_gone(bus_.state().host.cut == HostCut::kGone);
+  const HostCut cut = bus_.state().host.cut;
+  if (port_) port_->set_gone(cut >= HostCut::kGone, cut == HostCut::kMoved);
   adviser_.observe(bus_);
   for (; advice_reported_ < adviser_.advice().size(); ++advice_reported_) {
     if (on_advice) on_advice(adviser_.advice()[advice_reported_]);

@@ -279,6 +279,14 @@ namespace {
 
 using boost::asio::ip::tcp;
 
+/// Returns `path` with its last number increased by 1: "/dev/ttyACM0" gives "/dev/ttyACM1".
+std::string next_path(const std::string& path) {
+  const std::size_t digits = path.find_last_not_of("0123456789") + 1;
+  const std::string number = path.substr(digits);
+  const int next = number.empty() || number.size() > 6 ? 1 : std::stoi(number) + 1;
+  return path.substr(0, number.size() > 6 ? path.size() : digits) + std::to_string(next);
+}
+
 class StreamPort final : public Port {
  public:
   StreamPort(boost::asio::io_context& loop, const std::string& name, const BusName& place,
@@ -305,9 +313,10 @@ class StreamPort final : public Port {
 
   void set_room(std::size_t frames) override { clients_.set_room(frames); }
 
-  void set_gone(bool gone) override {
+  void set_gone(bool gone, bool moves) override {
     if (std::exchange(gone_, gone) == gone) return;
     if (!gone) return reopen();
+    if (moves && pty_) place_.path = next_path(place_.path);
     clients_.clear();
     pty_.reset();
     beacon_.reset();

@@ -93,8 +93,9 @@ class Port {
   virtual void pass_on(const protocol::Frame& /*frame*/, std::uint32_t /*sender*/) {}
   /// Free frames of the hosts' queue, for protocols that report a refused frame.
   virtual void set_room(std::size_t /*frames*/) {}
-  /// Closes the way to the hosts, as if their adapter were unplugged, or opens it again.
-  virtual void set_gone(bool /*gone*/) {}
+  /// Closes the way to the hosts, as if their adapter were unplugged, or opens it again. `moves`: a
+  /// port with a path opens again under another name.
+  virtual void set_gone(bool /*gone*/, bool /*moves*/) {}
   /// Flushes buffered replies and frames. Call after each processing of received frames.
   virtual void end_turn() {}
   /// Descriptor that is readable when frames have arrived; −1: the port is closed.
