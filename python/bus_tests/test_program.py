@@ -140,6 +140,28 @@ def test_a_host_without_a_time_out_is_told_what_removed_its_reply(lkemu, drives,
             bus.recv()
 
 
+def test_a_full_queue_is_an_exception(lkemu_start, tmp_path):
+    can = pytest.importorskip("can")
+    robot = tmp_path / "robot.toml"
+    robot.write_text(f'[[bus]]\ninterface = "slcan-pty:{tmp_path}/can"\ntx_queue = 3\ntx_full = "refuse"\n'
+                     "[[bus.drive]]\nid = 1\n")
+    emulator = lkemu_start(config=robot)
+    emulator.drives[1].power.off()
+    emulator.clock.advance("3s")
+    query = can.Message(arbitration_id=0x141, data=[0x9A, 0, 0, 0, 0, 0, 0, 0], is_extended_id=False)
+    with package.SteppedBus(can.Bus(**emulator.can_args), emulator.clock) as bus:
+        for _ in range(3):
+            bus.send(query)
+        with pytest.raises(can.CanOperationError, match="No buffer space available"):
+            bus.send(query)
+        emulator.clock.advance("1s")
+        with pytest.raises(can.CanOperationError):
+            bus.send(query)
+        emulator.drives[1].power.on()
+        emulator.clock.advance("1s")
+        bus.send(query)
+
+
 def test_a_mark_and_the_words_of_the_end(lkemu):
     lkemu.mark("here it begins")
     assert lkemu.stop() == 0

@@ -40,7 +40,7 @@ class Attached:
         from .stepped_bus import SteppedBus
 
         bus = can.Bus(**self.can_args)
-        return bus if self.clock is None else SteppedBus(bus, self.clock)
+        return bus if self.clock is None else SteppedBus(bus, self.clock, name=self.bus)
 
     def now(self) -> float:
         """Returns seconds since an unspecified start; use differences only."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import List, Union
+from typing import List, Optional, Union
 
 from .client import Client
 from .faults import Evidence
@@ -48,6 +48,16 @@ class Clock:
     def faults(self) -> List[Evidence]:
         """Returns the evidence of all faults that were set on the drives of this clock."""
         return [Evidence.from_json(row) for row in self._client.get("/faults")]
+
+    def tx_room(self, bus: Optional[str] = None) -> float:
+        """Returns how many frames the hosts' queue of a bus has room for; inf if it refuses none, or is unknown.
+
+        `bus`: lk-emu's name of it; without one, the only bus.
+        """
+        buses = self._client.get("/status")["buses"]
+        found = [one for one in buses if bus in (None, one["bus"])]
+        room = (found[0]["host"] or {}).get("tx_room") if len(found) == 1 else None
+        return float("inf") if room is None else float(room)
 
     def advance(self, by: Duration) -> float:
         """Advances the time by "10ms" or by seconds; returns the new time. Stepped clocks only.

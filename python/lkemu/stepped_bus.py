@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from typing import Any, Optional
 
 import can
@@ -26,10 +27,14 @@ class SteppedBus(can.BusABC):
     Passes all other calls to `bus`. Use it from one thread only: a can.Notifier would advance the clock on its own.
     `patience`: simulated time without a frame, over one or several calls. A longer wait raises NoReply. The time
     restarts with the first frame sent after one was received. A call with a time-out is never cut short.
+    `name`: lk-emu's name of the bus, needed if it has several. With the queue of a bus full (key `tx_queue`), `send`
+    raises CanOperationError with ENOBUFS, as python-can does on SocketCAN.
     """
 
-    def __init__(self, bus: Any, clock: Clock, step: Duration = "1ms", patience: Duration = PATIENCE) -> None:
-        self.bus, self.clock = bus, clock
+    def __init__(self, bus: Any, clock: Clock, step: Duration = "1ms", patience: Duration = PATIENCE,
+                 name: Optional[str] = None) -> None:
+        self.bus, self.clock, self._name = bus, clock, name
+        self._room = 0.0  # frames that the queue takes for certain
         self._step_s = seconds(step)
         self._patience_s = seconds(patience)
         self._waited_s = 0.0  # since the last frame
@@ -63,6 +68,11 @@ class SteppedBus(can.BusABC):
             left_s = left_s - step_s if left_s - step_s > LEAST_S else 0
 
     def send(self, msg: Any, timeout: Optional[float] = None) -> None:
+        if self._room < 1:
+            self._room = self.clock.tx_room(self._name)
+        if self._room < 1:
+            raise can.CanOperationError("No buffer space available", errno.ENOBUFS)
+        self._room -= 1
         if not self._is_waiting:
             self._waited_s = 0.0
         self._is_waiting = True

@@ -15,13 +15,16 @@ def frame(id=0x141, data=(0x9A, 0, 0, 0, 0, 0, 0, 0)):
 
 class Clock:
     def __init__(self, *faults):
-        self.time_s, self._faults = 0.0, faults
+        self.time_s, self._faults, self.room = 0.0, faults, float("inf")
 
     def advance(self, by):
         self.time_s += by
 
     def faults(self):
         return list(self._faults)
+
+    def tx_room(self, bus=None):
+        return self.room
 
 
 class Bus:
@@ -64,6 +67,22 @@ class Silent(Bus):
 def evidence(kind, ids, effects, first_on=""):
     first_effect_at_s = 0.25 if effects else None
     return Evidence("slcan-tcp:29536", kind, kind, ids, "active", 0.0, 0.1, first_effect_at_s, effects, first_on)
+
+
+def test_send_raises_while_the_queue_is_full():
+    clock = Clock()
+    clock.room = 2
+    inside = Bus(clock)
+    bus = lkemu.SteppedBus(inside, clock)
+    for _ in range(2):
+        bus.send(frame())
+    clock.room = 0
+    with pytest.raises(can.CanOperationError, match="No buffer space available") as raised:
+        bus.send(frame())
+    assert raised.value.error_code == 105 and len(inside.sent) == 2
+    clock.room = 1
+    bus.send(frame())
+    assert len(inside.sent) == 3
 
 
 def test_recv_advances_time_to_the_frame():

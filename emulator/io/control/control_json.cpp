@@ -161,7 +161,9 @@ Json parameter_value(const FaultParam& param, const FaultValue& value) {
 Json host_json(const Line& line) {
   if (line.config().serial) return nullptr;
   const HostSide& host = line.bus().state().host;
+  const std::size_t room = line.room();
   return {{"tx_queue", line.config().host_queue.frames},
+          {"tx_room", room == SIZE_MAX ? Json(nullptr) : Json(room)},
           {"transmit_errors", host.errors.transmit_errors},
           {"receive_errors", host.errors.receive_errors},
           {"acknowledged", !host.unacknowledged},
