@@ -8,6 +8,7 @@ import {clockFactor} from './store.js';
 // 400,000 in total; the dials of this page (live.js) may use the other half.
 const kMaxValues = 190_000;
 const kSlowest_Hz = 0.1;
+const kDigits = 9;
 const kMessages_Hz = 60;
 const kPatience_ms = 3000;
 
@@ -33,7 +34,7 @@ export class Capture {
     this.row = new Array(columns);
     this.waitsFrom_ms = performance.now();  // start of waiting for the stream; null: it is open
     const together = Math.max(1, Math.min(1000, Math.round(rate_Hz * this.pace / kMessages_Hz)));
-    const query = `bus=${encodeURIComponent(bus)}&ids=${ids}&signals=${signals}&rate_Hz=${rate_Hz}` +
+    const query = `bus=${encodeURIComponent(bus)}&ids=${ids}&signals=${signals}&rate_Hz=${rate_Hz}&digits=${kDigits}` +
       (together > 1 ? `&samples_per_message=${together}` : '');
     this.stream = stream(`/telemetry?${query}`, {
       onMessage: (message) => this.take(message),

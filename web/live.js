@@ -7,6 +7,7 @@ const kSignals = ['true_angle_deg', 'angle_deg', 'angle_ref_deg', 'encoder', 'tr
   'voltage_V', 'temperature_C', 'driver_temperature_C', 'bus_current_A', 'power', 'errors', 'bridge_on', 'alive'];
 const kFrames_Hz = 60;        // of real time
 const kMaxValues = 190_000;   // per second; the program allows 200,000
+const kDigits = 8;            // 0.01° of 2700 turns
 
 const values = new Map();  // by drive: {signal: value}
 let streams = [];
@@ -42,7 +43,7 @@ function open() {
   close();
   rate_Hz = wantedRate_Hz();
   for (const {bus} of buses()) {
-    const query = `bus=${encodeURIComponent(bus)}&signals=${kSignals}&rate_Hz=${rate_Hz}`;
+    const query = `bus=${encodeURIComponent(bus)}&signals=${kSignals}&rate_Hz=${rate_Hz}&digits=${kDigits}`;
     streams.push(stream(`/telemetry?${query}`, {onMessage: (samples) => take(bus, samples)}));
   }
 }

@@ -8,12 +8,14 @@ const kRetry_ms = 1000;
 export const store = {
   connected: false,
   status: null,       // GET /status
-  drives: [],         // GET /drives
+  drives: [],         // GET /drives; registers and surroundings are those of the start
   rates: new Map(),   // by bus: {load, ratio}; by drive: replies per second
   signals: [],
   kinds: [],
   mayWrite: false,
 };
+
+let byKey = new Map();  // drives
 
 const listeners = {change: new Map(), program: new Map()};  // by listener: its node, or null
 
@@ -31,7 +33,7 @@ function tell(event) {
 }
 
 export const driveKey = (bus, id) => `${bus}/${id}`;
-export const driveOf = (key) => store.drives.find((drive) => driveKey(drive.bus, drive.id) === key);
+export const driveOf = (key) => byKey.get(key);
 export const buses = () => store.status?.buses ?? [];
 export const busTime = (bus) => buses().find((one) => one.bus === bus)?.time_s ?? 0;
 /// With several buses a drive's name includes its bus.
@@ -85,14 +87,27 @@ async function learn(status) {
   return {signals, kinds, mayWrite: status.pages_may_write};
 }
 
+/// Keys that change while a program runs, without registers and surroundings, which are most of an answer.
+const kChanging = '?fields=bus,id,state,alive,errors,signals,setpoint,counters';
+
+/// `anew`: fetches all of each drive.
+async function lookAtDrives(anew) {
+  const drives = await get(`/drives${anew ? '' : kChanging}`);
+  if (anew) return drives;
+  const before = drives.map(({bus, id}) => driveOf(driveKey(bus, id)));
+  // A drive with a new ID is unknown.
+  return before.includes(undefined) ? lookAtDrives(true) : drives.map((drive, n) => ({...before[n], ...drive}));
+}
+
 /// Updates all or nothing: after a failed request the next poll repeats all.
 async function look() {
   const status = await get('/status');
   const other = told === null || told.pid !== status.pid || status.clock.time_s < told.clock.time_s;
   const learned = other ? await learn(status) : {};
-  const drives = await get('/drives');
+  const drives = await lookAtDrives(other);
   if (other || !store.connected) history = [];
   Object.assign(store, learned, {status, drives, connected: true});
+  byKey = new Map(drives.map((drive) => [driveKey(drive.bus, drive.id), drive]));
   updateRates(performance.now());
   if (other) tell('program');
   told = status;

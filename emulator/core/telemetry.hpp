@@ -10,6 +10,9 @@ namespace lk::emulator {
 class Line;
 struct Signal;
 
+/// Significant decimal digits that represent each value exactly.
+inline constexpr int kExactDigits = 17;
+
 /// Drives, signals and rate that a client wants sampled.
 struct TelemetryRequest {
   Line* line = nullptr;
@@ -24,6 +27,7 @@ struct TelemetryRequest {
   // 1: each message is one sample. Above 1: each message is a list of up to this number of samples,
   // which costs less.
   int samples_per_message = 1;
+  int digits = kExactDigits;  // of values
 };
 
 inline constexpr double kSlowestTelemetry_Hz = 0.1;

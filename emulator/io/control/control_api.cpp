@@ -82,6 +82,8 @@ void check_may_record(const ApiRequest& request) {
 /// Rejects query parameters, except for streams, which check them.
 void check_query(const ApiRequest& request, std::string_view route) {
   if (request.query.empty() || route == "/telemetry" || route == "/frames") return;
+  if (route == "/drives" && request.query.begin()->first == "fields" && request.query.size() == 1)
+    return;
   throw ApiError(400, request.query.begin()->first, "unknown; this request has no parameters");
 }
 
@@ -149,12 +151,28 @@ void get_status(const ApiCall& call) {
               ""});
 }
 
+/// Returns the keys of `drive` that the list `fields` names.
+Json chosen_fields(const Json& drive, std::string_view fields) {
+  Json chosen;
+  for (std::string_view rest = fields; !rest.empty();) {
+    const std::size_t end = std::min(rest.find(','), rest.size());
+    const std::string name(rest.substr(0, end));
+    if (!drive.contains(name)) throw ApiError(400, "fields", "unknown field \"" + name + "\"");
+    chosen[name] = drive[name];
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return chosen;
+}
+
 void get_drives(const ApiCall& call) {
   call.world.serve_all();
+  const auto fields = call.request.query.find("fields");
   Json drives = Json::array();
   for (const auto& line : call.world.lines()) {
     for (const ServoConfig& servo : line->config().servos) {
-      drives.push_back(drive_json(*line, servo.id));
+      const Json drive = drive_json(*line, servo.id);
+      drives.push_back(fields == call.request.query.end() ? drive
+                                                          : chosen_fields(drive, fields->second));
     }
   }
   call.reply({200, drives, ""});

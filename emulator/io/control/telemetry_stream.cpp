@@ -70,9 +70,13 @@ TelemetryRequest read_telemetry_request(World& world, const ApiRequest& request)
         throw ApiError(400, key, "must be a whole number from 1 to 1000");
       }
       wanted.samples_per_message = static_cast<int>(*samples);
+    } else if (key == "digits") {
+      const auto digits = number_of(value, 10, kExactDigits);
+      if (digits.value_or(0) < 1) throw ApiError(400, key, "must be a whole number from 1 to 17");
+      wanted.digits = static_cast<int>(*digits);
     } else {
       throw ApiError(400, key,
-                     "unknown; known: bus, ids, signals, rate_Hz and samples_per_message");
+                     "unknown; known: bus, ids, signals, rate_Hz, samples_per_message and digits");
     }
   }
   wanted.line = &line_of(world, bus ? &*bus : nullptr);
@@ -101,11 +105,13 @@ namespace {
 
 constexpr auto kLongestGather = std::chrono::milliseconds(20);
 
-void append_number(std::string& text, double value) {
-  if (std::isfinite(value)) {
+void append_number(std::string& text, double value, int digits = kExactDigits) {
+  if (!std::isfinite(value)) {
+    text += "null";
+  } else if (digits == kExactDigits) {
     fmt::format_to(std::back_inserter(text), "{}", value);
   } else {
-    text += "null";
+    fmt::format_to(std::back_inserter(text), "{:.{}g}", value, digits);
   }
 }
 
@@ -165,14 +171,14 @@ class TelemetryStream : public StreamClient {
       fmt::format_to(std::back_inserter(text), "{}[{}", value == row_.begin() ? "" : ",", id);
       for (std::size_t n = 0; n < wanted_.signals.size(); ++n) {
         text += ',';
-        append_number(text, *value++);
+        append_number(text, *value++, wanted_.digits);
       }
       text += ']';
     }
     text += ']';
     for (auto left = value; value != row_.end(); ++value) {
       text += value == left ? ",\"body\":[" : ",";
-      append_number(text, *value);
+      append_number(text, *value, wanted_.digits);
     }
     text += wanted_.body_signals.empty() ? "}" : "]}";
     if (gathered_samples_ >= wanted_.samples_per_message) {

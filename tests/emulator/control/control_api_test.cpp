@@ -33,6 +33,17 @@ TEST(ControlApi, ReportsStatusAndDrives) {
   EXPECT_EQ(t.get("/signals").body.size(), signals().size());
 }
 
+TEST(ControlApi, SendsChosenFieldsOfDrives) {
+  TestWorld t;
+  const auto drives = [&t](const std::map<std::string, std::string>& query) {
+    return t.ask({"GET", "/api/v1/drives", query, "", ""});
+  };
+  EXPECT_EQ(drives({{"fields", "id,state"}}).body,
+            Json({{{"id", 1}, {"state", "running"}}, {{"id", 2}, {"state", "running"}}}));
+  EXPECT_EQ(drives({{"fields", "id,nam"}}).body["error"]["reason"], "unknown field \"nam\"");
+  EXPECT_EQ(drives({{"field", "id"}}).status, 400);
+}
+
 /// The buses are served before each request, however many requests wait.
 TEST(ControlApi, ServesTheBusesBeforeEachRequest) {
   TestWorld t{ClockMode{}};
@@ -355,6 +366,7 @@ TEST(Telemetry, ChecksRequestParameters) {
   std::string all;
   for (const Signal& signal : signals()) all += (all.empty() ? "" : ",") + std::string(signal.name);
   EXPECT_EQ(ask({{"signals", all}, {"rate_Hz", "20000"}}), 400) << "too many values a second";
+  for (const char* digits : {"0", "18", "3.5"}) EXPECT_EQ(ask({{"digits", digits}}), 400) << digits;
 }
 
 TEST(FrameWords, NameTheProblemOfAFrame) {

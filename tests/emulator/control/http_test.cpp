@@ -317,5 +317,16 @@ TEST_F(HttpServer, TelemetryCoversEverySampleInstant) {
   }
 }
 
+TEST_F(HttpServer, TelemetryHasTheWantedDigits) {
+  start();
+  ASSERT_EQ(status(ask(post("/clock/advance", R"({"by_s": 0.1})"))), 200);
+  const Client stream = open(upgrade("signals=voltage_V&ids=2&rate_Hz=1000&digits=3"));
+  stream.receive_until("}");
+  ASSERT_EQ(status(ask(post("/clock/advance", R"({"by_s": 0.001})"))), 200);
+  const std::string sample = stream.receive_until("}");
+  const std::size_t value = sample.find("[[2,") + 4;
+  EXPECT_LE(sample.find("]]") - value, std::string_view("24.1").size()) << sample;
+}
+
 }  // namespace http_test
 }  // namespace lk::emulator
