@@ -1,9 +1,6 @@
 // Language of the page: ?lang=zh, else the user's choice, else lk-emu --lang, else the browser's.
 
 import {kEnglish} from './words_en.js';
-import {kChinese} from './words_zh.js';
-import {kChineseFaults} from './words_zh_faults.js';
-import {kChineseNames} from './words_zh_names.js';
 
 const kKept = 'lk-emu-lang';
 
@@ -12,9 +9,14 @@ function wanted() {
   return asked ?? localStorage.getItem(kKept) ?? (document.documentElement.dataset.lang || navigator.language);
 }
 
+async function chinese() {
+  const [{kChinese}, {kChineseNames}, {kChineseFaults}] =
+    await Promise.all([import('./words_zh.js'), import('./words_zh_names.js'), import('./words_zh_faults.js')]);
+  return {words: kChinese, names: {...kChineseNames, ...kChineseFaults}};
+}
+
 export const language = wanted().toLowerCase().startsWith('zh') ? 'zh' : 'en';
-const words = language === 'zh' ? kChinese : kEnglish;
-const names = language === 'zh' ? {...kChineseNames, ...kChineseFaults} : {};
+const {words, names} = language === 'zh' ? await chinese() : {words: kEnglish, names: {}};
 
 /// Returns a text with {n} replaced by its value: t('lost_frames', {n: 3}).
 export function t(key, values = {}) {
