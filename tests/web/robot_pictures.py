@@ -1,26 +1,17 @@
-"""Makes the pictures of robots in README.md and docs/: python3 robot_pictures.py LK-EMU-BODY [DIRECTORY]
-
-Hosts of python/examples move the robots with a stepped clock, which is paused while a picture is taken. Each picture
-therefore shows one instant, at any drawing speed. Needs python3-pil with WebP; GIF and APNG would be three times as
-large."""
+"""Pictures of robots. Hosts of python/examples move them with a stepped clock, which is paused while a picture is taken.
+Each picture therefore shows one instant, at any drawing speed. GIF and APNG would be three times as large as WebP."""
 
 import io
 import os
-import pathlib
-import sys
 
+import quadruped
+import quadruped_walk
 from bench import free_ports
 from dashboard import Browser, Page
+from lk_joints import Joints, Rounds, bus_and_time
 from PIL import Image
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-PICTURES = ROOT / "docs" / "pictures"
-sys.path[:0] = [str(ROOT / "python"), str(ROOT / "python" / "examples")]
-
-import lkemu  # noqa: E402
-import quadruped  # noqa: E402
-import quadruped_walk  # noqa: E402
-from lk_joints import Joints, Rounds, bus_and_time  # noqa: E402
+import lkemu
 
 SIZE = (1440, 790)
 HEADER_PX = 88  # header with the clock, cropped
@@ -115,18 +106,11 @@ def dog_on_three_legs(program):
         return stage.panel()
 
 
-def main():
-    program = sys.argv[1]
-    directory = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else PICTURES
-    directory.mkdir(parents=True, exist_ok=True)
+def write(program, directory):
     dog_on_three_legs(program).save(directory / "robot_errors.webp", quality=80)
     first, *others = walking_dog(program)
     film = directory / "robot.webp"
     first.save(film, save_all=True, append_images=others, duration=round(1000 * FRAME_S), loop=0, quality=QUALITY, method=METHOD)
     size = film.stat().st_size
     print(f"{film}: {1 + len(others)} pictures, {size} bytes")
-    return 0 if size < MOST_BYTES else 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    assert size < MOST_BYTES, f"{film} is larger than {MOST_BYTES} bytes"
