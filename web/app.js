@@ -36,6 +36,9 @@ function go() {
       if (link.hash === `#${chosen}`) link.setAttribute('aria-current', 'page');
       else link.removeAttribute('aria-current');
     }
+    // Users act on the bench and look at the scope and the traffic afterwards; the bus view needs neither.
+    scope.listen(chosen !== 'bus');
+    traffic.listen(chosen !== 'bus');
     current = chosen;
     views[chosen].show(true);
   }

@@ -11,6 +11,7 @@ const kSlowest_Hz = 0.1;
 const kDigits = 9;
 const kMessages_Hz = 60;
 const kPatience_ms = 3000;
+const kInstant_s = 1e-6;  // resolution of the clock
 
 /// Returns simulated seconds per real second, at least 1, because a slow or stopped clock needs no lower rate.
 export const pace = () => Math.max(1, clockFactor());
@@ -32,17 +33,28 @@ export class Capture {
     this.lost = before?.lost ?? 0;
     this.lostBefore = this.lost;  // the program counts from 0 for each stream
     this.row = new Array(columns);
-    this.waitsFrom_ms = performance.now();  // start of waiting for the stream; null: it is open
+    this.waitsFrom_ms = null;  // start of waiting for the stream
     const together = Math.max(1, Math.min(1000, Math.round(rate_Hz * this.pace / kMessages_Hz)));
     const query = `bus=${encodeURIComponent(bus)}&ids=${ids}&signals=${signals}&rate_Hz=${rate_Hz}&digits=${kDigits}` +
       (together > 1 ? `&samples_per_message=${together}` : '');
-    this.stream = stream(`/telemetry?${query}`, {
+    this.path = `/telemetry?${query}`;
+    this.stream = null;  // null: not recording
+    this.isAfterGap = false;
+  }
+
+  /// Starts or stops to record; repeated calls do no harm.
+  record(yes) {
+    if (yes === (this.stream !== null)) return;
+    this.waitsFrom_ms = yes ? performance.now() : null;
+    this.isAfterGap = this.samples.length > 0;
+    this.stream?.close();
+    this.stream = yes ? stream(this.path, {
       onMessage: (message) => this.take(message),
       onOpen: () => {
         this.waitsFrom_ms = null;
         this.lostBefore = this.lost;
       },
-      onClose: () => { this.waitsFrom_ms ??= performance.now(); }});
+      onClose: () => { this.waitsFrom_ms ??= performance.now(); }}) : null;
   }
 
   take(message) {
@@ -56,6 +68,8 @@ export class Capture {
       }
       // Time went back: the program was restarted or replaced.
       if (sample.time_s < this.samples.last_s - 1) this.samples = new Samples(this.samples.columns);
+      if (this.isAfterGap) this.samples.push(sample.time_s - kInstant_s, []);
+      this.isAfterGap = false;
       this.samples.push(sample.time_s, this.row);
     }
   }
@@ -79,6 +93,6 @@ export class Capture {
   }
 
   close() {
-    this.stream.close();
+    this.record(false);
   }
 }

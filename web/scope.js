@@ -24,6 +24,7 @@ const kLatest_s = 1e9;     // assumed: no simulation lasts thirty years
 
 const chosen = {drives: [], signals: ['angle_ref_deg', 'angle_deg', 'speed_dps', 'iq_A'], rate_Hz: 1000, hidden: new Set()};
 let captures = [];
+let recording = false;
 let traces = [];
 let visible = false;
 let panels = null;
@@ -71,6 +72,7 @@ function restart() {
   traces = [];
   if (!store.status) return;
   captures = watch(captures, chosen, trigger.needs);
+  captures.forEach((capture) => capture.record(recording));
   keep();
   traces = tracesOf(captures, chosen);
   repaint();
@@ -244,6 +246,12 @@ export function show(yes) {
   if (!panels) return;
   if (yes) panels.fit();
   run(yes);
+}
+
+/// Starts or stops to receive samples. What is kept stays.
+export function listen(yes) {
+  recording = yes;
+  captures.forEach((capture) => capture.record(yes));
 }
 
 /// Opens the view from a link; what it does not contain stays. At an instant, drives already shown stay.

@@ -21,6 +21,7 @@ let paused = false;
 let stale = true;       // the table must be redrawn
 let visible = false;
 let wanted = false;
+let wasVisible = false;
 let parts = null;
 let drawnAt = 0;
 let row_px = kRow_px;
@@ -51,12 +52,17 @@ function take(bus, message) {
   stale = true;
 }
 
-/// Opens the streams the first time the view is visible, since they cost the program time.
+/// Starts or stops to receive frames, once the view was visible. What is kept stays.
+export function listen(yes) {
+  if (yes === wanted) return;
+  wanted = yes;
+  open();
+}
+
 function open() {
-  if (!wanted || !store.status) return;
   streams.forEach((one) => one.close());
-  forget();
-  refresh();
+  streams = [];
+  if (!wanted || !wasVisible || !store.status) return;
   streams = buses().map(({bus}) => stream(`/frames?bus=${encodeURIComponent(bus)}`, {onMessage: (message) => take(bus, message)}));
 }
 
@@ -217,11 +223,11 @@ function showDrives() {
 
 export function show(yes) {
   visible = yes;
-  if (!parts) return;
-  if (yes && !wanted) {
-    wanted = true;
+  if (yes && !wasVisible) {
+    wasVisible = true;
     open();
   }
+  if (!parts) return;
   stale = true;
   run(yes);
 }
@@ -257,6 +263,8 @@ function goTo(bus, time_s) {
 on('program', () => {
   if (!parts) build();
   buildDrives();
+  forget();
+  refresh();
   open();
   if (visible) show(true);
 });
