@@ -3,13 +3,12 @@
 import {advicePanel} from './advice.js';
 import {fitCards} from './card_size.js';
 import {Dial, shaftOf} from './dial.js';
-import {byId, el, setText} from './dom.js';
+import {byId, el, note, setText} from './dom.js';
 import {drawing} from './drawing.js';
 import {goingOn, onFaults} from './fault_list.js';
 import {fitted, fixed} from './format.js';
 import {hostWatch} from './host_watch.js';
 import {liveValues, wantLive} from './live.js';
-import {markDrive, robotPanel, robotState, showRobot, visitRobot} from './robot.js';
 import {Spark} from './spark.js';
 import {buses, driveKey, driveName, driveOf, on, store} from './store.js';
 import {name as nameOf, t} from './words.js';
@@ -26,6 +25,8 @@ let groups = null;
 let attention = null;
 let picked = null;         // key of the drive that was clicked, on its card or its joint
 let visible = false;
+let robot = null;          // module of the robot's panel, which most pages do not need
+let wantedRobot = null;    // part of the address for it
 
 function field(name, unit, title) {
   const value = el('dd', {text: '–'});
@@ -70,7 +71,7 @@ function makeCard(drive) {
 function highlight(key) {
   const shown = key ?? picked;
   for (const [one, {root}] of cards) root.classList.toggle('lit', one === shown && byId('robot') !== null);
-  markDrive(shown);
+  robot?.markDrive(shown);
 }
 
 function pick(key) {
@@ -119,12 +120,20 @@ function build() {
   attention = el('button', {type: 'button', id: 'attention', hidden: true, title: t('attention_about'), onclick: visitAttention});
   summary = el('p', {class: 'dim', id: 'bus-summary'});
   groups = el('div', {id: 'bus-groups'}, ...buses().map(makeGroup));
-  const robot = robotPanel({onJoints: nameCards, onPoint: highlight, onPick: pick});
-  byId('view-bus').replaceChildren(el('div', {class: 'row bus-head'}, attention, summary, hostWatch(), advicePanel()),
-    robot ? el('div', {class: 'with-robot'}, robot, groups) : groups);
-  showRobot(visible);
+  const rest = el('div', {}, groups);
+  byId('view-bus').replaceChildren(el('div', {class: 'row bus-head'}, attention, summary, hostWatch(), advicePanel()), rest);
+  if (robot || store.status.body) addRobot(rest).catch((problem) => note(problem.message, true));
   fitCards(groups);
   onFaults(showFaults, groups);
+}
+
+async function addRobot(rest) {
+  robot ??= await import('./robot.js');
+  const panel = robot.robotPanel({onJoints: nameCards, onPoint: highlight, onPick: pick});
+  rest.className = panel ? 'with-robot' : '';
+  if (panel) rest.prepend(panel);
+  if (wantedRobot) robot.visitRobot(wantedRobot);
+  robot.showRobot(visible);
 }
 
 /// Without power a controller measures nothing; its sensor values would be noise.
@@ -205,11 +214,16 @@ export function show(yes) {
   visible = yes;
   wantLive(yes);
   run(yes);
-  showRobot(yes);
+  robot?.showRobot(yes);
   if (yes && groups) fitCards(groups);
 }
 
-export {robotState as state, visitRobot as visit};
+export const state = () => robot?.robotState() ?? Object.fromEntries(wantedRobot ?? []);
+
+export function visit(query) {
+  wantedRobot = query;
+  robot?.visitRobot(query);
+}
 
 const repliesOf = (drives) => drives.reduce((sum, {bus, id}) => sum + (store.rates.get(driveKey(bus, id)) ?? 0), 0);
 
