@@ -5,6 +5,7 @@ import {el, setText} from './dom.js';
 import {drawing} from './drawing.js';
 import {fixed} from './format.js';
 import {OrbitCamera} from './robot_camera.js';
+import {JointSliders} from './robot_joints.js';
 import {kRate_Hz, RobotRecord} from './robot_record.js';
 import {driveKey, on, store} from './store.js';
 import {t} from './words.js';
@@ -20,7 +21,7 @@ let visible = false;
 function pageColours() {
   const style = getComputedStyle(document.documentElement);
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
-  return {panel: colour('panel'), grid: colour('raised'), contact: colour('zero'), hand: colour('target'), good: colour('good'),
+  return {sky: colour('sky'), haze: colour('haze'), floor: colour('floor'), floor2: colour('floor-2'), contact: colour('zero'), hand: colour('target'), trail: colour('accent'), good: colour('good'),
     warn: colour('warn'), bad: colour('bad'), dim: colour('dim')};
 }
 
@@ -34,6 +35,8 @@ class RobotView {
     this.dirty = true;
     this.cursor = null;         // frame on display while paused; null: the newest
     this.playing = false;
+    this.trailed = null;        // point whose path is drawn, {body, at} in the body's frame
+    this.sliders = null;
     this.drawn = 0;             // frames drawn
     this.work_ms = 0;           // total CPU time of all frames, without WebGL
     this.run = drawing((at) => this.frame(at));
@@ -41,8 +44,8 @@ class RobotView {
 
   /// Loads three.js and its users only if there is a robot.
   async begin() {
-    const [shape, {RobotScene}, {Colouring, jointValues, kColourings}, {Hand}] = await Promise.all(
-      [get('/body'), import('./robot_scene.js'), import('./robot_colours.js'), import('./robot_push.js')]);
+    const [shape, {RobotScene}, {Trail}, {Colouring, jointValues, kColourings}, {Hand}] = await Promise.all(
+      [get('/body'), import('./robot_scene.js'), import('./robot_trail.js'), import('./robot_colours.js'), import('./robot_push.js')]);
     Object.assign(this, {shape, jointValues, kColourings});
     try {
       this.scene = new RobotScene(this.canvas, shape);
@@ -53,16 +56,14 @@ class RobotView {
     }
     this.record = new RobotRecord(shape.bodies.length, shape.joints.length, kColourings.length);
     this.colouring = new Colouring(shape.joints);
-    const centre = this.scene.measure(shape.poses.flat());
+    this.scene.measure(shape.poses.flat());
+    this.path = new Trail(this.scene.scene);
     this.paint();
     this.hand = new Hand(this.scene, shape, this.canvas, {
       mayPush: () => store.mayWrite && store.connected && this.cursor === null, changed: () => (this.dirty = true)});
     this.camera = new OrbitCamera(this.scene.camera, this.canvas, {moved: () => (this.dirty = true), taken: (event) => this.hand.take(event)});
-    this.camera.setHome(this.scene.radius * 1.15);
-    this.camera.follow(...centre);
-    // The camera follows a free body; for a fixed robot it stays.
-    const free = shape.bodies.findIndex((body) => body.free);
-    if (free >= 0) this.follows = {body: free, shift: centre.map((value, n) => value - shape.poses[free][n])};
+    this.follows = shape.bodies.findIndex((body) => body.free);  // -1: a fixed robot, the camera stays
+    this.followIt(Float32Array.from(shape.poses.flat()));
     this.buildControls();
     this.links.onJoints(shape.joints);
     this.linkJoints();
@@ -75,6 +76,7 @@ class RobotView {
   paint() {
     const colours = pageColours();
     this.scene.paint(colours);
+    this.path.paint(colours.trail);
     this.colouring.paint(colours);
     this.dirty = true;
   }
@@ -86,6 +88,9 @@ class RobotView {
       this.arrows.setAttribute('aria-pressed', this.arrows.getAttribute('aria-pressed') !== 'true');
       this.dirty = true;
     }, {'aria-pressed': 'true', title: t('robot_contacts_about')});
+    this.trailing = button(t('robot_trail'), () => this.trail(this.trailed ? null : this.lastTrailed), {'aria-pressed': 'false', title: t('robot_trail_about')});
+    this.lastTrailed = {body: this.follows < 0 ? this.shape.bodies.length - 1 : this.follows, at: [0, 0, 0]};
+    this.turning = button(t('robot_joints'), () => this.turnJoints(!this.sliders), {'aria-expanded': 'false', title: t('robot_joints_about')});
     this.legend = el('p', {class: 'robot-legend dim'});
     this.hint = el('p', {class: 'robot-hint dim'});
     this.play = button('▶', () => this.togglePlay(), {'aria-label': t('robot_play'), title: t('robot_play')});
@@ -95,7 +100,7 @@ class RobotView {
     this.when = el('span', {class: 'robot-when mono'});
     this.box.append(el('div', {class: 'robot-notes'}, this.legend, this.hint));
     this.root.prepend(el('div', {class: 'row', role: 'group', 'aria-label': t('robot_colours')}, el('span', {class: 'dim', text: t('robot_colours')}),
-      ...this.ways, this.arrows, button(t('robot_home'), () => this.camera.reset())));
+      ...this.ways, this.arrows, this.trailing, this.turning, button(t('robot_home'), () => this.camera.reset())));
     this.root.append(el('div', {class: 'row robot-replay'}, this.play, this.slider, this.when, this.live));
     this.colourBy(this.kColourings[0]);
     this.applyWanted();
@@ -120,9 +125,29 @@ class RobotView {
     });
     this.canvas.addEventListener('pointerleave', () => this.links.onPoint(this.pointed = null));
     this.canvas.addEventListener('pointerup', (event) => {
-      const key = pressed && Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) < kClick_px ? this.driveAt(event) : null;
+      if (!pressed || Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) >= kClick_px) return;
+      const key = this.driveAt(event);
       if (key) this.links.onPick(key);
+      const point = this.scene.pointAt(...this.hand.place(this.canvas, event));
+      if (point) this.trail(point);
     });
+  }
+
+  /// Draws the path of a point {body, at}; null: none.
+  trail(point) {
+    this.trailed = point;
+    this.lastTrailed = point ?? this.lastTrailed;
+    this.trailing.setAttribute('aria-pressed', point !== null);
+    this.dirty = true;
+  }
+
+  /// Shows the sliders of the joints, or removes them.
+  turnJoints(yes) {
+    this.sliders?.root.remove();
+    this.sliders = yes ? new JointSliders(this.shape.joints) : null;
+    if (yes) this.box.append(this.sliders.root);
+    this.turning.setAttribute('aria-expanded', yes);
+    this.wordsAt = 0;
   }
 
   mark(key) {
@@ -141,7 +166,10 @@ class RobotView {
   /// Applies the address, once the controls exist.
   applyWanted() {
     if (!this.wanted || !this.arrows) return;
-    const {joints, contacts} = this.wanted;
+    const {joints, contacts, trail, sliders} = this.wanted;
+    const [body, ...at] = trail?.split(',').map(Number) ?? [];
+    if (this.shape.bodies[body] && at.length === 3 && at.every(Number.isFinite)) this.trail({body, at});
+    if (sliders) this.turnJoints(true);
     this.colourBy(this.kColourings.includes(joints) ? joints : this.colouring.what);
     if (contacts) this.arrows.setAttribute('aria-pressed', contacts !== 'off');
     this.wanted = null;
@@ -180,6 +208,7 @@ class RobotView {
     const values = this.jointValues(this.shape.joints);
     this.colouring.heed(values);
     this.record.add(message, values);
+    this.joints_deg = message.joints_deg;
     if (this.cursor === null) this.dirty = true;
   }
 
@@ -203,7 +232,9 @@ class RobotView {
   resize() {
     const {clientWidth: width, clientHeight: height} = this.box;
     if (!width || !height) return;
+    this.high_px = height;
     this.scene.resize(width, height);
+    this.camera.fit(this.scene.extent);
     this.dirty = true;
   }
 
@@ -234,18 +265,20 @@ class RobotView {
     const {scene, shape} = this;
     if (frame) {
       scene.pose(frame.poses);
-      if (this.follows) this.followIt(frame.poses);
+      this.followIt(frame.poses);
     }
     const values = frame?.joints ?? [];
     for (let n = 0; n < shape.joints.length; ++n) scene.markJoint(n, this.colouring.colour(values, n), this.colouring.state(values, n));
+    this.path.show(this.record, this.cursor === null ? this.record.end - 1 : Math.floor(this.cursor), this.trailed, scene.camera, this.high_px);
     const shown = frame && this.arrows.getAttribute('aria-pressed') === 'true' ? frame.contacts : [];
     scene.arrows(shown, this.hand.force(), kArrowsAtWeight * scene.radius / (9.81 * shape.mass_kg));
   }
 
   followIt(poses) {
-    const {body, shift} = this.follows;
-    const at = body * 7;
-    this.camera.follow(poses[at] + shift[0], poses[at + 1] + shift[1], poses[at + 2] + shift[2]);
+    const at = this.follows * 7;
+    const point = at < 0 ? [0, 0, 0] : [...poses.subarray(at, at + 3)];
+    if (this.scene.extend(point)) this.camera.fit(this.scene.extent);
+    this.camera.follow(...point);
   }
 
   say() {
@@ -255,6 +288,7 @@ class RobotView {
     this.slider.value = this.cursor === null ? this.slider.max : Math.floor(this.cursor) - record.begin;
     setText(this.when, frame ? `${fixed(frame.time_s, 2)} s` : '–');
     setText(this.play, this.playing ? '⏸' : '▶');
+    if (this.joints_deg) this.sliders?.show(this.joints_deg);
     const ends = this.colouring.ends();
     if (ends) setText(this.legend, ends.join(' – '));
     else if (!this.legend.firstElementChild) this.legend.replaceChildren(...t('robot_error_legend').split('|').map((word) => el('span', {}, word)));
@@ -287,7 +321,8 @@ export function robotPanel(links) {
 export const markDrive = (key) => view?.mark(key);
 
 /// State of the robot in the address.
-export const robotState = () => (view?.arrows ? {joints: view.colouring.what === view.kColourings[0] ? '' : view.colouring.what,
+export const robotState = () => (view?.arrows ? {trail: view.trailed ? [view.trailed.body, ...view.trailed.at.map((value) => +value.toFixed(3))].join() : '',
+  sliders: view.sliders ? 'on' : '', joints: view.colouring.what === view.kColourings[0] ? '' : view.colouring.what,
   contacts: view.arrows.getAttribute('aria-pressed') === 'true' ? '' : 'off'} : view?.wanted ?? {});
 
 export function visitRobot(query) {

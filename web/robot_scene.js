@@ -1,15 +1,17 @@
 // The robot in 3D, drawn by three.js: meshes are built once, then only moved.
 
 import {
-  BoxGeometry, CapsuleGeometry, CircleGeometry, Color, ConeGeometry, CylinderGeometry, DataTexture, DirectionalLight, Fog,
-  Group, HemisphereLight, InstancedMesh, LinearMipmapLinearFilter, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial,
-  PerspectiveCamera, PlaneGeometry, Quaternion, Raycaster, RepeatWrapping, Scene, SphereGeometry, SRGBColorSpace, TetrahedronGeometry,
-  Vector2, Vector3, WebGLRenderer,
+  Box3, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, ConeGeometry, CylinderGeometry, Group, InstancedMesh,
+  Matrix4, Mesh, MeshLambertMaterial, MeshStandardMaterial, PCFShadowMap, PerspectiveCamera, PlaneGeometry, Quaternion, Raycaster,
+  Scene, SphereGeometry, SRGBColorSpace, TetrahedronGeometry, Vector2, Vector3, WebGLRenderer,
 } from './vendor/three.module.min.js';
 import {kContact, kPose} from './robot_record.js';
+import {RobotWorld} from './robot_world.js';
 
 const kMaxArrows = 32;
-const kGround = 20;  // in reaches of the robot; the fog hides the edge
+const kNoise = 0.02;      // of the reach: smaller growth leaves the view as it is
+const kMount = 3;         // in reaches: larger fixed objects are the robot's surroundings
+const kRoughness = 0.55;  // assumed: painted metal, plastic
 const kUp = new Vector3(0, 1, 0);  // axis of three.js cylinders
 
 /// Rotates a geometry to the z axis, as in the program.
@@ -42,22 +44,13 @@ function put(object, position, quaternion) {
   if (quaternion) object.quaternion.set(quaternion[1], quaternion[2], quaternion[3], quaternion[0]);
 }
 
-/// Returns the bounding sphere of the robot's first pose: centre and radius in metres.
-function reachOf(robot) {
-  const box = [[Infinity, -Infinity], [Infinity, -Infinity], [Infinity, -Infinity]];
-  const at = new Vector3();
-  robot.updateMatrixWorld(true);
-  robot.traverse((one) => {
-    if (!one.isMesh) return;
-    one.geometry.computeBoundingSphere();
-    const {radius} = one.geometry.boundingSphere;
-    at.setFromMatrixPosition(one.matrixWorld).toArray().forEach((value, n) => {
-      box[n] = [Math.min(box[n][0], value - radius), Math.max(box[n][1], value + radius)];
-    });
-  });
-  const centre = box.map(([from, to]) => (from + to) / 2);
-  if (!centre.every(Number.isFinite)) return {centre: [0, 0, 0], radius: 1};
-  return {centre, radius: Math.max(0.01, Math.hypot(...box.map(([from, to]) => to - from)) / 2)};
+/// Returns the geometry of a mesh of GET /body.
+function meshGeometry({vertices_m, faces}) {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new BufferAttribute(new Float32Array(vertices_m), 3));
+  geometry.setIndex(new BufferAttribute(new Uint32Array(faces), 1));
+  geometry.computeVertexNormals();
+  return geometry;
 }
 
 export class RobotScene {
@@ -68,25 +61,29 @@ export class RobotScene {
     this.camera = new PerspectiveCamera(40, 1, 0.01, 100);
     this.camera.up.set(0, 0, 1);
     this.scene = new Scene();
-    this.scene.add(new HemisphereLight(0xffffff, 0x8090a0, 1.9));
-    const sun = new DirectionalLight(0xffffff, 1.9);
-    sun.position.set(-2, -3, 5);
-    this.scene.add(sun);
-    this.ground = [];  // meshes that take the page's colours
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = PCFShadowMap;
+    this.world = new RobotWorld(this.scene);
     this.bodies = shape.bodies.map(() => new Group());
     this.robot = new Group().add(...this.bodies);
     this.furniture = new Group();
     this.scene.add(this.robot, this.furniture);
     this.shape = shape;
     shape.geoms.forEach((geom) => this.addGeom(geom));
+    this.boxes = this.bodies.map((body) => new Box3().setFromObject(body));  // in frames of the bodies
+    this.extent = new Box3();     // of all poses so far, relative to the followed point
+    this.centre = new Vector3();  // of the extent, in the world
     this.raycaster = new Raycaster();
   }
 
   addGeom(geom) {
-    if (isEndless(geom)) return this.addGround(geom);
+    if (isEndless(geom)) return this.world.addGround(geom.position_m, geom.quaternion);
     const [r, g, b, a] = geom.colour;
-    const material = new MeshLambertMaterial({color: new Color().setRGB(r, g, b, SRGBColorSpace), transparent: a < 1, opacity: a});
-    const mesh = new Mesh(kGeometry[geom.type](geom.size_m), material);
+    const ofMesh = geom.type === 'mesh';
+    const material = new MeshStandardMaterial({
+      color: new Color().setRGB(r, g, b, SRGBColorSpace), roughness: kRoughness, transparent: a < 1, opacity: a, flatShading: ofMesh});
+    const mesh = new Mesh(ofMesh ? meshGeometry(this.shape.meshes[geom.mesh]) : kGeometry[geom.type](geom.size_m), material);
+    mesh.castShadow = mesh.receiveShadow = a === 1;
     put(mesh, geom.position_m, geom.quaternion);
     mesh.userData.body = geom.body;
     (geom.body === null ? this.furniture : this.bodies[geom.body]).add(mesh);
@@ -99,41 +96,39 @@ export class RobotScene {
     for (const geom of geoms) if (geom.body === null && !isEndless(geom)) this.addGeom(geom);
   }
 
-  /// Adds an infinite plane as a chequered board in the page's colours.
-  addGround(geom) {
-    const mesh = new Mesh(undefined, new MeshBasicMaterial());
-    put(mesh, geom.position_m, geom.quaternion);
-    this.scene.add(mesh);
-    this.ground.push(mesh);
-  }
-
-  /// Makes the texture of the board, `cells` of its four fields across the ground.
-  board(colours, cells) {
-    const [one, other] = [colours.panel, colours.grid].map((colour) => [...new Color(colour).convertLinearToSRGB().toArray().map((part) => Math.round(part * 255)), 255]);
-    const texture = new DataTexture(new Uint8Array([...one, ...other, ...other, ...one]), 2, 2);
-    texture.colorSpace = SRGBColorSpace;
-    texture.wrapS = texture.wrapT = RepeatWrapping;
-    texture.repeat.set(cells / 2, cells / 2);
-    texture.generateMipmaps = true;
-    texture.minFilter = LinearMipmapLinearFilter;
-    texture.anisotropy = 8;
-    texture.needsUpdate = true;
-    return texture;
-  }
-
   /// Sizes joints, arrows and the ground by the robot's reach at its first pose.
   measure(poses) {
     this.pose(poses);
-    const {centre, radius} = reachOf(this.robot);
+    this.robot.updateMatrixWorld(true);
+    const box = new Box3().setFromObject(this.robot);
+    const radius = Math.max(0.01, box.isEmpty() ? 1 : box.getSize(new Vector3()).length() / 2);
     this.radius = radius;
+    const mount = new Box3().setFromObject(this.furniture);
+    // The view of a fixed robot includes what it stands on.
+    const fixed = !this.shape.bodies.some(({free}) => free) && mount.getSize(new Vector3()).length() < 2 * kMount * radius;
+    if (fixed) this.extent.copy(mount);
+    this.world.measure(radius, mount.clone().union(box).min.z, this.extent.isEmpty() ? 0 : mount.union(box).getSize(new Vector3()).length() / 2);
     this.camera.near = radius / 100;
     this.camera.far = radius * 60;
     this.markers = markersOf(radius * 0.055);
     this.joints = this.shape.joints.map((joint) => this.addJoint(joint));
     this.addArrows(radius);
-    for (const mesh of this.ground) mesh.geometry = new CircleGeometry(kGround * radius, 48);
-    this.scene.fog = new Fog(0, radius * 5, radius * kGround);
-    return centre;
+  }
+
+  /// Extends the extent by the present pose around the followed point; returns whether it has grown visibly.
+  extend(point) {
+    const shift = new Vector3(...point).negate();
+    const now = new Box3();
+    this.boxes.forEach((box, n) => {
+      this.bodies[n].updateMatrix();
+      now.union(box.clone().applyMatrix4(this.bodies[n].matrix));
+    });
+    now.translate(shift);
+    const grows = !this.extent.containsBox(now.clone().expandByScalar(-kNoise * this.radius));
+    if (grows) this.extent.union(now);
+    this.extent.getCenter(this.centre).sub(shift);
+    this.world.follow(this.centre, this.extent.min.z - shift.z);
+    return grows;
   }
 
   /// Adds a marker, drawn over the bodies and sorted by distance.
@@ -160,18 +155,11 @@ export class RobotScene {
     this.placing = {from: new Vector3(), along: new Vector3(), turn: new Quaternion(), one: new Vector3(1, 1, 1), matrix: new Matrix4()};
   }
 
-  /// Applies the colours of the page: {panel, line, grid, arrow}.
+  /// Applies the colours of the page.
   paint(colours) {
-    this.scene.background = new Color(colours.panel);
-    this.scene.fog.color.set(colours.panel);
+    this.world.paint(colours);
     this.contactColour = new Color(colours.contact);
     this.handColour = new Color(colours.hand);
-    const field_m = 10 ** Math.round(Math.log10(this.radius)) / 2;
-    for (const {material} of this.ground) {
-      material.map?.dispose();
-      material.map = this.board(colours, 2 * Math.round(kGround * this.radius / field_m));
-      material.needsUpdate = true;
-    }
   }
 
   pose(poses) {
@@ -222,6 +210,7 @@ export class RobotScene {
   }
 
   draw() {
+    this.world.see(this.camera, this.centre);
     this.renderer.render(this.scene, this.camera);
   }
 
@@ -236,6 +225,14 @@ export class RobotScene {
   jointAt(x, y) {
     this.raycaster.setFromCamera(new Vector2(x, y), this.camera);
     return this.joints.indexOf(this.raycaster.intersectObjects(this.joints)[0]?.object);
+  }
+
+  /// Returns the joint, or else the point of the robot, at a point of the picture: {body, at} in the body's frame; null: none.
+  pointAt(x, y) {
+    const joint = this.shape.joints[this.jointAt(x, y)];
+    if (joint) return {body: joint.body, at: joint.anchor_m};
+    const hit = this.pick(x, y);
+    return hit && {body: hit.body, at: this.inBody(hit.body, hit.point).toArray()};
   }
 
   /// Returns the intersection of the ray through a picture point with the plane through `point` that faces the camera.

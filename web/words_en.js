@@ -33,10 +33,13 @@ export const kEnglish = {
   // the robot
   robot: 'Robot', robot_colours: 'joints by', robot_current: 'current', robot_temperature: 'temperature', robot_error: 'errors',
   robot_contacts: 'contacts', robot_contacts_about: 'contact forces as arrows', robot_home: 'reset view',
+  robot_trail: 'trail', robot_trail_about: 'path of the last five seconds; click a point of the robot to choose it',
+  robot_joints: 'sliders', robot_joints_about: 'sliders that turn joints by hand while their drives are off',
+  joint_driven: 'drive {id} is on: switch it off, or cut its power',
   robot_play: 'play from here, or from the beginning', robot_live: 'live', robot_slider: 'the last minute',
   robot_error_legend: 'running|free|fault injected|error or no power', robot_no_webgl: 'The robot is not shown: this browser has no WebGL.',
-  robot_unknown: 'The robot is not shown: {why}', robot_hint: 'drag: turn; shift: move; wheel: zoom',
-  robot_hint_push: 'drag the robot: push it; elsewhere: turn; shift: move; wheel: zoom',
+  robot_unknown: 'The robot is not shown: {why}', robot_hint: 'drag: turn; shift: move; wheel: zoom; click the robot: trail',
+  robot_hint_push: 'drag the robot: push it; click: trail; elsewhere drag: turn; shift: move; wheel: zoom',
   robot_keys: 'The robot. Arrows turn the view, with shift they move it, plus and minus zoom, 0 resets it.',
 
   // advice

@@ -32,10 +32,13 @@ export const kChinese = {
   // 机器人
   robot: '机器人', robot_colours: '关节颜色', robot_current: '电流', robot_temperature: '温度', robot_error: '错误',
   robot_contacts: '接触力', robot_contacts_about: '用箭头表示接触力', robot_home: '视角复位',
+  robot_trail: '轨迹', robot_trail_about: '最近五秒的路径；点击机器人上的一点来选择',
+  robot_joints: '滑块', robot_joints_about: '驱动器关闭时，用滑块手动转动关节',
+  joint_driven: '驱动器 {id} 已开启：请关闭它，或断开它的电源',
   robot_play: '从这里播放，或从头播放', robot_live: '实时', robot_slider: '最近一分钟',
   robot_error_legend: '运行|不出力|注入了故障|有错误或没有电', robot_no_webgl: '无法显示机器人：浏览器没有 WebGL。',
-  robot_unknown: '无法显示机器人：{why}', robot_hint: '拖动：旋转；按住 Shift：平移；滚轮：缩放',
-  robot_hint_push: '拖动机器人：推它；拖动别处：旋转；按住 Shift：平移；滚轮：缩放',
+  robot_unknown: '无法显示机器人：{why}', robot_hint: '拖动：旋转；按住 Shift：平移；滚轮：缩放；点击机器人：轨迹',
+  robot_hint_push: '拖动机器人：推它；点击：轨迹；拖动别处：旋转；按住 Shift：平移；滚轮：缩放',
   robot_keys: '机器人。方向键旋转视角，按住 Shift 平移，加减号缩放，0 复位。',
 
   // 建议

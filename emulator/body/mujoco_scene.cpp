@@ -11,6 +11,7 @@ namespace lk::emulator {
 namespace {
 
 constexpr int kGroupsShown = 3;
+constexpr int kMaxTriangles = 100'000;  // of all meshes; assumed: 5 MB of JSON
 
 Triple triple(const mjtNum* numbers) { return {numbers[0], numbers[1], numbers[2]}; }
 
@@ -68,6 +69,22 @@ std::optional<BodyGeom> geom_of(const mjModel& model, int n) {
   return geom;
 }
 
+/// Shows a geom as MuJoCo's `mesh`. Copies the mesh at its first use if `triangles` are left for
+/// it.
+void show_mesh(const mjModel& model, int mesh, int& triangles, BodyGeom& geom, BodyShape& shape) {
+  geom.mesh = static_cast<std::size_t>(mesh);
+  BodyMesh& copy = shape.meshes[geom.mesh];
+  const int count = model.mesh_facenum[mesh];
+  if (copy.faces.empty() && count <= triangles) {
+    triangles -= count;
+    const float* const vertices = model.mesh_vert + 3 * model.mesh_vertadr[mesh];
+    const int* const faces = model.mesh_face + 3 * model.mesh_faceadr[mesh];
+    copy.vertices_m.assign(vertices, vertices + 3 * model.mesh_vertnum[mesh]);
+    copy.faces.assign(faces, faces + 3 * count);
+  }
+  if (!copy.faces.empty()) geom.kind = GeomKind::kMesh;
+}
+
 }  // namespace
 
 BodyShape MujocoBody::shape() const {
@@ -77,8 +94,13 @@ BodyShape MujocoBody::shape() const {
     shape.bodies.push_back(part(m, body));
     if (m.body_weldid[body] != 0) shape.mass_kg += m.body_mass[body];
   }
+  shape.meshes.resize(static_cast<std::size_t>(m.nmesh));
+  int triangles = kMaxTriangles;
   for (int n = 0; n < m.ngeom; ++n) {
-    if (const auto geom = geom_of(m, n)) shape.geoms.push_back(*geom);
+    auto geom = geom_of(m, n);
+    if (!geom) continue;
+    if (m.geom_type[n] == mjGEOM_MESH) show_mesh(m, m.geom_dataid[n], triangles, *geom, shape);
+    shape.geoms.push_back(*geom);
   }
   for (const int joint : hinges_) {
     shape.joints.push_back({place_of(m.jnt_bodyid[joint]), triple(m.jnt_axis + 3 * joint),

@@ -129,9 +129,9 @@ def test_robot_follows_its_poses_and_the_camera_follows_it(robot):
 def test_nearer_objects_hide_farther_ones(robot):
     """Level view from the right: the trunk at y = 0 hides the cylinder at y = 1; from the left it is behind it."""
     robot.stand(height_m=0.12)
-    # The home view is 60 degrees to the right of ahead and 22.5 degrees up.
+    # The home view is 60 degrees to the right of ahead and 15 degrees up.
     step = 24  # key presses for half a turn, 7.5 degrees each
-    robot.presses(*[Keys.ARROW_DOWN] * 2, *[Keys.ARROW_LEFT] * 4)
+    robot.presses(Keys.ARROW_DOWN, *[Keys.ARROW_LEFT] * 4)
     robot.page.drawn()
     x, y, _ = robot.inspect("r.camera")
     assert x == pytest.approx(0, abs=0.1) and y < -0.5
@@ -310,6 +310,53 @@ def test_robot_uses_the_colours_of_the_theme(robot):
     robot.page.until(lambda: abs(sum(background()) - sum(before)) > 300)  # of 765: dark or light
     robot.page.one("#theme").click()
     robot.page.until(lambda: background() == before)
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+def test_sky_and_floor_differ(robot, theme):
+    robot.page.run("if (document.documentElement.dataset.theme !== arguments[0]) document.querySelector('#theme').click()", theme)
+    robot.stand()
+    picture = robot.picture()
+    column = [picture.getpixel((5, y)) for y in range(picture.height - 30)]
+    sky, floor = column[3], column[-60:]
+
+    def apart(one, other):
+        return max(abs(a - b) for a, b in zip(one, other))
+
+    assert all(apart(sky, colour) > 15 for colour in floor)
+    x, _ = robot.place((0, 0, 0))
+    row = [picture.getpixel((round(x), y)) for y in range(picture.height // 2, picture.height)]
+    assert any(apart(one, other) > 8 for one in row for other in row[:1]), "the floor has fields"
+    robot.page.run("if (document.documentElement.dataset.theme === 'light') document.querySelector('#theme').click()")
+
+
+def test_robot_throws_a_shadow_on_the_floor(robot):
+    """The sun is in the direction (-2, -3, 5): a trunk at a height h darkens the floor at (0.4 h, 0.6 h)."""
+    def brightness(height):
+        return sum(robot.colour((0.4 * height, 0.6 * height, 0)))
+
+    robot.stand(height_m=0.5, contacts=False)
+    near, far = brightness(0.5), brightness(1.1)
+    robot.stand(height_m=1.1, contacts=False)
+    assert near < 0.85 * brightness(0.5)
+    assert brightness(1.1) < 0.85 * far
+
+
+def test_trail_follows_the_clicked_point(robot):
+    def is_teal(point):
+        red, green, blue = robot.colour(point)
+        return min(green, blue) > red + 30
+
+    robot.stand()
+    robot.hand(TRUNK).click().perform()
+    robot.stand(forward_m=1)
+    middle = (0.5, 0, TRUNK[2])
+    assert is_teal(middle)
+    assert "trail=0,0,0,0.0" in robot.page.run("return decodeURIComponent(location.hash)") or robot.page.until(
+        lambda: "trail=0," in robot.page.run("return decodeURIComponent(location.hash)"))
+    robot.page.click("#robot", "trail")
+    robot.stand(forward_m=1)
+    assert not is_teal(middle)
 
 
 def test_program_without_a_body_loads_no_panel_and_no_three_js(page):

@@ -8,7 +8,7 @@ import pathlib
 import pytest
 from bench import Bench
 from dashboard import Page
-from PIL import Image
+from PIL import Image, ImageChops
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
@@ -100,6 +100,70 @@ def test_every_joint_is_visible(browser, robot, theme):
         bench.close()
 
 
+def picture_of(page):
+    page.run("document.dispatchEvent(new Event('theme'))")  # draws again
+    page.drawn()
+    return Image.open(io.BytesIO(page.one("#robot canvas").screenshot_as_png)).convert("RGB")
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_robot_fits_its_panel(browser, robot):
+    """Hiding the robot and its shadow shows which pixels it covers."""
+    bench = Bench(BODY, [None], "--config", str(PENDULUM.with_name(f"{robot}.toml")))
+    page = Page(browser, bench.http, (1920, 1080))
+    try:
+        page.until(lambda: page.all("#robot .robot-replay") and inspect(page, "r.frames[1]") > 3)
+        page.one("#robot input[type=range]").send_keys(Keys.HOME)  # stands still
+        page.until(lambda: inspect(page, "r.cursor") is not None)
+        inspect(page, "(r.scene.world.sun.castShadow = false)")
+        for size in [(1920, 1080), (1000, 500), (768, 1024), (390, 844)]:
+            page.resize(size)
+            whole = picture_of(page)
+            inspect(page, "(r.scene.robot.visible = false)")
+            without = picture_of(page)
+            inspect(page, "(r.scene.robot.visible = true)")
+            left, top, right, bottom = ImageChops.difference(whole, without).point(lambda value: 255 * (value > 24)).getbbox()
+            assert min(left, top, whole.width - right, whole.height - bottom) > 2, f"{size}: it is cut off"
+            assert max((right - left) / whole.width, (bottom - top) / whole.height) > 0.4, f"{size}: it is small"
+        before = inspect(page, "r.camera")
+        page.one("#robot canvas").send_keys("+")
+        chosen = inspect(page, "r.camera")
+        page.resize((1440, 900))
+        page.drawn()
+        assert inspect(page, "r.camera") == chosen != before, "a view of the user stays"
+    finally:
+        page.close()
+        bench.close()
+
+
+PYRAMID = """<mujoco><asset><mesh name="pyramid" vertex="-.2 -.2 0  .2 -.2 0  .2 .2 0  -.2 .2 0  0 0 .4"/></asset>
+  <worldbody><body name="arm" pos="0 0 .5"><joint name="shoulder" axis="0 0 1"/>
+  <geom type="mesh" mesh="pyramid" mass="1" rgba="1 0 1 1"/></body></worldbody></mujoco>"""
+
+
+def test_mesh_is_drawn_by_its_triangles(browser, tmp_path):
+    """A pyramid does not cover the upper corners of its box."""
+    (tmp_path / "pyramid.xml").write_text(PYRAMID)
+    config = tmp_path / "pyramid.toml"
+    config.write_text(PENDULUM.read_text().replace("../bodies/pendulum.xml", "pyramid.xml"))
+    bench = Bench(BODY, [None], "--config", str(config))
+    page = Page(browser, bench.http, (1024, 600))
+    try:
+        page.until(lambda: page.all("#robot .robot-replay") and inspect(page, "r.frames[1]") > 3)
+        picture = picture_of(page)
+
+        def is_magenta(*point):
+            x, y, _ = inspect(page, f"r.project({list(point)})")
+            red, green, blue = picture.getpixel((round((x + 1) / 2 * picture.width), round((1 - y) / 2 * picture.height)))
+            return min(red, blue) > green + 40
+
+        assert is_magenta(0, 0, 0.86) and is_magenta(0.17, 0.17, 0.51), "tip and foot"
+        assert not is_magenta(0.19, 0.19, 0.88) and not is_magenta(-0.19, -0.19, 0.88), "corners of the box"
+    finally:
+        page.close()
+        bench.close()
+
+
 def test_body_moves_with_its_drive(page, bench):
     page.until(lambda: inspect(page, "r.frames[1]") > 3)
     before = tilt_angle(page)
@@ -125,6 +189,28 @@ def test_program_accepts_a_push_by_mouse(page, bench):
     page.until(lambda: ["arm", 200] in page.run("return window.pushed"))
     ActionChains(page.driver).release().perform()
     assert {status for _, status in page.run("return window.pushed")} == {200}
+
+
+def test_slider_turns_the_joint_while_its_drive_is_off(page, bench):
+    bench.position(1, 0, 300)
+    page.click("#robot", "sliders")
+    row, slider = page.one(".robot-joints div"), page.one(".robot-joints input")
+    page.until(lambda: not slider.is_enabled())
+    assert "drive 1 is on" in row.get_attribute("title")
+    bench.ask(1, 0x80)  # off
+    page.until(slider.is_enabled)
+    assert row.get_attribute("title") == ""
+    held = ActionChains(page.driver, duration=30).move_to_element(slider).click_and_hold().move_by_offset(round(slider.size["width"] / 4), 0)
+    held.perform()
+    wanted = float(slider.get_attribute("value"))
+    assert wanted > 40
+    shown = lambda: math.degrees(abs(tilt_angle(page)))
+    page.until(lambda: abs(shown() - wanted) < 15)
+    ActionChains(page.driver).release().perform()
+    page.until(lambda: shown() < wanted - 30)  # it falls
+    page.click("#robot", "sliders")
+    assert page.all(".robot-joints") == []
+    bench.ask(1, 0x88)  # on
 
 
 def test_joint_and_card_are_linked(page):

@@ -21,17 +21,32 @@ struct BodyPart {
   Triple centre_m{};  // centre of mass, in the part's own frame
 };
 
-enum class GeomKind : std::uint8_t { kPlane, kSphere, kCapsule, kEllipsoid, kCylinder, kBox };
+enum class GeomKind : std::uint8_t {
+  kPlane,
+  kSphere,
+  kCapsule,
+  kEllipsoid,
+  kCylinder,
+  kBox,
+  kMesh
+};
 
 struct BodyGeom {
   std::optional<std::size_t> body;  // index in BodyShape::bodies; nullopt: fixed to the world
   GeomKind kind = GeomKind::kSphere;
   // Sphere: radius. Capsule, cylinder: radius, half length along z (capsule: without its ends).
-  // Ellipsoid: radii. Box: half sides. Plane, normal to z: half sides, 0 if infinite.
+  // Ellipsoid: radii. Box, mesh: half sides. Plane, normal to z: half sides, 0 if infinite.
   Triple size_m{};
-  Triple position_m{};  // in the body's frame, or the world's
+  std::size_t mesh = 0;  // of a mesh: index in BodyShape::meshes
+  Triple position_m{};   // in the body's frame, or the world's
   Quaternion quaternion{1, 0, 0, 0};
   std::array<double, 4> colour{};  // red, green, blue, opacity: 0 to 1
+};
+
+/// Triangles, in the frame of the geom.
+struct BodyMesh {
+  std::vector<float> vertices_m;  // x y z of each
+  std::vector<int> faces;         // three vertices of each
 };
 
 /// A joint, in the frame of the body that the joint moves.
@@ -45,6 +60,7 @@ struct BodyShape {
   double mass_kg = 0;  // sum over all moving parts
   std::vector<BodyPart> bodies;
   std::vector<BodyGeom> geoms;
+  std::vector<BodyMesh> meshes;   // empty: no geom shows it
   std::vector<BodyJoint> joints;  // in the order of Mechanism::joints()
 };
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "emulator/core/servo/signals.hpp"
+#include "emulator/core/units.hpp"
 #include "emulator/io/control/control_json.hpp"
 #include "emulator/io/control/stream_client.hpp"
 
@@ -17,15 +18,31 @@ namespace lk::emulator {
 namespace {
 
 /// Words for GeomKind, in its order.
-constexpr const char* kGeomWords[] = {"plane", "sphere", "capsule", "ellipsoid", "cylinder", "box"};
+constexpr const char* kGeomWords[] = {"plane",    "sphere", "capsule", "ellipsoid",
+                                      "cylinder", "box",    "mesh"};
 
 Json geom_json(const BodyGeom& geom) {
-  return {{"body", geom.body ? Json(*geom.body) : Json(nullptr)},
-          {"type", kGeomWords[static_cast<std::size_t>(geom.kind)]},
-          {"size_m", geom.size_m},
-          {"position_m", geom.position_m},
-          {"quaternion", geom.quaternion},
-          {"colour", geom.colour}};
+  Json json = {{"body", geom.body ? Json(*geom.body) : Json(nullptr)},
+               {"type", kGeomWords[static_cast<std::size_t>(geom.kind)]},
+               {"size_m", geom.size_m},
+               {"position_m", geom.position_m},
+               {"quaternion", geom.quaternion},
+               {"colour", geom.colour}};
+  if (geom.kind == GeomKind::kMesh) json["mesh"] = geom.mesh;
+  return json;
+}
+
+/// Rounds to 10 µm, for short numbers.
+Json mesh_json(const BodyMesh& mesh) {
+  Json vertices = Json::array();
+  for (const float value : mesh.vertices_m) {
+    vertices.push_back(std::round(static_cast<double>(value) * 1e5) / 1e5);
+  }
+  return {{"vertices_m", std::move(vertices)}, {"faces", mesh.faces}};
+}
+
+Json degrees_json(const std::array<double, 2>& range_rad) {
+  return {range_rad.front() / kRadPerDeg, range_rad.back() / kRadPerDeg};
 }
 
 /// Returns bus and ID of each joint's drive, by joint; both null for a joint without a drive.
@@ -73,12 +90,16 @@ Json body_json(const World& world) {
   }
   Json geoms = Json::array();
   for (const BodyGeom& geom : shape.geoms) geoms.push_back(geom_json(geom));
+  Json meshes = Json::array();
+  for (const BodyMesh& mesh : shape.meshes) meshes.push_back(mesh_json(mesh));
   std::vector<Json> joints = drives_of(world, names.size());
   for (std::size_t n = 0; n < shape.joints.size(); ++n) {
     joints[n]["name"] = names[n];
     joints[n]["body"] = shape.joints[n].body;
     joints[n]["axis"] = shape.joints[n].axis;
     joints[n]["anchor_m"] = shape.joints[n].anchor_m;
+    const auto stops = world.body()->stops(n);
+    joints[n]["range_deg"] = stops ? degrees_json(*stops) : Json(nullptr);
   }
   joints.resize(shape.joints.size());
   Json poses = Json::array();
@@ -90,13 +111,10 @@ Json body_json(const World& world) {
       values[std::string(one.name)] = one.of_body(line.bus().state().body, one.part);
     }
   }
-  return {{"mass_kg", shape.mass_kg},
-          {"signals", values},
-          {"bodies", bodies},
-          {"geoms", geoms},
-          {"joints", joints},
-          {"poses", poses},
-          {"shape_changes", body.shape_changes()}};
+  return {{"mass_kg", shape.mass_kg}, {"signals", values},
+          {"bodies", bodies},         {"geoms", geoms},
+          {"meshes", meshes},         {"joints", joints},
+          {"poses", poses},           {"shape_changes", body.shape_changes()}};
 }
 
 namespace {
@@ -113,6 +131,12 @@ std::string body_state_text(const World& world) {
     append(text, pose.position_m, true);
     append(text, pose.quaternion, false);
     text += ']';
+  }
+  text += "],\"joints_deg\":[";
+  for (std::size_t n = 0; n < world.body()->joints().size(); ++n) {
+    const double angle_deg = world.body()->joint(n).angle_rad / kRadPerDeg;
+    fmt::format_to(std::back_inserter(text), "{}{:.1f}", n == 0 ? "" : ",",
+                   std::isfinite(angle_deg) ? angle_deg : 0.0);
   }
   text += "],\"contacts\":[";
   first = true;
