@@ -145,7 +145,7 @@ def test_mesh_is_drawn_by_its_triangles(browser, tmp_path):
     """A pyramid does not cover the upper corners of its box."""
     (tmp_path / "pyramid.xml").write_text(PYRAMID)
     config = tmp_path / "pyramid.toml"
-    config.write_text(PENDULUM.read_text().replace("../bodies/pendulum.xml", "pyramid.xml"))
+    config.write_text(PENDULUM.read_text().replace('model = "pendulum"', 'model = "pyramid.xml"'))
     bench = Bench(BODY, [None], "--config", str(config))
     page = Page(browser, bench.http, (1024, 600))
     try:

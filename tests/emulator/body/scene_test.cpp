@@ -409,6 +409,33 @@ TEST(BodyShape, FollowsBodiesAxesColoursAndGroupsOfTheModel) {
   EXPECT_NEAR(std::abs(poses[1].quaternion[3]), 1, 1e-12) << "half a turn about z, as its trunk";
 }
 
+/// A pyramid of 0.4 m; MuJoCo turns and moves its mesh, and the geom's pose undoes this.
+TEST(BodyShape, MeshesHaveTheTrianglesOfTheModel) {
+  const auto shape = body_of(R"(<mujoco><asset>
+    <mesh name="pyramid" vertex="-.2 -.2 0  .2 -.2 0  .2 .2 0  -.2 .2 0  0 0 .4"/></asset>
+    <worldbody><body><joint name="hinge" axis="0 0 1"/>
+    <geom type="mesh" mesh="pyramid" mass="1"/><geom type="mesh" mesh="pyramid" mass="1" pos="1 0 0"/>
+    </body></worldbody></mujoco>)")
+                         ->shape();
+  ASSERT_EQ(shape.geoms.size(), 2U);
+  for (const emulator::BodyGeom& geom : shape.geoms) {
+    EXPECT_EQ(geom.kind, GeomKind::kMesh);
+    EXPECT_EQ(geom.mesh, 0U);
+  }
+  ASSERT_EQ(shape.meshes.size(), 1U) << "shared";
+  EXPECT_EQ(shape.meshes[0].faces.size(), 3 * 6U) << "four sides, and a foot of two triangles";
+  const std::vector<float>& vertices = shape.meshes[0].vertices_m;
+  ASSERT_EQ(vertices.size(), 3 * 5U);
+  const auto distance = [&](std::size_t one, std::size_t other) {
+    double square = 0;
+    for (std::size_t n = 0; n < 3; ++n)
+      square += std::pow(vertices[3 * one + n] - vertices[3 * other + n], 2);
+    return std::sqrt(square);
+  };
+  EXPECT_NEAR(distance(0, 1), 0.4, 1e-6) << "a side of the foot";
+  EXPECT_NEAR(distance(0, 4), std::sqrt(0.04 + 0.04 + 0.16), 1e-6) << "an edge to the tip";
+}
+
 /// At rest the floor carries the whole weight: 3 kg.
 TEST(BodyShape, ContactForcesCarryTheWeight) {
   const auto body = body_of(kOnTheFloor);

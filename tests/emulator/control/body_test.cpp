@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <chrono>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -42,6 +44,10 @@ class Wheel : public Mechanism, public DrawableBody {
                        .colour = {1, 0, 0, 1}},
                       {.body = {}, .kind = GeomKind::kPlane}},
             .joints = {{0, {0, 1, 0}, {0, 0, 0.25}}, {0, {1, 0, 0}, {}}}};
+  }
+  std::optional<std::array<double, 2>> stops(std::size_t joint) const override {
+    if (joint > 0) return {};
+    return std::array{-std::numbers::pi / 2, std::numbers::pi / 4};
   }
   std::vector<BodyPose> poses() const override {
     return {{{1.5, 0, -1e-3 * steps_}, {1, 0, 0, 0}}};
@@ -88,6 +94,8 @@ TEST(ControlBody, ListsTheDrivesOfItsJoints) {
   EXPECT_EQ(body["joints"][0]["name"], "axle");
   EXPECT_EQ(body["joints"][0]["bus"], "vcan0");
   EXPECT_EQ(body["joints"][0]["id"], 7);
+  EXPECT_EQ(body["joints"][0]["range_deg"], Json({-90.0, 45.0}));
+  EXPECT_EQ(body["joints"][1]["range_deg"], nullptr);
   EXPECT_EQ(body["joints"][1]["name"], "spoke");
   EXPECT_EQ(body["joints"][1]["id"], nullptr) << "nobody turns it";
   EXPECT_EQ(body["poses"], Json::parse("[[1.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]]"));
