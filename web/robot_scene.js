@@ -227,7 +227,7 @@ export class RobotScene {
     return this.joints.indexOf(this.raycaster.intersectObjects(this.joints)[0]?.object);
   }
 
-  /// Returns the joint, or else the point of the robot, at a point of the picture: {body, at} in the body's frame; null: none.
+  /// Returns a joint or point of the robot, at a point of the picture, as {body, at} in the body's frame; null: none.
   pointAt(x, y) {
     const joint = this.shape.joints[this.jointAt(x, y)];
     if (joint) return {body: joint.body, at: joint.anchor_m};

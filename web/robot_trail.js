@@ -25,7 +25,7 @@ export class Trail {
     this.colour.set(colour);
   }
 
-  /// Shows the path of a point {body, at} until frame `end` of the record; no point: nothing. `high_px` is the picture's height.
+  /// Shows the path of a point {body, at} until frame `end` of the record. `high_px` is the picture's height.
   show(record, end, point, camera, high_px) {
     const count = point ? this.collect(record, end, point) : 0;
     const {position, color} = this.band.geometry.attributes;
@@ -45,7 +45,7 @@ export class Trail {
     this.band.geometry.setDrawRange(0, 6 * Math.max(0, count - 1));
   }
 
-  /// Takes the newest frame and, before it, each frame whose number is a multiple of kEvery; returns how many.
+  /// Takes frames whose number is a multiple of kEvery, then the newest. Returns the number of points.
   collect(record, end, {body, at}) {
     const turn = new Quaternion();
     let count = 0;

@@ -331,7 +331,7 @@ def test_sky_and_floor_differ(robot, theme):
 
 
 def test_robot_throws_a_shadow_on_the_floor(robot):
-    """The sun is in the direction (-2, -3, 5): a trunk at 0.5 m darkens the floor 0.2 m ahead of it and 0.3 m to its left."""
+    """The sun is in the direction (-2, -3, 5). A trunk at 0.5 m darkens the floor 0.2 m ahead and 0.3 m to the left."""
     robot.stand(contacts=False)
     shadowed = sum(robot.colour((0.2, 0.3, 0)))
     robot.stand(forward_m=0.6)
