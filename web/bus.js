@@ -13,7 +13,8 @@ import {Spark} from './spark.js';
 import {buses, driveKey, driveName, driveOf, on, store} from './store.js';
 import {name as nameOf, t} from './words.js';
 
-const kNumbers_ms = 120;   // between updates of numbers, so that people can read them
+const kDials_ms = 33;      // between drawings of the dials
+const kNumbers_ms = 200;   // between updates of numbers, so that people can read them
 const kSpoken_ms = 1500;   // between updates for screen readers
 
 const kCalm = {speed: 10, current: 0.2, power: 10};  // assumed: smaller ranges of °/s, A and % are noise
@@ -208,7 +209,7 @@ const run = drawing((at) => {
     }
     if (spoken) card.dial.say(shaft);
   }
-});
+}, () => kDials_ms);
 
 export function show(yes) {
   visible = yes;

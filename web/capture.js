@@ -9,7 +9,7 @@ import {clockFactor} from './store.js';
 const kMaxValues = 190_000;
 const kSlowest_Hz = 0.1;
 const kDigits = 9;
-const kMessages_Hz = 60;
+const kMessages_Hz = 30;
 const kPatience_ms = 3000;
 const kInstant_s = 1e-6;  // resolution of the clock
 

@@ -5,7 +5,7 @@ import {buses, clockFactor, driveKey, on, store} from './store.js';
 
 const kSignals = ['true_angle_deg', 'angle_deg', 'angle_ref_deg', 'encoder', 'true_speed_dps', 'speed_dps', 'iq_A',
   'voltage_V', 'temperature_C', 'driver_temperature_C', 'bus_current_A', 'power', 'errors', 'bridge_on', 'alive'];
-const kFrames_Hz = 60;        // of real time
+const kFrames_Hz = 30;        // of real time, as the dials are drawn
 const kMaxValues = 190_000;   // per second; the program allows 200,000
 const kDigits = 8;            // 0.01° of 2700 turns
 

@@ -19,6 +19,9 @@ import {buses, busTime, driveKey, driveOf, on, store} from './store.js';
 import {t} from './words.js';
 
 const kTable_ms = 150;
+const kDraw_ms = 33;
+const kManyTraces = 16;    // assumed: more than this take most of a frame to draw
+const kManyTraces_ms = 60;
 const kLegend_ms = 50;
 const kLatest_s = 1e9;     // assumed: no simulation lasts thirty years
 
@@ -153,7 +156,7 @@ const run = drawing((at) => {
     controls.showFrames(frames.length, captures);
     triggerControls.showState();
   }
-});
+}, () => (traces.length > kManyTraces ? kManyTraces_ms : kDraw_ms));
 
 // --- layouts
 
