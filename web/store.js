@@ -8,7 +8,7 @@ const kRetry_ms = 1000;
 export const store = {
   connected: false,
   status: null,       // GET /status
-  drives: [],         // GET /drives; registers and surroundings are those of the start
+  drives: [],         // GET /drives; the registers are those of the start
   rates: new Map(),   // by bus: {load, ratio}; by drive: replies per second
   signals: [],
   kinds: [],
@@ -87,8 +87,8 @@ async function learn(status) {
   return {signals, kinds, mayWrite: status.pages_may_write};
 }
 
-/// Keys that change while a program runs, without registers and surroundings, which are most of an answer.
-const kChanging = '?fields=bus,id,state,alive,errors,signals,setpoint,counters';
+/// Keys that change while a program runs, without registers, which are most of an answer.
+const kChanging = '?fields=bus,id,state,alive,errors,signals,setpoint,surroundings,counters';
 
 /// `anew`: fetches all of each drive.
 async function lookAtDrives(anew) {

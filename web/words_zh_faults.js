@@ -87,6 +87,7 @@ export const kChineseFaults = {
   },
   parameters: {
     probability: '概率',
+    renamed: '回来时改名',
     for_s: '持续，s',
     every_s: '间隔，s',
     times: '次数',
