@@ -194,8 +194,6 @@ const run = drawing((at) => {
   const numbers = at - numbersAt > kNumbers_ms;
   const spoken = at - spokenAt > kSpoken_ms;
   if (numbers) numbersAt = at;
-  const {clock} = store.status ?? {};
-  const time = clock && (clock.mode !== 'stepped' || clock.advancing);
   if (spoken) spokenAt = at;
   for (const [key, card] of cards) {
     const drive = driveOf(key);
@@ -205,7 +203,7 @@ const run = drawing((at) => {
     card.dial.show(shaft);
     if (numbers) {
       showNumbers(card, drive, now, shaft);
-      if (time) showSparks(card, drive, now, at);
+      if (store.rates.get('clock') > 0) showSparks(card, drive, now, at);
     }
     if (spoken) card.dial.say(shaft);
   }

@@ -156,7 +156,7 @@ def pages(program):
         yield "bench", robot.picture()
         step(robot)
         yield "scope", robot.picture()
-        page.click(".scope-controls", "Live")
+        page.click(".scope-controls", "Resume")
         robot.moving = (1, 2, 3, 4, 5, 6)
         robot.reload("light", "zh")
         robot.run(6)

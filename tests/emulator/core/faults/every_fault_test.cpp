@@ -257,8 +257,8 @@ TEST(FaultTable, EachRowHasAFunctionTextsAndAUniqueWord) {
     EXPECT_TRUE(row.plant != nullptr || row.adapter != nullptr || row.on_query != nullptr ||
                 row.on_reply != nullptr || row.destroys != nullptr || row.babble != nullptr ||
                 row.duplicate != nullptr || row.on_read != nullptr || row.echoes ||
-                row.line_hold_time != nullptr || row.cut != nullptr ||
-                row.firmware != nullptr || row.at_once != nullptr)
+                row.line_hold_time != nullptr || row.cut != nullptr || row.firmware != nullptr ||
+                row.at_once != nullptr)
         << row.word;
     EXPECT_FALSE(row.about.en.empty() || row.about.zh.empty()) << row.word;
     EXPECT_EQ(find_fault(row.word), &row) << "duplicate word";
