@@ -212,6 +212,12 @@ class RobotView {
     if (this.cursor === null) this.dirty = true;
   }
 
+  /// Shows the state of the drives also if no more poses come, since time stands.
+  showState() {
+    this.record?.revise(this.jointValues(this.shape.joints));
+    if (this.record && this.cursor === null) this.dirty = true;
+  }
+
   /// Reloads the world's geometry, e.g. after a new step on the floor. After a failure the next message retries.
   async lookAtWorld() {
     if (this.looking) return;
@@ -347,4 +353,7 @@ document.addEventListener('visibilitychange', () => view?.look());
 document.addEventListener('theme', () => {
   if (view?.record) view.paint();
 });
-on('change', () => store.connected || view?.hand?.release());
+on('change', () => {
+  if (!store.connected) view?.hand?.release();
+  view?.showState();
+});

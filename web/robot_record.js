@@ -38,6 +38,11 @@ export class RobotRecord {
     this.begin = Math.max(this.begin, this.end - kFrames);
   }
 
+  /// Replaces the joint values of the newest frame.
+  revise(jointValues) {
+    if (this.begin < this.end) this.values.set(jointValues, (this.end - 1) % kFrames * this.stride + this.parts.poses);
+  }
+
   /// Returns the frame `number` or the nearest stored one, as views; null: the buffer is empty.
   frame(number) {
     if (this.begin === this.end) return null;

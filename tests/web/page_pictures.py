@@ -65,8 +65,7 @@ class Robot:
         self.page.until(lambda: self.page.all(".card"))
 
     def picture(self):
-        self.page.until(lambda: abs(self.page.run("return import('/store.js').then(({store}) => store.status.clock.time_s)")
-                                    - self.clock.time_s) < PERIOD_S / 2)
+        wait_for_status(self.page, self.clock.time_s)
         self.page.run("document.querySelector('.notes').replaceChildren()")
         return shot(self.page)
 
@@ -83,6 +82,11 @@ class Robot:
         self.browser.close()
         self.bus.shutdown()
         self.emulator.stop()
+
+
+def wait_for_status(page, time_s):
+    """Waits until the page shows the drives' state at this time."""
+    page.until(lambda: abs(page.run("return import('/store.js').then(({store}) => store.status.clock.time_s)") - time_s) < PERIOD_S / 2)
 
 
 def shot(page):
