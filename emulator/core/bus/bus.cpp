@@ -89,11 +89,11 @@ void deliver(BusState& bus, const WireDelivery& delivery) {
 }
 
 void deliver_next(BusState& bus) {
+  if (destroy_next(bus)) return;  // before the end of the frame, where receivers acknowledge it
   const CanWire* const can = bus.wire.can();
   if (can != nullptr && can->bitrate() > 0 && can->next_is_from_host() && !has_receiver(bus)) {
     return repeat_unacknowledged(bus, can->next().frame);
   }
-  if (destroy_next(bus)) return;
   const auto delivery = bus.wire([&](auto& wire) { return wire.deliver(bus.time); });
   assert(delivery || bus.serial);
   if (delivery) deliver(bus, *delivery);

@@ -179,6 +179,19 @@ TEST(HostSide, OneDriveLeftAcknowledges) {
   EXPECT_EQ(bus.stats().count(Reject::kQueueFull), 37U);
 }
 
+/// Its error flags destroy 16 frames, until its error counter is 128; then no node acknowledges.
+TEST(HostSide, ADriveAloneAtAnotherBitRateDestroysFrames) {
+  BusConfig config = bus_config({1}, kBitrate);
+  Fault fault = fault_of(*find_fault("wrong_bitrate"));
+  fault.ids = {1};
+  config.events.push_back({0ms, {kWholeBus, SetFault{fault}}});
+  Bus bus(config);
+  bus.receive({bus.time(), stray(0)});
+  bus.advance_to(500ms);
+  EXPECT_EQ(bus.faults().at(0).evidence.effects, 16U);
+  EXPECT_EQ(bus.stats().unacknowledged, 1U);
+}
+
 TEST(HostSide, DropsTheOldestFrameThatIsNotOnTheWire) {
   BusConfig config = bus_config({1}, kBitrate);
   config.host_queue = {.name = "custom", .frames = 3, .full = QueueFull::kDropOldest};
