@@ -163,6 +163,7 @@ def pages(program):
         page.click(".scope-controls", "Resume")
         robot.moving = (1, 2, 3, 4, 5, 6)
         robot.reload("light", "zh")
+        page.go("bus")
         robot.run(6)
         yield "bus-zh", robot.picture()
     finally:
