@@ -138,6 +138,13 @@ class Joint:
             self.approach(path_deg(now_s))
 
     def run(self):
+        """Ends if the adapter is gone: the drive's lost-input protection stops the joint."""
+        try:
+            self.follow_path()
+        except (OSError, can.CanError) as problem:
+            print(f"trouble: the adapter is gone: {problem}", flush=True)
+
+    def follow_path(self):
         now_s = self.clock.advance_to(BOOT_S)
         troubled = False
         while now_s < END_S:
