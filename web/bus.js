@@ -135,6 +135,7 @@ async function addRobot(rest) {
   if (panel) rest.prepend(panel);
   if (wantedRobot) robot.visitRobot(wantedRobot);
   robot.showRobot(visible);
+  fitCards(groups);
 }
 
 /// Without power a controller measures nothing; its sensor values would be noise.

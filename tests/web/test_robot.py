@@ -84,6 +84,11 @@ def robot(open_robot):
     assert open_robot.page.complaints() == []
 
 
+def test_cards_beside_the_robot_keep_their_texts(robot):
+    assert robot.page.run("""return [...document.querySelectorAll('.card')].filter((card) => card.scrollWidth > card.clientWidth
+      || card.getBoundingClientRect().right > innerWidth).length""") == 0
+
+
 TRUNK = (0, 0, 0.55)  # on the upper side of the magenta box
 BEHIND = (0, 1, 0.05)  # in the blue cylinder, which stands on the ground 1 m to the left
 
