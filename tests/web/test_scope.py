@@ -60,6 +60,7 @@ def test_each_drive_has_its_own_samples(scope, bench):
       const [bus, done] = arguments;
       import('/capture.js').then(({Capture}) => {
         const capture = new Capture(bus, [2, 1], ['speed_dps', 'angle_deg'], 100);
+        capture.record(true);
         const look = setInterval(() => {
           if (!capture.samples.length) return;
           clearInterval(look);
