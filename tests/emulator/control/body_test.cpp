@@ -144,14 +144,15 @@ TEST_F(WheelServer, SendsPosesAfterEachAdvance) {
   start();
   const Client stream = open(kBodyUpgrade);
   const std::string first = stream.receive_until("]}");
-  EXPECT_NE(
-      first.find(R"({"time_s":0,"shape_changes":0,"poses":[[1.5,0,-0,1,0,0,0]],"contacts":[]})"),
-      std::string::npos)
+  EXPECT_NE(first.find(R"({"time_s":0,"shape_changes":0,"poses":[[1.5,0,-0,1,0,0,0]],)"
+                       R"("joints_deg":[0.0,0.0],"contacts":[]})"),
+            std::string::npos)
       << first;
   EXPECT_EQ(status(ask(post("/clock/advance", R"({"by_s": 0.003})"))), 200);
   std::string told;
   while (told.find("\"time_s\":0.003,") == std::string::npos) told = stream.receive_until("]}");
-  EXPECT_NE(told.find(R"("poses":[[1.5,0,-0.003,1,0,0,0]],"contacts":[[1.5,0,0,0,0,19.62]]})"),
+  EXPECT_NE(told.find(R"("poses":[[1.5,0,-0.003,1,0,0,0]],"joints_deg":[0.0,0.0],)"
+                      R"("contacts":[[1.5,0,0,0,0,19.62]]})"),
             std::string::npos)
       << told;
 }
