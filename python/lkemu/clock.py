@@ -56,7 +56,7 @@ class Clock:
         """
         buses = self._client.get("/status")["buses"]
         found = [one for one in buses if bus in (None, one["bus"])]
-        room = (found[0]["host"] or {}).get("tx_room") if len(found) == 1 else None
+        room = (found[0].get("host") or {}).get("tx_room") if len(found) == 1 else None
         return float("inf") if room is None else float(room)
 
     def advance(self, by: Duration) -> float:
