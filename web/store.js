@@ -90,10 +90,10 @@ async function learn(status) {
 /// Keys that change while a program runs, without registers, which are most of an answer.
 const kChanging = '?fields=bus,id,state,alive,errors,signals,setpoint,surroundings,counters';
 
-/// `anew`: fetches all of each drive.
-async function lookAtDrives(anew) {
-  const drives = await get(`/drives${anew ? '' : kChanging}`);
-  if (anew) return drives;
+/// `whole`: fetches all of each drive.
+async function lookAtDrives(whole) {
+  const drives = await get(`/drives${whole ? '' : kChanging}`);
+  if (whole) return drives;
   const before = drives.map(({bus, id}) => driveOf(driveKey(bus, id)));
   // A drive with a new ID is unknown.
   return before.includes(undefined) ? lookAtDrives(true) : drives.map((drive, n) => ({...before[n], ...drive}));

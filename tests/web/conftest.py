@@ -46,6 +46,16 @@ def main_page(bench, browser):
     return Page(browser, bench.http)
 
 
+@pytest.fixture(scope="module")
+def scope(bench, browser):
+    """The scope on a page of its own, with 600 samples of drive 1."""
+    from dashboard import Page
+    page = Page(browser, bench.http, query=f"#scope?drive={bench.bus}/1")
+    page.until(lambda: page.scope("s.traces.length > 0 && s.captures[0].samples.length > 600"))
+    yield page
+    page.close()
+
+
 @pytest.fixture
 def page(bench, main_page, request, tmp_path):
     """The page; collects the browser's complaints for this test, and saves a picture on failure."""

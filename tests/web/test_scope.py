@@ -6,14 +6,6 @@ from conftest import PROGRAM
 from dashboard import Page
 
 
-@pytest.fixture(scope="module")
-def scope(bench, browser):
-    page = Page(browser, bench.http, query=f"#scope?drive={bench.bus}/1")
-    page.until(lambda: page.scope("s.traces.length > 0 && s.captures[0].samples.length > 100"))
-    yield page
-    page.close()
-
-
 def samples(page, script):
     """Runs a script on `Samples` with one column; `put(from, to)` adds samples every ms: 0, but 7 at 1.5 s."""
     return page.driver.execute_async_script(f"""

@@ -1,15 +1,6 @@
 """Size, axes and names of the scope's plots, and its toolbar and drawer, on a separate page."""
 
 import pytest
-from dashboard import Page
-
-
-@pytest.fixture(scope="module")
-def scope(bench, browser):
-    page = Page(browser, bench.http, query=f"#scope?drive={bench.bus}/1")
-    page.until(lambda: page.scope("s.traces.length > 0 && s.captures[0].samples.length > 100"))
-    yield page
-    page.close()
 
 
 PLOTS = """

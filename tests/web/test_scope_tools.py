@@ -6,16 +6,7 @@ import math
 import random
 
 import pytest
-from dashboard import Page
 from selenium.webdriver.common.keys import Keys
-
-
-@pytest.fixture(scope="module")
-def scope(bench, browser):
-    page = Page(browser, bench.http, query=f"#scope?drive={bench.bus}/1")
-    page.until(lambda: page.scope("s.traces.length > 0 && s.captures[0].samples.length > 600"))
-    yield page
-    page.close()
 
 
 def module(page, name, script, *arguments):

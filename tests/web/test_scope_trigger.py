@@ -1,16 +1,7 @@
 """The scope's trigger: pure functions in the page, and the program with a moving drive."""
 
 import pytest
-from dashboard import Page
 from selenium.webdriver.common.keys import Keys
-
-
-@pytest.fixture(scope="module")
-def scope(bench, browser):
-    page = Page(browser, bench.http, query=f"#scope?drive={bench.bus}/1")
-    page.until(lambda: page.scope("s.traces.length > 0 && s.captures[0].samples.length > 100"))
-    yield page
-    page.close()
 
 
 def found(page, values, script):

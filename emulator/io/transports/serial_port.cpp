@@ -82,7 +82,7 @@ class SerialPort final : public Port {
         ++stats_.lost_link_down;
         continue;
       }
-      // Not sent, but counted: nobody would receive it, or the host would receive garbage.
+      // Not sent, but counted: there is no host, or it would receive garbage.
       if ((pty_ && !pty_->has_host()) || !is_understood()) {
         ++stats_.sent;
         continue;
